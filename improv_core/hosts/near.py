@@ -7,12 +7,14 @@ It reads the same lines on standard input and on the channel of stops, writes th
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from improv_core.hosts import texts
@@ -22,11 +24,14 @@ from improv_core.hosts.connect import ConnectError, connect
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
 from improv_core.hosts.time_translation import Border, to_here, to_there
 from improv_core.ipc.child import Child
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.json_lines import own_output
-from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE
-from improv_core.protocol.messages import read_first, read_from_stage, read_to_stage
+from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
+from improv_core.protocol.messages import DIRECT, read_first, read_from_stage, read_to_stage
 from improv_core.protocol.sliced_json import dumps
+from improv_core.safety.stage_stops import OBEYED, StageSocket
+from improv_core.safety.stop_server import Answer
 from improv_core.safety.suspend import asleep
 
 BEYOND = 1.0
@@ -37,6 +42,8 @@ HARMLESS_SILENCE = 10.0
 """Seconds of silence after which the link is given up while no robots may move."""
 STALL = 0.5
 """Seconds by which we may be late ourselves. If we are later, the silence proves nothing about the link."""
+MOST_DIRECT = 256
+"""The most stops that may wait for the far end's confirmation. The oldest one is then never confirmed."""
 LAST = END_LIMIT - 0.3
 """Seconds until we end although the far end has not: our parent would kill us a moment later."""
 Say = Callable[[Mapping[str, Any]], None]
@@ -66,14 +73,20 @@ class NearEnd:
         self._explained = False  # a line has reported why all ends
         self._ending = False  # our parent wants that
         self._gone = threading.Event()
+        self._reached: StageSocket | None = None
+        self._direct: dict[str, list[Answer]] = {}  # stops that have come straight here, and who waits for each
 
     @property
     def failed(self) -> bool:
         """True if the link ended although our parent didn't want that."""
         return not self._ending
 
-    def run(self, said: bytes) -> None:
-        """Pass lines on until both ends have ended. The far end has sent `said` already."""
+    def run(self, said: bytes, show: Path | None = None) -> None:
+        """Pass lines on until both ends have ended. The far end has sent `said` already. Stops that come straight to
+        the socket of this stage of the `show` are passed on ahead of everything, and answered once the stage has obeyed
+        them. Raises OSError."""
+        if show:
+            self._reached = StageSocket(show, self._host, self._stop)
         stops = os.environ.pop(STOP_PIPE, None)
         works: list[Callable[[], None]] = [self._write, self._read_input, lambda: self._read(said)]
         if stops:
@@ -83,6 +96,8 @@ class NearEnd:
         while not self._gone.wait(self._look()):
             pass
         self._ssh.kill()
+        if self._reached and self._ending:  # otherwise, robots there may still move
+            self._reached.close()
 
     def _look(self) -> float:
         """Do what is due, and return the seconds until something else is."""
@@ -164,6 +179,14 @@ class NearEnd:
                     line = dumps(to_there(message, self._border)) + b"\n"
                 self._send_first(b"s" + line)
         self._end()
+
+    def _stop(self, stop: Stop, answer: Answer) -> None:
+        """Pass on a stop that has come straight here, and answer it once the stage has obeyed."""
+        with self._changed:
+            if len(self._direct) >= MOST_DIRECT:
+                del self._direct[next(iter(self._direct))]
+            self._direct.setdefault(stop["direct"], []).append(answer)
+        self._send_first(b"s" + json.dumps({**stop, "number": DIRECT}).encode() + b"\n")
 
     def _put(self, line: bytes, *, is_score: bool = False) -> None:
         with self._changed:
@@ -247,6 +270,11 @@ class NearEnd:
             return
         if message["type"] == "transport":
             self._moves = message["state"] in ("playing", "waiting") or bool(message.get("waits_for"))
+            if self._reached and message["generation"] and message["state"] != "waiting":
+                self._reached.take_over()
+        if message["type"] == "obeyed":
+            for answer in self._direct.pop(message["mark"], ()):
+                answer(OBEYED)
         if message["type"] in ("error", "stopped"):
             self._explained = self._explained or message["type"] == "error" or "message" in message
         if message["type"] == "error" and not self._border:
@@ -284,7 +312,12 @@ def main() -> int:
         tell({"type": "error", "message": str(error)})
         return 2
     near = NearEnd(options.host, connection.ssh, tell)
-    near.run(connection.said)
+    show = os.environ.pop(STOP_SOCKETS, None)
+    try:
+        near.run(connection.said, Path(show) if show else None)
+    except OSError as error:
+        tell({"type": "error", "message": f"`improv stop` can't reach this: {error.strerror}"})
+        return 2
     return 2 if near.failed else 0
 
 

@@ -82,7 +82,8 @@ def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None
     kind = message["type"]
     if kind == "request":
         row = COMMANDS.get(message["command"]["type"])
-        return dict(message) if row and "ros" in row.by else None
+        command = _with(message["command"], {"at": border.at_here})
+        return {**message, "command": command} if row and "ros" in row.by else None
     if kind == "ready":
         return {name: message[name] for name in ("type", "protocol", "sink", "real")}
     if kind == "link":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from improv_core.protocol.commands import Pause, Stop
@@ -49,6 +50,15 @@ class First:
 
 
 @dataclass(frozen=True, slots=True)
+class DirectStop:
+    """A stop that has come straight to the stage, with its identity. `confirm` is called once the output has all
+    zeros."""
+
+    stop: Stop
+    confirm: Callable[[], None]
+
+
+@dataclass(frozen=True, slots=True)
 class End:
     """Standard input has ended or, because of a problem, can't be read; or a signal asks the stage to end."""
 
@@ -57,7 +67,7 @@ class End:
 
 Ordered = ToStage | Play | Unreadable | Lost
 """Arrivals from standard input, which the loop handles in their order."""
-Arrival = Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor | End
+Arrival = Ordered | First | DirectStop | Edge | RawPoses | RawJoints | Alarm | Anchor | End
 
 
 def kind_of(arrival: Ordered) -> str:

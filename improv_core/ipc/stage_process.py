@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Literal, TypedDict
@@ -21,6 +22,7 @@ from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, Watch
+from improv_core.safety.stop_fence import MOST
 from improv_core.safety.stops import Stops
 
 START_LIMIT = 60.0
@@ -69,6 +71,7 @@ class Stage:
         self._ended = asyncio.Event()
         self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._sending = threading.Lock()
+        self._reported: deque[str] = deque(maxlen=MOST)  # stops that have come straight to it, and were not sent to it
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
@@ -130,11 +133,15 @@ class Stage:
         self._watch.writing(time.monotonic())
         self._awake.set()
         with self._sending:
+            if message["type"] == "stop" and message.get("direct") in self._reported:
+                self._reported.remove(message["direct"])
             if self._stops_by is None:
                 self._outbox.put(message)
             elif is_stop(message):
                 self._send_first(message)
             else:
+                if message["type"] == "load":
+                    self._settle()
                 if message["type"] == "load" or message["type"] == "resume":
                     self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
                 numbered: Any = {**message, "after": self._before}  # any message may have this field
@@ -213,6 +220,13 @@ class Stage:
         with suppress(OSError):  # it has ended; or it has read nothing for minutes, and is about to be killed
             os.write(self._stops_by, line)  # a line this short is written completely or not at all
 
+    def _settle(self) -> None:
+        """Send the stops that have come straight to the stage and went to all others before it could be sent any: until
+        then, it obeys nothing. Hold the lock."""
+        for direct in [each for each in self._reported if self._stops.has_settled(each)]:
+            self._reported.remove(direct)
+            self._send_first({"type": "stop", "direct": direct})
+
     def _close_channel(self) -> None:
         with self._sending:
             if self._stops_by is not None:
@@ -247,7 +261,12 @@ class Stage:
             self._moves = False
             self._failure = message.get("message", "")
         # Here and not on the event loop, which may be busy: a stop at a page has to be obeyed at once.
-        stops = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
+        stops = 0
+        if message["type"] == "request":
+            if message["command"]["type"] == "stop" and (direct := message["command"].get("direct")):
+                with self._sending:
+                    self._reported.append(direct)
+            stops = self._stops.arrive(message["command"])
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message, stops)
 

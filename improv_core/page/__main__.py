@@ -10,6 +10,7 @@ import argparse
 import errno
 import os
 import sys
+import time
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -26,7 +27,9 @@ if __name__ == "__main__":
 from improv_core.ipc.arrivals import End, First, Lost, Play
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import Viewer
+from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.drawn import Snapshot
+from improv_core.protocol.limits import STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.safety.parent_heartbeat import Parent
@@ -41,13 +44,13 @@ read the arguments of a process."""
 def main() -> int:
     """Serve the page, and play what standard input requests, until it ends. Returns exit code 1 after a failure, 2 if
     the port is taken."""
-    options = options_in(sys.argv[1:])
+    options, show = options_in(sys.argv[1:]), os.environ.get(STOP_SOCKETS)
 
     def begin(put: Tell, hear: Hear) -> Job:
-        token = os.environ.get(TOKEN)
+        given = os.environ.get(TOKEN), Path(show) if show else None
         if not options.simulate:
-            return open_alone(options, put, hear, token)
-        opened, ready, viewer = open_simulated(options, put, token)
+            return open_alone(options, put, hear, *given)
+        opened, ready, viewer = open_simulated(options, put, *given)
         if options.report_sent:
             report_sent(opened.sink, put)
         return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready, viewer.publish)
@@ -67,13 +70,15 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) -> tuple[Opened, Ready, Viewer]:
-    """Return the simulator's stage, its first message, and the server of the pages that show it. Raises OSError if the
-    port is taken."""
+def open_simulated(
+    options: argparse.Namespace, put: Tell, token: str | None, stages: Path | None = None
+) -> tuple[Opened, Ready, Viewer]:
+    """Return the simulator's stage, its first message, and the server of the pages that show it, which send their stops
+    straight to the `stages` of a show, too. Raises OSError if the port is taken."""
     from improv_core.outputs.simulator.simulator import Simulator
 
     simulator = Simulator()
-    viewer = _serve(options, put, token, simulator.snapshot)
+    viewer = _serve(options, put, token, stages, simulator.snapshot)
 
     def tell(message: FromStage) -> None:
         viewer.report(message)
@@ -82,11 +87,13 @@ def open_simulated(options: argparse.Namespace, put: Tell, token: str | None) ->
     return Opened(simulator, tell, viewer.show, viewer.publish), _ready(simulator.name, viewer), viewer
 
 
-def open_alone(options: argparse.Namespace, put: Tell, hear: Hear, token: str | None) -> Job:
-    """Return the work of pages of real robots, which show what the session sends. Raises OSError if the port is
-    taken."""
+def open_alone(
+    options: argparse.Namespace, put: Tell, hear: Hear, token: str | None, stages: Path | None = None
+) -> Job:
+    """Return the work of pages of real robots, which show what the session sends, and send their stops straight to the
+    `stages` of a show, too. Raises OSError if the port is taken."""
     floor = IdealFloor()
-    viewer = _serve(options, put, token, floor.snapshot, floor)
+    viewer = _serve(options, put, token, stages, floor.snapshot, floor)
 
     def take(message: ForPages) -> None:
         if message["type"] == "sensed":
@@ -108,23 +115,30 @@ def open_alone(options: argparse.Namespace, put: Tell, hear: Hear, token: str | 
         return 1 if arrival.problem else 0
 
     # Messages get in line behind the scores that they are about.
-    return Job(show, _ready("page", viewer), lambda message: hear(for_pages(message)))
+    return Job(show, _ready("page", viewer), lambda message: hear(for_pages(message)), moves=False)
 
 
 def _serve(
     options: argparse.Namespace,
     put: Tell,
     token: str | None,
+    stages: Path | None,
     snapshot: Callable[[], Snapshot],
     scores: IdealFloor | None = None,
 ) -> Viewer:
+    def request(command: PageRequest | Watched) -> None:
+        if command["type"] == "stop":
+            command["at"] = time.monotonic()  # if the parent is halted, it learns of the stop late
+        put({"type": "request", "command": command})
+
     try:
         return Viewer(
             options.port,
             snapshot,
-            lambda command: put({"type": "request", "command": command}),
+            request,
             takes_start_poses=options.takes_start_poses,
             token=token,
+            show=stages,
             tell=lambda line: put({"type": "warning", "message": line}),
             scores=scores,
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 import secrets
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -22,6 +23,7 @@ from improv_core.page.stop_confirmations import PageStops
 from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.page_requests import read_count, read_page
 from improv_core.protocol.tickets import Tickets
+from improv_core.safety.stage_stops import stop_stages
 
 if TYPE_CHECKING:
     import socket
@@ -43,6 +45,10 @@ MAX_MESSAGE = 1024 * 1024
 """Bytes of a message from a page: enough for the longest text, in any JSON encoding."""
 CONFIRM_LIMIT = 1.0
 """Seconds for which a stop may wait for its confirmation. Then the page learns that the stop has only arrived."""
+ASK_LIMIT = 0.8
+"""Seconds for which stages may let a stop wait for their own confirmation: less, so that the answer has their names."""
+MOST_ASKING = 16
+"""The most stops whose confirmation by stages is awaited at the same time."""
 FOLDER = Path(__file__).parent / "static"
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
 """The tag in index.html that the token replaces."""
@@ -69,7 +75,7 @@ class Application:
     files needs the token.
 
     `command` gets each command from a page, and `watched` when a page is opened, or closed in a frame. `music` returns
-    the song that plays.
+    the song that plays. A stop also goes straight to the stages of the `show`, if their sockets are known.
     """
 
     def __init__(
@@ -79,7 +85,10 @@ class Application:
         answers: Answers,
         command: Callable[[PageRequest | Watched], None],
         music: Callable[[], Music | None],
+        show: Path | None = None,
     ) -> None:
+        self._show = show
+        self._asking = 0  # the number of stops whose confirmation by stages is awaited
         self._token = token
         self._tickets = Tickets(token)
         self._pages = pages
@@ -214,6 +223,8 @@ class Application:
             raise web.HTTPBadRequest
         if self._stops.arrive(page, number):
             self._pass_stop(page, number)
+        elif not self._stops.is_confirmed(page, number):
+            self._ask_stages(page, number)  # another one may have taken over the robots of one that has died
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._is_confirmed(page, number), CONFIRM_LIMIT)
         if self._stops.is_confirmed(page, number):
@@ -225,7 +236,28 @@ class Application:
             await self._confirmed.wait()
 
     def _pass_stop(self, page: str, number: int) -> None:
+        self._ask_stages(page, number)
         self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
+
+    def _ask_stages(self, page: str, number: int) -> None:
+        """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop."""
+        if self._show is None or self._asking >= MOST_ASKING:
+            return
+        loop, show, mark = asyncio.get_running_loop(), self._show, f"{page} {number}"
+
+        def ask() -> None:
+            waits_for = stop_stages(show, {"type": "stop", "direct": mark}, ASK_LIMIT)
+            with suppress(RuntimeError):  # the server has ended
+                loop.call_soon_threadsafe(heard, waits_for)
+
+        def heard(waits_for: Sequence[str] | None) -> None:
+            self._asking -= 1
+            if waits_for is not None:
+                self.confirm(mark, waits_for)
+
+        with suppress(RuntimeError):  # there can't be more threads now: the parent gets the stop anyway
+            threading.Thread(target=ask, daemon=True).start()
+            self._asking += 1
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         from aiohttp import WSMsgType, web

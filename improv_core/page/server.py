@@ -9,6 +9,7 @@ import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
@@ -29,8 +30,9 @@ class Viewer:
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
     `watched` when one is opened, or closed in a frame), both from the server's thread: they must return at once. With
     `takes_start_poses`, one of them may be `place`. `tell` gets a line if robots will meet because of a score that has
-    taken over. `scores` finds out when their parts begin. A page survives a new server if that has the same `port` and
-    `token`. Raises OSError if the port is taken; port 0 is any free one.
+    taken over. `scores` finds out when their parts begin. Stops go straight to the stages of a `show`, too. A page
+    survives a new server if that has the same `port` and `token`. Raises OSError if the port is taken; port 0 is any
+    free one.
     """
 
     def __init__(
@@ -41,6 +43,7 @@ class Viewer:
         *,
         takes_start_poses: bool = False,
         token: str | None = None,
+        show: Path | None = None,
         tell: Callable[[str], None] = lambda line: None,
         scores: PlayedScores | None = None,
     ) -> None:
@@ -51,7 +54,9 @@ class Viewer:
         self._answers = Answers(OwnThread("improv-answers"))
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
-        self._application = Application(self._token, self._pages, self._answers, command, lambda: self._broadcast.music)
+        self._application = Application(
+            self._token, self._pages, self._answers, command, lambda: self._broadcast.music, show
+        )
         self._broadcast = Broadcast(
             self._pages,
             self._answers,

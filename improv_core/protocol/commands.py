@@ -35,9 +35,11 @@ class _Asked(TypedDict, total=False):
 
 class Marked(TypedDict, total=False):
     """`mark` identifies a stop for its page, which recognizes it once it has been obeyed. It goes to the stages that
-    have to report that."""
+    have to report that. `direct` identifies a stop that has also gone straight to the sockets of stages: it is the same
+    in both, and each stage obeys it once."""
 
     mark: str
+    direct: str
 
 
 class Stop(_Timed, Marked, _Asked):

@@ -28,6 +28,9 @@ MEASURED_AT_REST = 1.0
 """Seconds for which robots are still measured after they were sent zeros: most have come to rest by then."""
 STOP_PIPE = "IMPROV_STOP_PIPE"
 """The environment variable with the file descriptor of a stage's channel of stops."""
+STOP_SOCKETS = "IMPROV_STOP_SOCKETS"
+"""The environment variable with the path with which the names of a performance's stop sockets begin. Each stage has its
+own socket (safety/stage_stops.py)."""
 
 
 def helper(name: str, *arguments: str) -> list[str]:

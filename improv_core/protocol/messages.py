@@ -420,6 +420,11 @@ def read_to_stage(line: bytes) -> ToStage:
     return cast(ToStage, read_as(line, ToStage))
 
 
+DIRECT = 0
+"""The number of a stop on the channel of stops that comes straight from whoever stops robots, and not from the
+parent."""
+
+
 def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
     """Return the message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
     message = cast(Stop | Pause | Ping, read_as(line, Stop | Pause | Ping))

@@ -1,4 +1,5 @@
-"""Lets `improv stop` reach everything that plays: each process listens on Unix sockets of its own.
+"""Lets `improv stop` reach everything that plays: each session listens on Unix sockets of its own, and each stage, too
+(`stage_stops`).
 
 The sockets are files in folders that only this user can enter. Nothing is reachable over a network. A terminal, an
 editor, cron, and ssh may each name another runtime folder, or none. So each process also listens in a folder that no
@@ -10,17 +11,21 @@ reads as soon as it listens.
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import socket
 import stat
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from improv_core.protocol.commands import Stop
+from improv_core.safety.stage_stops import SUFFIX, AskedStages, read_stop, stage_of, yet_to_obey
+from improv_core.safety.stop_server import ASK, Answer, StopServer
 from improv_core.safety.stops import Stops
 
 SUPPORTED = hasattr(socket, "AF_UNIX")
@@ -28,7 +33,6 @@ SUPPORTED = hasattr(socket, "AF_UNIX")
 SHARED, RUNTIME = Path("/tmp"), Path("/run/user")
 """The folders that have a folder for each user. The environment doesn't name them, because it could hide what plays
 from `improv stop`; tests replace them inside the asking process."""
-ASK = b"stop\n"
 IDLE = "nothing was playing"
 """The answer of a process that had nothing to stop."""
 LIMIT = 2.0
@@ -37,8 +41,6 @@ NOTE = "stopped"
 """The file that has the latest `improv stop`: the machine's boot id, and the monotonic time."""
 BOOT = Path("/proc/sys/kernel/random/boot_id")
 """The file from which Linux names the current boot: after the next one, its monotonic times mean nothing."""
-AGAIN = 0.05
-"""Seconds until the next try if the system had no file handle for a new connection."""
 
 
 class StopSocketError(Exception):
@@ -48,14 +50,15 @@ class StopSocketError(Exception):
 class StopSocket:
     """Calls `stop` from a thread whenever `improv stop` asks for it, and answers with the line that `stop` returns.
 
-    Raises StopSocketError if `improv stop` might not find it.
+    Before that, `expect` gets the stop, which has also gone straight to stages. Raises StopSocketError if `improv stop`
+    might not find it.
     """
 
-    def __init__(self, stop: Callable[[], str]) -> None:
+    def __init__(self, stop: Callable[[], str], expect: Callable[[Stop], None] = lambda stop: None) -> None:
         self._stop = stop
-        self._closed = threading.Event()
-        self._servers: list[tuple[socket.socket, Path]] = []
-        name = f"{os.getpid()}-{secrets.token_hex(4)}.sock"
+        self._expect = expect
+        self._servers: list[StopServer] = []
+        name = f"{_own_name()}.sock"
         folders = [fixed_folder()]  # without it, an `improv stop` with another environment would not find us
         with suppress(StopSocketError):
             folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each, os.getuid()))]
@@ -67,49 +70,31 @@ class StopSocket:
                 raise
 
     def close(self) -> None:
-        self._closed.set()
-        for server, path in self._servers:
-            with suppress(OSError):
-                path.unlink()
-            with suppress(OSError):
-                server.shutdown(socket.SHUT_RDWR)  # wakes the thread
+        for server in self._servers:
             server.close()
 
     def _listen(self, path: Path) -> None:
-        draft = path.with_suffix(".new")
-        server = socket.socket(socket.AF_UNIX)
         try:
-            server.bind(str(draft))
-            draft.chmod(0o600)
-            server.listen()
-            draft.rename(path)  # `improv stop` removes a socket that nobody listens on, as this one was until now
-            threading.Thread(target=self._serve, args=(server,), daemon=True).start()
+            self._servers.append(StopServer(path, self._obey))
         except (OSError, RuntimeError) as error:
-            server.close()
-            for each in (draft, path):
-                with suppress(OSError):
-                    each.unlink(missing_ok=True)
             raise StopSocketError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-        self._servers.append((server, path))
 
-    def _serve(self, server: socket.socket) -> None:
-        while not self._closed.is_set():
-            try:
-                asking, _ = server.accept()
-            except OSError:  # closed; or the system has no file handles left for now
-                self._closed.wait(AGAIN)
-                continue
-            try:
-                # On a thread of its own: a process that connects and stays silent must not delay the next one.
-                threading.Thread(target=self._answer, args=(asking,), daemon=True).start()
-            except RuntimeError:  # there can't be more threads now
-                self._answer(asking)
+    def _obey(self, text: bytes, answer: Answer) -> None:
+        self._expect(read_stop(text))
+        answer(self._stop())
 
-    def _answer(self, asking: socket.socket) -> None:
-        with asking, suppress(OSError):
-            asking.settimeout(LIMIT)
-            if asking.recv(len(ASK)) == ASK:
-                asking.sendall(self._stop().encode())
+
+def new_show() -> Path | None:
+    """Return the path with which the names of the stop sockets of a performance's stages begin; None on Windows.
+
+    Raises StopSocketError.
+    """
+    return fixed_folder() / _own_name() if SUPPORTED else None
+
+
+def _own_name() -> str:
+    """Return a new name that shows which process has the socket."""
+    return f"{os.getpid()}-{secrets.token_hex(4)}"
 
 
 def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSocket | None:
@@ -119,8 +104,11 @@ def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSock
     """
     if not SUPPORTED:
         return None
+    with suppress(StopSocketError):  # an earlier process with our number may have been killed
+        for path in fixed_folder().glob(f"{os.getpid()}-*{SUFFIX}"):
+            path.unlink(missing_ok=True)
     try:
-        made = StopSocket(stop)
+        made = StopSocket(stop, stops.expect)
     except StopSocketError as error:
         stops.unreachable = f"its socket can't be made: {error}"
         return None
@@ -144,23 +132,27 @@ def stopped_since(started: float) -> bool:
 def stop_all() -> Iterator[str]:
     """Stop everything of this user that plays; under sudo, also of the user who called it.
 
-    Yields each answer, or the reason why there was none. Raises StopSocketError.
+    Yields the answer of each process, or the reason why there was none. If its stages have not all obeyed, the line
+    names those. Raises StopSocketError.
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
-    with ExitStack() as stack:
+    stop: Stop = {"type": "stop", "direct": f"improv-stop-{secrets.token_hex(8)}", "at": time.monotonic()}
+    with ExitStack() as stack, AskedStages(stop) as stages:
         # Ask all before the first answer is awaited: one process that hangs must not delay the others.
         asked: dict[str, tuple[Path, socket.socket | None]] = {}
+        shows: defaultdict[str, defaultdict[str, list[Path]]] = defaultdict(lambda: defaultdict(list))  # by process
         for user in _users():
             with _acting_as(user):
                 _leave_note(user)  # first: a process that listens from now on reads it, and the loop finds the others
-                for path in _sockets(user):
+                listens = {path: stages.ask(path) for path in _sockets(user, SUFFIX)}
+                for path in _sockets(user, ".sock"):
                     if asked.get(path.name, (path, None))[1] is None:
                         connection = stack.enter_context(socket.socket(socket.AF_UNIX))
                         connection.settimeout(LIMIT)
                         try:
                             connection.connect(str(path))
-                            connection.sendall(ASK)
+                            connection.sendall(ASK + json.dumps(stop).encode() + b"\n")
                         except (ConnectionRefusedError, FileNotFoundError):  # its process was killed
                             with suppress(OSError):
                                 path.unlink(missing_ok=True)
@@ -168,12 +160,42 @@ def stop_all() -> Iterator[str]:
                             asked[path.name] = path, None
                         else:
                             asked[path.name] = path, connection
+                sessions = {_process_of(path) for path, _ in asked.values()}
+                for path, is_there in listens.items():
+                    if is_there or _process_of(path) in sessions:
+                        shows[_process_of(path)][path.name.partition(".")[0]].append(path)
+                    else:  # its process and its session were killed
+                        with suppress(OSError):
+                            path.unlink(missing_ok=True)
+        obeyed = frozenset(stages.obeyed(LIMIT))
         for path, silent_or in asked.values():
             try:
                 answer = silent_or.makefile(encoding="utf-8", errors="replace").read() if silent_or else ""
             except OSError:
                 answer = ""
-            yield answer or _silent(path)
+            process = _process_of(path)
+            yield _line(process, answer, [*shows.pop(process, {}).values()], obeyed)
+        for process, others in shows.items():  # their sessions can't be asked
+            yield _line(process, "", [*others.values()], obeyed)
+
+
+def _line(process: str, answer: str, shows: Sequence[Sequence[Path]], obeyed: Collection[Path]) -> str:
+    """Return the line about a process: its `answer` (perhaps empty) if the stages of its performances have obeyed."""
+    late = [
+        name
+        for sockets in shows
+        for name in yet_to_obey(map(stage_of, sockets), [stage_of(path) for path in sockets if path in obeyed])
+    ]
+    if late:
+        end = f" ({answer})" if answer else f", and end process {process} with `kill`"
+        return f"no answer from {', '.join(late)}: look at them{end}"
+    if answer or not shows:
+        return answer or f"process {process} does not answer: end it with `kill`"
+    return f"stopped the robots of process {process}, which does not answer: end it with `kill`"
+
+
+def _process_of(path: Path) -> str:
+    return path.name.partition("-")[0]
 
 
 def fixed_folder() -> Path:
@@ -223,11 +245,11 @@ def _random_folders(user: int) -> Iterator[Path]:
     return (folder for folder in sorted(SHARED.glob(f"improv-{user}-*")) if _is_private(folder, user))
 
 
-def _sockets(user: int) -> Iterator[Path]:
+def _sockets(user: int, suffix: str) -> Iterator[Path]:
     for folder in dict.fromkeys((*_runtime_folders(user), SHARED / f"improv-{user}", *_random_folders(user))):
         if _is_private(folder, user):
             with suppress(OSError):
-                yield from sorted(folder.glob("*.sock"))
+                yield from sorted(folder.glob(f"*{suffix}"))
 
 
 def _made(folder: Path, user: int) -> Path | None:
@@ -265,7 +287,3 @@ def _acting_as(user: int) -> Iterator[None]:
         yield
     finally:
         os.seteuid(before)
-
-
-def _silent(path: Path) -> str:
-    return f"process {path.name.partition('-')[0]} does not answer: end it with `kill`"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -14,6 +15,11 @@ from improv_core.safety.suspend import NOTICED, asleep
 KNOWN = 0.25
 """Seconds after which people count as knowing of a press of an emergency stop. A request that arrives earlier may have
 waited since before the press, as all do that arrive when a suspended process continues."""
+BEHIND = 0.1
+"""Seconds after which a stop that has gone straight to stages shows that we were halted, and that what arrives now may
+have waited since before it. So stages obey nothing until people count as knowing of it."""
+MOST_DIRECT = 256
+"""Stops that have gone straight to stages and are remembered, to count each of them once."""
 
 
 class Receiver(Protocol):
@@ -39,6 +45,9 @@ class Stops:
         self._asleep = asleep
         self._slept = asleep()
         self._count = 0
+        self._expected: Stop | None = None  # the next stop, if that has gone straight to stages
+        self._direct: deque[str] = deque(maxlen=MOST_DIRECT)  # the identities of such stops that have been counted
+        self._settled: tuple[str, ...] = ()  # those that stages were sent with their identities
         self.stopped = 0
         """The number of these that were stops and not pauses."""
         self.unreachable = ""
@@ -65,17 +74,40 @@ class Stops:
 
     def stop(self, message: Stop | Pause | None = None) -> None:
         """Send all stages a stop, or a pause, at once. If some have real robots, only these report that they obeyed its
-        mark."""
-        timed = message.copy() if message else Stop(type="stop")
-        timed["at"] = time.monotonic()
-        unmarked = timed.copy()
-        if unmarked["type"] == "stop":
-            unmarked.pop("mark", None)
+        mark. A stop with a mark has gone straight to stages, too."""
+        now, again = time.monotonic(), None
         with self._lock:
+            if message is None:
+                message, self._expected = self._expected or Stop(type="stop"), None
+            timed = message.copy()
+            asked, timed["at"] = timed.get("at", now), now
+            if timed["type"] == "stop" and (direct := timed.pop("direct", timed.get("mark"))):
+                self._direct.append(direct)
+                if now - asked > BEHIND:
+                    again = Stop(type="stop", direct=direct)
+                    if "by" in timed:
+                        again["by"] = timed["by"]
+                else:
+                    self._settled = (*self._settled, direct)[-MOST_DIRECT:]
+                    timed["direct"] = direct
             any_real = any(self._stages.values())
+            unmarked = timed.copy()
+            if unmarked["type"] == "stop":
+                unmarked.pop("mark", None)
             for stage, real in self._stages.items():
                 stage.send(timed if real == any_real else unmarked)
             self._note(stop=timed["type"] == "stop")
+        if again:
+            self._settle_later(again)
+
+    def _settle_later(self, stop: Stop) -> None:
+        """Repeat a stop once people count as knowing of it. Only then, stages obey what is asked for after it."""
+        timer = threading.Timer(KNOWN, self.stop, [stop])
+        timer.daemon = True
+        try:
+            timer.start()
+        except RuntimeError:  # there can't be more threads now
+            self.stop(stop)
 
     def on_stop(self, tell: Callable[[], object]) -> None:
         """Call this at each stop from now on, on its thread; not at a pause. It must not wait for anything."""
@@ -88,11 +120,30 @@ class Stops:
                 self.known = count
                 self._note(stop=True)
 
+    def expect(self, stop: Stop) -> None:
+        """Note the stop that comes next: it has gone straight to stages, too."""
+        with self._lock:
+            self._expected = stop
+
+    def has_settled(self, direct: str) -> bool:
+        """Return whether stages have been sent this stop, so that they may obey what was asked for after it. Callable
+        also while messages are sent."""
+        return direct in self._settled
+
     def arrive(self, request: PageRequest | Watched) -> int:
-        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries."""
-        if is_stop(request):
+        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries.
+
+        Each stage reports a stop that has come straight to it. Only the first report counts.
+        """
+        if is_stop(request) and not self._is_known(request):
             self.stop(request)
         return self.count
+
+    def _is_known(self, request: Stop | Pause) -> bool:
+        if request["type"] != "stop" or "direct" not in request:
+            return False
+        with self._lock:
+            return request["direct"] in self._direct
 
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
         """Send a message that makes robots move, unless a stop has come since the count was `asked`. Returns whether it

@@ -241,14 +241,14 @@ def _gone(state: SessionState, name: SinkName, gone: Gone) -> Decided:
 
 def _started(state: SessionState, name: SinkName, ready: Ready, now: Now) -> Decided:
     """Send a new stage all that it has to know. In place of a dead one, it stops the robots."""
-    replaces = name in state.gone
+    halts = state.halts(name)
     state = replace(state, stages={**state.stages, name: ready}, gone=state.gone - {name})
     acts: list[Act] = [Send(name, _kept(message)) for message in state.kept.values()]
     if ready["real"] and now.pressed["count"]:
         acts.append(Send(name, now.pressed))
-    idle_score = state.idle_score if name == state.idle else None
-    scores = [idle_score] if idle_score else [*state.editions.sent.values()]
-    if replaces and scores and name not in (state.twin, "page"):
+    if halts:
+        idle_score = state.idle_score if name == state.idle else None
+        scores = [idle_score] if idle_score else [*state.editions.sent.values()]
         state = replace(state, halting=name, still=False)
         acts.append(SendScore(name, PlayScore(_standing(scores), "", 0, generation=state.generation)))
     return state, acts

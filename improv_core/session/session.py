@@ -10,6 +10,7 @@ from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Protocol, TypeAlias
 from urllib.parse import urlsplit
 
@@ -19,7 +20,8 @@ from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, PageRequest
 from improv_core.protocol.messages import Load, Problem, Ready, ToStage
 from improv_core.protocol.tickets import issue
-from improv_core.safety.stop_socket import IDLE
+from improv_core.safety import stage_stops
+from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
 from improv_core.safety.stops import KNOWN, Stops
 from improv_core.score.score import Host, OutsideClock
 from improv_core.score.score_json import RowsWritten, to_json
@@ -105,6 +107,9 @@ class Playback:
         self._stages: dict[SinkName, RunningStage] = {}
         self._written: dict[SinkName, RowsWritten] = {}  # the movements that each stage has
         self._opening = asyncio.Lock()
+        self._show: Path | None = None  # the path with which the names of the stages' stop sockets begin
+        with suppress(StopSocketError):  # then real robots have no `improv stop` either, and don't move
+            self._show = new_show()
         self._osc = OscLink(options.osc, stops, self._ask_for, self._say)
         self._beginning: list[str] = []  # programs that wait for the stages to start
         self._ends = 0  # the number of times that everything had to end
@@ -218,6 +223,8 @@ class Playback:
 
     def _forget(self) -> None:
         self._stages.clear()
+        if self._show:
+            stage_stops.forget(self._show)
         self._hear_clock(None)
         self._do((self.state.closed(), []))
 
@@ -351,7 +358,10 @@ class Playback:
 
     async def _start_stage(self, name: SinkName) -> bool:
         """Start a stage. Returns whether there is one."""
-        options = replace(self.options, port=self._port, hosts=sorted(self._hosts, key=lambda host: host.name))
+        hosts = sorted(self._hosts, key=lambda host: host.name)
+        options = replace(self.options, port=self._port, hosts=hosts, show=self._show)
+        if self._show and not self.state.halts(name):
+            stage_stops.forget(self._show, name)
         stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
         if not stage:
             return False

@@ -5,14 +5,16 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from improv_core.ipc.stage_process import Hear, Heard, Stage, StageError
 from improv_core.music.osc_link import Reach
 from improv_core.outputs.ros.setup.interpreter import InterpreterError, find_ros_python
-from improv_core.protocol.limits import FOLDER
+from improv_core.protocol.limits import FOLDER, STOP_SOCKETS
+from improv_core.safety import stage_stops
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host
 from improv_core.session.group.multi_host_stage import Ensemble
@@ -35,7 +37,8 @@ class Options:
     (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With `report_sent`, stages report every
     velocity they send. With `page`, real robots have one even without the simulator. `takes_start_poses` is for a
     listener that handles `place` requests: only then does the page have start poses written into the program. `hosts`
-    are machines that have a stage of their own. `osc` has the addresses for OSC messages.
+    are machines that have a stage of their own. `osc` has the addresses for OSC messages. `show` is the path with which
+    the names of the stages' stop sockets begin; without it, they have none.
     """
 
     backend: str = "auto"
@@ -50,6 +53,7 @@ class Options:
     ros_arguments: Sequence[str] = ()
     hosts: Sequence[Host] = ()
     osc: Reach = "here"
+    show: Path | None = None
 
 
 async def start_stage(
@@ -63,7 +67,7 @@ async def start_stage(
         simulating = ["--simulate", *_reporting(options)] if sink == "simulator" else []
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
         arguments = [*simulating, "--port", str(options.port), *taking]
-        env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
+        env = {**_with_sockets(os.environ, options), "IMPROV_PAGE_TOKEN": token}
         return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
     if not options.hosts:
         return await _start_here(options, hear, stops, needed=options.backend != "auto")
@@ -74,7 +78,11 @@ async def start_stage(
         named = next(each for each in options.hosts if each.name == host)
         return await _start_there(named, options, hear_member, stops)
 
-    return await Ensemble.start([HERE, *(host.name for host in options.hosts)], start_member, hear)
+    def forget(host: str) -> None:
+        if options.show:
+            stage_stops.forget(options.show, host or stage_stops.HERE)
+
+    return await Ensemble.start([HERE, *(host.name for host in options.hosts)], start_member, hear, forget)
 
 
 async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:
@@ -89,7 +97,8 @@ async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: boo
         named = ["--node", options.node] if options.node else []
         theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
         arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
-        return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear, stops)
+        env = _with_sockets(found.env, options)
+        return await Stage.start([found.python, str(FOLDER), *arguments], env, hear, stops)
     if not needed:
         return None
     raise StageError(
@@ -103,7 +112,11 @@ async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -
     domain = [] if host.domain is None else ["--domain", str(host.domain)]
     rmw = ["--rmw", host.rmw] if host.rmw else []
     command = [sys.executable, str(REMOTE), "near", host.name, *domain, *rmw, *_reporting(options)]
-    return await Stage.start(command, os.environ, hear, stops)
+    return await Stage.start(command, _with_sockets(os.environ, options), hear, stops)
+
+
+def _with_sockets(env: Mapping[str, str], options: Options) -> Mapping[str, str]:
+    return {**env, STOP_SOCKETS: str(options.show)} if options.show else env
 
 
 def _reporting(options: Options) -> list[str]:

@@ -155,6 +155,10 @@ class SessionState:
         silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
         return replace(self, kept={**self.kept, "silence": silence})
 
+    def halts(self, name: SinkName) -> bool:
+        """Return whether a new stage has to stop the robots of a dead one first."""
+        return name in self.gone and name not in (self.twin, "page") and bool(self.editions.sent or self.idle_score)
+
     def leads(self, name: SinkName) -> bool:
         """Return whether this stage's reports count for all."""
         return name == self.leader and name not in self.gone

@@ -10,13 +10,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from improv_core.ipc.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.plain import one_line
 from improv_core.player.player import Player
 from improv_core.player.sensing import foreseen
 from improv_core.player.separation_monitor import from_elsewhere
 from improv_core.player.start_gate import made_of
-from improv_core.protocol.commands import VOID, Stop, is_stop
+from improv_core.protocol.commands import VOID, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
 from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
@@ -171,9 +171,13 @@ class Loop:
             self._opened.pending_zeros.retry(now)
         self._do_next()
 
-    def take(self, arrival: Ordered | First | Edge | RawPoses | RawJoints | Alarm | Anchor, now: float) -> None:
+    def take(
+        self, arrival: Ordered | First | DirectStop | Edge | RawPoses | RawJoints | Alarm | Anchor, now: float
+    ) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
-        if isinstance(arrival, Edge):
+        if isinstance(arrival, DirectStop):
+            self._obey_direct(arrival, now)
+        elif isinstance(arrival, Edge):
             self.player.sense(arrival, now)
         elif isinstance(arrival, RawPoses):
             self.player.measure(arrival.poses, now)
@@ -189,6 +193,7 @@ class Loop:
             self._in_order.overtaking = self._in_order.overtaking.hear(message["type"], arrival.number)
             if message["type"] == "stop":
                 self._in_order.forget_pause()
+                self._settle(message)
             playing = self.player.state == "playing"
             if not (message["type"] == "pause" and playing and self._in_order.pause(message)):
                 self._obey(message, now)
@@ -197,6 +202,7 @@ class Loop:
             self._obey(arrival, now)
         elif isinstance(arrival, dict) and is_stop(arrival):
             self._in_order.stop()
+            self._settle(arrival)
             self._do(arrival, now)
         else:
             if isinstance(arrival, Play) and self._opened.sink.real:
@@ -222,6 +228,21 @@ class Loop:
             self._tell({"type": "lacks", "generation": arrival.generation})
         elif not (self._deserted and arrival["type"] in VOID):  # its parent will find out, and send all again
             self._obey(arrival, now)
+
+    def _obey_direct(self, direct: DirectStop, now: float) -> None:
+        """Obey a stop that has come straight here, report it to the parent, and then answer it."""
+        name = direct.stop["direct"]
+        if not self._in_order.overtaking.has(name):
+            self._in_order.forget_pause()
+            self._in_order.overtaking = self._in_order.overtaking.hear_direct(name)
+            self.player.stop(now, direct.stop.get("by"))
+            self._tell({"type": "request", "command": {**direct.stop, "at": now}})
+        direct.confirm()
+
+    def _settle(self, stop: Stop | Pause) -> None:
+        """Note that the parent has sent a stop that may have come straight here, too."""
+        if stop["type"] == "stop" and "direct" in stop:
+            self._in_order.overtaking = self._in_order.overtaking.settle(stop["direct"])
 
     def stop(self) -> None:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""

@@ -10,17 +10,21 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import NamedTuple
 
-from improv_core.ipc.arrivals import Arrival, End
+from improv_core.ipc.arrivals import Arrival, DirectStop, End
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.json_lines import own_output
-from improv_core.protocol.limits import STOP_PIPE
+from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import FromStage, Ready
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.stage_stops import HERE, OBEYED, SIMULATOR, StageSocket
+from improv_core.safety.stop_server import Answer
 from improv_core.safety.suspend import asleep
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
@@ -41,6 +45,8 @@ class Job(NamedTuple):
     run: Callable[[Inbox, Parent], int]
     ready: Ready
     hand_to_pages: Callable[[ForPages], None] = lambda message: None
+    moves: bool = True
+    """False if there are no robots that a stop would have to reach."""
 
 
 def perform(begin: Callable[[Tell, Hear], Job]) -> int:
@@ -52,20 +58,23 @@ def perform(begin: Callable[[Tell, Hear], Job]) -> int:
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     outbox = Outbox()
-    pipe = os.environ.pop(STOP_PIPE, None)
+    pipe, show = os.environ.pop(STOP_PIPE, None), os.environ.pop(STOP_SOCKETS, None)
+    reached = DirectStops(inbox)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
     writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:
-        job = begin(outbox.put, inbox.put)
+        job = begin(lambda message: outbox.put(reached.after(message)), inbox.put)
+        if show and job.moves:
+            reached.listen(Path(show), HERE if job.ready["real"] else SIMULATOR)
     except Exception as error:  # whatever a sink's libraries raise, the one line about it must get out
         outbox.put({"type": "error", "message": one_line(error)})
         code = 2
     else:
         parent = Parent()
         if pipe:  # then only messages there show that the parent lives
-            threading.Thread(target=read_stops, args=(int(pipe), inbox, parent), daemon=True).start()
+            threading.Thread(target=read_stops, args=(int(pipe), inbox, parent, outbox.put), daemon=True).start()
         reading = inbox, None if pipe else parent, job.hand_to_pages
         threading.Thread(target=read_arrivals, args=reading, daemon=True).start()
         # A garbage collection over all imported modules would make commands late.
@@ -73,9 +82,39 @@ def perform(begin: Callable[[Tell, Hear], Job]) -> int:
         gc.set_threshold(50_000, 20, 100)
         outbox.put(job.ready)
         code = job.run(inbox, parent)
+        if code == 0:  # otherwise, robots may still move, and no other stage has taken them over
+            reached.close()
     outbox.put(None)
     writer.join(timeout=1)  # a parent that no longer reads must not keep us alive
     return code
+
+
+class DirectStops:
+    """The stops that come straight to the stage, ahead of all that waits in its inbox.
+
+    A stage that replaces one that has died can be reached once it moves that one's robots or has stopped them.
+    """
+
+    def __init__(self, inbox: UrgentQueue[Arrival]) -> None:
+        self._inbox = inbox
+        self._socket: StageSocket | None = None
+
+    def listen(self, show: Path, stage: str) -> None:
+        """Listen on the socket of this stage of a performance. Raises OSError."""
+        self._socket = StageSocket(show, stage, self._take)
+
+    def after(self, message: FromStage) -> FromStage:
+        """Return a message that the stage sends its parent."""
+        if message["type"] == "transport" and message["generation"] and message["state"] != "waiting" and self._socket:
+            self._socket.take_over()
+        return message
+
+    def close(self) -> None:
+        if self._socket:
+            self._socket.close()
+
+    def _take(self, stop: Stop, answer: Answer) -> None:
+        self._inbox.put_first(DirectStop(stop, lambda: answer(OBEYED)))
 
 
 class SystemClock:

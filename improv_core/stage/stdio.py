@@ -7,13 +7,14 @@ import time
 from collections.abc import Callable
 from typing import cast
 
-from improv_core.ipc.arrivals import Arrival, End, First, Lost, Play, Unreadable
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Play, Unreadable
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
 from improv_core.player.setpoints import setpoints
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import LONGEST_LINE
-from improv_core.protocol.messages import FromStage, after, read_first, read_to_stage
+from improv_core.protocol.messages import DIRECT, FromStage, after, read_first, read_to_stage
 from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import LONG
 from improv_core.safety.parent_heartbeat import Parent
@@ -53,21 +54,36 @@ def read_arrivals(
         inbox.put(End(problem))
 
 
-def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent) -> None:
+def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent, tell: Callable[[FromStage], None]) -> None:
     """Put the stops, pauses, and pings from their own channel into the inbox, ahead of all that waits, and note that
     the parent lives. The end of the channel ends the stage at once, even if standard input has yet to bring a long
-    score."""
+    score.
+
+    On a host, a stop that somebody else has sent straight to the stage comes there, too: `tell` confirms it.
+    """
     problem = ""
     try:
         with open(pipe, "rb", closefd=False) as stream:
             for line in stream:
-                first = First(*read_first(line))
-                parent.speaks(time.monotonic(), pings=first.message["type"] == "ping")
-                inbox.put_first(first)
+                message, number = read_first(line)
+                if message["type"] == "stop" and number == DIRECT:
+                    inbox.put_first(direct(message, tell))
+                    continue
+                parent.speaks(time.monotonic(), pings=message["type"] == "ping")
+                inbox.put_first(First(message, number))
     except BaseException as error:
         problem = f"the stage can't read stops: {one_line(error)}"
     finally:
         inbox.put_first(End(problem))
+
+
+def direct(stop: Stop, tell: Callable[[FromStage], None]) -> DirectStop:
+    """Return the arrival of a stop that has come straight to a stage on a host, and that `tell` confirms."""
+    name = stop.get("direct", "")
+    own: Stop = {"type": "stop", "direct": name}
+    if "by" in stop:
+        own["by"] = stop["by"]
+    return DirectStop(own, lambda: tell({"type": "obeyed", "mark": name, "waits_for": []}))
 
 
 def arrival(line: bytes, read: RowsRead) -> Arrival:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import quote, urlsplit
 
@@ -38,6 +39,7 @@ from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from tests.open_page import token_behind
 from tests.page.conftest import LIMIT, TOKEN, Commands, link, part, transport
+from tests.safety.stages import Stages
 
 UPGRADE = {
     "Connection": "Upgrade",
@@ -443,6 +445,25 @@ def test_an_unconfirmed_stop_is_answered_with_the_names_yet_to_obey_it(
     viewer.publish({"type": "obeyed", "mark": "p 1", "waits_for": []})
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     assert pressed() == (204, b"")
+
+
+@pytest.mark.parametrize(("hangs", "answer"), [("", (204, b"")), ("ros", (202, b"the real robots"))])
+def test_a_stop_goes_straight_to_stages_and_is_confirmed_although_the_parent_says_nothing(
+    hangs: str, answer: tuple[int, bytes], commands: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT if not hangs else 0.5)
+    monkeypatch.setattr(routes, "ASK_LIMIT", LIMIT if not hangs else 0.05)
+    with TemporaryDirectory(dir="/tmp") as folder:
+        stages = Stages(Path(folder, "7-abc"), "simulator", "ros", hangs=hangs)
+        viewer = Viewer(0, NOBODY, commands.put, token=TOKEN, show=Path(folder, "7-abc"))
+        for _ in range(2 if hangs else 1):  # the page sends it again
+            said = answer_to(viewer, "page=p&number=1")
+            assert (said.status, said.read()) == answer
+        assert {(name, stop["direct"]) for name, stop in stages.stops} == {("ros", "p 1"), ("simulator", "p 1")}
+        viewer.close()
+        stages.close()
+    assert commands.get(timeout=LIMIT) == {"type": "stop", "mark": "p 1"}
+    assert commands.empty()
 
 
 def test_a_stop_needs_the_token_our_own_origin_and_a_number(

@@ -15,12 +15,13 @@ import pytest
 from tests.open_page import live_behind
 from tests.processes import command_of, players
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
-from tests.ros.dance import Server, dances, still
+from tests.ros.dance import AFTER, AFTER_SPEED, Server, dances, still
 
 pytestmark = pytest.mark.slow("starts a server and its stages, and robots drive")
 
-Press = Callable[[], tuple[int, str]]
-"""A call that sends a page's stop, or repeats it, and returns the answer's status and the stages yet to obey."""
+Press = Callable[..., tuple[int, str]]
+"""A call that sends a page's stop with a number (1), or repeats it, and returns the answer's status and the stages yet
+to obey."""
 
 
 @contextmanager
@@ -32,10 +33,10 @@ def dancing(env: Mapping[str, str], robot: Listener, *, standby: bool = True) ->
         url = server.client.request("workspace/executeCommand", {"command": "improv.page"})
         live = urlsplit(live_behind(url))
 
-        def press() -> tuple[int, str]:
+        def press(number: int = 1) -> tuple[int, str]:
             connection = http.client.HTTPConnection(live.netloc, timeout=LIMIT)
             headers = {"Origin": f"http://{live.netloc}"}
-            connection.request("POST", f"/stop?{live.query}&page=p&number=1", headers=headers)
+            connection.request("POST", f"/stop?{live.query}&page=p&number={number}", headers=headers)
             answer = connection.getresponse()
             return answer.status, answer.read().decode()
 
@@ -82,3 +83,22 @@ def test_a_stop_that_real_robots_have_obeyed_is_confirmed(turtle: Listener, alon
     with dancing(alone, turtle) as (_, _, press):
         confirmed(press)
         turtle.wait(still)
+
+
+def test_a_stop_while_the_session_is_halted_stops_robots_and_no_save_from_before_it_moves_them(
+    turtle: Listener, alone: Mapping[str, str]
+) -> None:
+    limits = with_limits(safety__stops__KNOWN=LIMIT, safety__stops__BEHIND=0.01)
+    with dancing({**alone, **limits}, turtle) as (server, _, press):
+        os.kill(server.pid, signal.SIGSTOP)
+        server.type(AFTER)
+        server.client.save(server.uri)
+        assert press() == (204, "")
+        for _ in range(3):  # 0.05 s apart, so the session will learn of it late
+            turtle.wait(still)
+        os.kill(server.pid, signal.SIGCONT)
+        server.client.wait("window/showMessage", lambda shown: shown["message"][0] in "▶■")  # about that save
+        asked = time.monotonic()
+        assert press(2) == (204, "")
+        turtle.wait(lambda twist: twist["at"] > asked and still(twist))
+        assert not any(twist["x"] == AFTER_SPEED for twist in turtle.heard)

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections.abc import Callable
 
+import pytest
+
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import Load, ToStage
-from improv_core.safety.stops import Stops
+from improv_core.safety.stops import BEHIND, KNOWN, Stops
 
 
 class Stage:
@@ -98,3 +103,48 @@ def test_threads_can_take_turns_in_any_order() -> None:
             stopped += 1
         elif message["type"] == "load":
             assert message["generation"] == stopped
+
+
+def test_a_stop_that_has_gone_straight_to_stages_counts_once_whoever_reports_it_first() -> None:
+    stops, simulator, real = Stops(), Stage(), Stage()
+    stops.add(simulator)
+    stops.add(real, real=True)
+    report: Stop = {"type": "stop", "direct": "page 1", "at": time.monotonic()}
+    assert stops.arrive({"type": "stop", "mark": "page 1"}) == 1
+    assert [stops.arrive(report), stops.arrive(report)] == [1, 1]
+    assert stops.has_settled("page 1")
+    stops.expect({"type": "stop", "direct": "improv stop"})
+    stops.stop({"type": "pause"})
+    stops.stop()
+    assert stops.arrive({"type": "stop", "direct": "improv stop"}) == 3
+    for stage in (simulator, real):
+        assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop"]
+
+
+@pytest.mark.parametrize("threads", [True, False])
+def test_stages_obey_nothing_for_a_while_if_we_were_halted_when_somebody_stopped_them(
+    threads: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Requests that arrive with the report may have waited since before the stop."""
+    later: list[tuple[float, Callable[[], None]]] = []
+
+    class Timer:
+        def __init__(self, seconds: float, act: Callable[[Stop], None], given: list[Stop]) -> None:
+            self._later = seconds, lambda: act(*given)
+
+        def start(self) -> None:
+            if not threads:
+                raise RuntimeError("can't start new thread")
+            later.append(self._later)
+
+    monkeypatch.setattr(threading, "Timer", Timer)
+    stops, stage = Stops(), Stage()
+    stops.add(stage)
+    stops.arrive({"type": "stop", "direct": "x", "by": "osc", "at": time.monotonic() - 2 * BEHIND})
+    for seconds, repeat in later:
+        assert (seconds, stops.has_settled("x")) == (KNOWN, False)
+        assert stops.arrive({"type": "stop", "mark": "x", "direct": "x"}) == 1
+        repeat()
+    assert stops.has_settled("x")
+    assert [(message.get("direct"), message.get("by")) for message in stage.sent] == [(None, "osc"), ("x", "osc")]
+    assert stops.count == 2, "what has arrived since is as old as the stop"

@@ -61,7 +61,7 @@ def test_other_messages_on_the_channel_of_stops_end_the_stage() -> None:
     os.write(writing, b'{"type": "pause", "number": 3}\n{"type": "load"}\n')
     os.close(writing)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
-    read_stops(reading, inbox, Parent())
+    read_stops(reading, inbox, Parent(), lambda message: None)
     os.close(reading)
     first, end = everything(inbox)
     assert isinstance(first, First)

@@ -30,15 +30,18 @@ HearMember = Callable[[Stage, Heard, int], None]
 StartMember = Callable[[str, HearMember], Awaitable[Stage | None]]
 """Starts the stage of a host. None if there can be none here. Raises StageError."""
 HearAll = Callable[["Ensemble", Heard, int], None]
+Forget = Callable[[str], None]
+"""Is called with a host before a stage starts there that replaces none whose robots may still move."""
 
 
 class Ensemble:
     """Several stages, by their hosts. Made by `start`. `send` may be called on any thread for stops and pauses."""
 
-    def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll) -> None:
+    def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll, forget: Forget) -> None:
         self._group = GroupState({host: Hosted(alive=False) for host in hosts})
         self._start_member = start
         self._hear = hear
+        self._forget = forget
         self._loop = asyncio.get_running_loop()
         self._stages: dict[str, Stage] = {}
         self._stopped: deque[ToStage] = deque()  # stops and pauses that were sent and have yet to be noted
@@ -47,10 +50,12 @@ class Ensemble:
         self._closing = False
 
     @classmethod
-    async def start(cls, hosts: Sequence[str], start: StartMember, hear: HearAll) -> Ensemble:
+    async def start(
+        cls, hosts: Sequence[str], start: StartMember, hear: HearAll, forget: Forget = lambda host: None
+    ) -> Ensemble:
         """Start the stages of all hosts. One that can't be reached is tried again later, and the wait for one that
         doesn't answer is limited. Raises StageError if none can be started, or if the one here fails."""
-        made = cls(hosts, start, hear)
+        made = cls(hosts, start, hear, forget)
         starting = {host: asyncio.create_task(made._start(host)) for host in hosts}
         try:
             await made._reach(starting)
@@ -145,6 +150,8 @@ class Ensemble:
             self._try_later(host, str(error))
 
     async def _start(self, host: str) -> None:
+        if not self._group.members[host].died_moving:
+            self._forget(host)
         stage = await self._start_member(host, partial(self._heard, host))
         if stage:
             self._stages[host] = stage

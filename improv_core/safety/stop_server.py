@@ -1,0 +1,95 @@
+"""Listens on a Unix socket for stops. Neither a process that connects and stays silent nor a flood of them delays a
+stop."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+ASK = b"stop\n"
+"""The line with which a request begins. One line of JSON about the stop may follow, in the same packet."""
+MOST_BYTES = 1_000
+"""The longest request. More than that is not read."""
+READ_LIMIT = 2.0
+"""Seconds for which a connection may stay silent."""
+MOST_SILENT = 128
+"""The most connections that may be silent at a time. One more closes the oldest, unless its request has arrived."""
+AGAIN = 0.05
+"""Seconds until the next try if the system had no file handle for a new connection."""
+
+Answer = Callable[[str], None]
+"""Sends the answer, and closes the connection. Callable on any thread."""
+Take = Callable[[bytes, Answer], None]
+"""Obeys a stop, given the line that followed the request (perhaps empty). Called on threads."""
+
+
+class StopServer:
+    """Listens at a path that only this user can use, until it is closed. Raises OSError, also for a path that is too
+    long, and RuntimeError if there can't be more threads."""
+
+    def __init__(self, path: Path, take: Take) -> None:
+        self._path = path
+        self._take = take
+        self._closed = threading.Event()
+        self._silent: deque[socket.socket] = deque(maxlen=MOST_SILENT)
+        self._server = socket.socket(socket.AF_UNIX)
+        draft = path.with_suffix(".new")
+        try:
+            self._server.bind(str(draft))
+            draft.chmod(0o600)
+            self._server.listen()
+            draft.rename(path)  # whoever asks removes a socket that nobody listens on, as this one was until now
+            threading.Thread(target=self._serve, daemon=True).start()
+        except (OSError, RuntimeError):
+            self._server.close()
+            for each in (draft, path):
+                with suppress(OSError):
+                    each.unlink(missing_ok=True)
+            raise
+
+    def close(self) -> None:
+        self._closed.set()
+        with suppress(OSError):
+            self._path.unlink()
+        with suppress(OSError):
+            self._server.shutdown(socket.SHUT_RDWR)  # wakes the thread
+        self._server.close()
+
+    def _serve(self) -> None:
+        while not self._closed.is_set():
+            try:
+                asking, _ = self._server.accept()
+            except OSError:  # closed; or the system has no file handles left for now
+                self._closed.wait(AGAIN)
+                continue
+            if len(self._silent) == MOST_SILENT:
+                with suppress(OSError, IndexError):  # it has spoken meanwhile
+                    self._silent[0].shutdown(socket.SHUT_RD)  # what has arrived can still be read
+            self._silent.append(asking)
+            try:
+                # On a thread of its own: a process that connects and stays silent must not delay the next one.
+                threading.Thread(target=self._answer, args=(asking,), daemon=True).start()
+            except RuntimeError:  # there can't be more threads now
+                self._answer(asking)
+
+    def _answer(self, asking: socket.socket) -> None:
+        said = b""
+        with suppress(OSError):
+            asking.settimeout(READ_LIMIT)
+            said = asking.recv(MOST_BYTES)
+        with suppress(ValueError, IndexError):  # later ones have replaced it
+            self._silent.remove(asking)
+        if said.startswith(ASK):
+            self._take(said[len(ASK) :], partial(_send, asking))
+        else:
+            asking.close()
+
+
+def _send(asking: socket.socket, line: str) -> None:
+    with asking, suppress(OSError):
+        asking.sendall(line.encode())

@@ -1,0 +1,58 @@
+"""The near end of a link: a stop that comes straight to it is answered once the stage over there has obeyed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, cast
+
+from improv_core.hosts.near import MOST_DIRECT, NearEnd
+from improv_core.safety.stage_stops import StageSocket, stop_stages
+
+LIMIT = 30.0
+HOST = "pi@pi.local"
+OBEYED = {"type": "obeyed", "mark": "p 1", "waits_for": []}
+
+
+class Near(NearEnd):
+    """A near end without a link."""
+
+    def __init__(self) -> None:
+        self.told: list[Any] = []
+        super().__init__(HOST, cast(Any, None), self.told.append)
+        self.sent = threading.Semaphore(0)
+
+    def _send_first(self, frame: bytes) -> None:
+        super()._send_first(frame)
+        self.sent.release()
+
+
+def test_a_stop_is_passed_on_first_and_answered_once_the_stage_has_obeyed() -> None:
+    near, answers = Near(), list[Sequence[str] | None]()
+    with TemporaryDirectory(dir="/tmp") as folder:
+        show = Path(folder, "7-abc")
+        reached = StageSocket(show, HOST, near._stop)
+        near._put(b"a score")
+        asking = threading.Thread(
+            target=lambda: answers.append(stop_stages(show, {"type": "stop", "direct": "p 1", "by": "osc"}, LIMIT))
+        )
+        asking.start()
+        assert near.sent.acquire(timeout=LIMIT)
+        assert near._outgoing.next() == b's{"type": "stop", "direct": "p 1", "by": "osc", "number": 0}\n'
+        assert answers == []
+        near._pass_up({**OBEYED, "mark": "p 2"})
+        near._pass_up(OBEYED)
+        asking.join(LIMIT)
+        assert answers == [[]]
+        reached.close()
+
+
+def test_a_flood_of_stops_that_nobody_confirms_is_bounded() -> None:
+    near, answered = Near(), list[int]()
+    for number in range(2 * MOST_DIRECT):
+        near._stop({"type": "stop", "direct": str(number)}, lambda line, number=number: answered.append(number))  # type: ignore[misc]
+    for number in range(2 * MOST_DIRECT):
+        near._pass_up({**OBEYED, "mark": str(number)})
+    assert answered == [*range(MOST_DIRECT, 2 * MOST_DIRECT)]

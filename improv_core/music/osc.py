@@ -2,7 +2,7 @@
 words, and senses of the dance on time.
 
 It is a process of its own, so that a flood of messages delays nothing else. The parent starts it as
-`python …/improv_core/stage osc`. Standard library only (python-osc imported lazily).
+`python …/improv_core/stage osc [show]`. Standard library only (python-osc imported lazily).
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ import itertools
 import logging
 import math
 import os
+import secrets
 import select
 import socket
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from improv_core.ipc.rate_limit import MOST, Flood, Throttle
 from improv_core.music import osc_in, osc_out, osc_wire
@@ -27,6 +29,7 @@ from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
 from improv_core.protocol.osc_messages import FromOsc, OscExchange, PeerJson, ToOsc
+from improv_core.safety.stage_stops import stop_stages
 from improv_core.score.score_json import RowsRead, from_json
 
 NICENESS = 5
@@ -59,7 +62,7 @@ def main() -> int:
 
 def _exchange(lines: Lines[ToOsc], say: Say) -> None:
     osc_wire.written([], 0.0)  # imports everything it needs
-    desk = OscDesk(say)
+    desk = OscDesk(say, show=Path(sys.argv[1]) if sys.argv[1:] else None)
     say({"type": "alive"})
     while not lines.ended:
         wait = max(desk.due - time.monotonic(), 0.0)
@@ -72,11 +75,16 @@ def _exchange(lines: Lines[ToOsc], say: Say) -> None:
 
 
 class OscDesk:
-    """The state of this process, and its sockets."""
+    """The state of this process, and its sockets. Stops go straight to the stages of the `show`, too."""
 
     def __init__(
-        self, say: Say, clock: Callable[[], float] = time.monotonic, wall: Callable[[], float] = time.time
+        self,
+        say: Say,
+        clock: Callable[[], float] = time.monotonic,
+        wall: Callable[[], float] = time.time,
+        show: Path | None = None,
     ) -> None:
+        self._show = show
         self._say = say
         self._clock = clock
         self._wall = wall
@@ -263,6 +271,9 @@ class OscDesk:
         heapq.heappush(self._timers, (self._clock() + seconds, next(self._numbers), act))
 
     def _ask(self, asked: PageRequest) -> None:
+        if asked["type"] == "stop" and self._show:
+            asked["direct"], asked["at"] = f"osc-{secrets.token_hex(8)}", time.monotonic()
+            stop_stages(self._show, asked, 0.0)
         self._say({"type": "request", "command": asked})
 
     def _complain(self, line: str, about: str) -> None:

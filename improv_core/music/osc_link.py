@@ -5,6 +5,8 @@ from __future__ import annotations
 from asyncio import Event, TimeoutError, get_running_loop, wait_for
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
+from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
 from improv_core.ipc.child import Policy
@@ -44,7 +46,8 @@ class OscLink:
     """Has a process exchange OSC messages while the score that plays asks for that.
 
     `ask` gets each request and the count of stops at its arrival, and `say` gets lines for people; both are called on
-    the event loop. The thread that reads obeys stops, as with those of pages.
+    the event loop. The thread that reads obeys stops, as with those of pages; the process sends them straight to the
+    stages of the `show`, too.
     """
 
     def __init__(
@@ -54,12 +57,13 @@ class OscLink:
         ask: Callable[[PageRequest, int], None],
         say: Callable[[str], None],
         start: Callable[[Hear], OscProcess] | None = None,
+        show: Path | None = None,
     ) -> None:
         self._reach = reach
         self._stops = stops
         self._ask = ask
         self._say = say
-        self._start = start or _start
+        self._start = start or partial(_start, show)
         self._process: OscProcess | None = None
         self._number = 0  # counts the processes
         self._ready: Event | None = None  # set once the process has started or ended
@@ -143,8 +147,8 @@ class OscLink:
             self._ask(message["command"], asked)
 
 
-def _start(hear: Hear) -> OscProcess:
-    return Helper(helper("osc"), POLICY, FromOsc, hear, lambda why: hear(None))
+def _start(show: Path | None, hear: Hear) -> OscProcess:
+    return Helper(helper("osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None))
 
 
 def _json(peer: tuple[str, int]) -> PeerJson:

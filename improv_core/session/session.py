@@ -110,7 +110,7 @@ class Playback:
         self._show: Path | None = None  # the path with which the names of the stages' stop sockets begin
         with suppress(StopSocketError):  # then real robots have no `improv stop` either, and don't move
             self._show = new_show()
-        self._osc = OscLink(options.osc, stops, self._ask_for, self._say)
+        self._osc = OscLink(options.osc, stops, self._ask_for, self._say, show=self._show)
         self._beginning: list[str] = []  # programs that wait for the stages to start
         self._ends = 0  # the number of times that everything had to end
         self._replacing: set[asyncio.Task[None]] = set()

@@ -7,6 +7,8 @@ import struct
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from improv_core.ipc.child import Child, Policy
@@ -22,6 +24,7 @@ from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.score.senses import OscName
 from tests.player.test_player import score
 from tests.player.test_reacting import CUE, FORWARD, open_score
+from tests.safety.stages import Stages
 from tests.session.story import at
 
 WALL = 1_800_000_000.0
@@ -34,10 +37,10 @@ def datagram(address: str, *arguments: Argument, due: float = 0.0) -> bytes:
 
 
 class DeskOnClock:
-    def __init__(self) -> None:
+    def __init__(self, show: Path | None = None) -> None:
         self.now = 1000.0
         self.said: list[FromOsc] = []
-        self.desk = OscDesk(self.said.append, lambda: self.now, lambda: WALL + self.now - 1000)
+        self.desk = OscDesk(self.said.append, lambda: self.now, lambda: WALL + self.now - 1000, show)
         self.desk.take({"type": "plays", "generation": 1, "score": loads(dumps(to_json(SCORE, RowsWritten())))})
         self.desk.take(at("playing", 1))
 
@@ -83,6 +86,22 @@ def test_only_stops_count_in_a_flood() -> None:
     check([*flood, datagram("stop"), *flood, datagram("pause")], ["seek", "stop", "pause"], [line])
     bundle = written([("/improv/seek", [beat]) for beat in range(100)] + [("/improv/stop", [])], WALL)
     check([bundle] * 20, ["seek", "stop", "stop"], [line])
+
+
+def test_a_stop_goes_straight_to_stages_and_a_halted_one_delays_nothing() -> None:
+    with TemporaryDirectory(dir="/tmp") as folder:
+        show = Path(folder, "7-abc")
+        stages = Stages(show, "ros", "simulator", hangs="simulator")
+        desk = DeskOnClock(show)
+        desk.hear(datagram("stop"), datagram("cue"))
+        desk.turn(PERIOD)
+        assert desk.asked == ["stop", "cue"]
+        stop = next(each["command"] for each in desk.said if each["type"] == "request")
+        assert stop["type"] == "stop"
+        assert stop["by"] == "osc"
+        stages.wait(2)
+        assert sorted(stages.stops) == [("ros", stop), ("simulator", stop)]
+        stages.close()
 
 
 def test_requests_are_passed_on_fifty_times_a_second_and_short_presses_are_not_lost() -> None:

@@ -51,6 +51,12 @@ def place(uri: str, line: int, character: int, **more: Any) -> dict[str, Any]:
     return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
 
 
+def span(line: int, start: int, end: int, last: int | None = None) -> dict[str, dict[str, int]]:
+    """Return a range of a document: from one column to another one, in the same line if no `last` one is given."""
+    ends_in = line if last is None else last
+    return {"start": {"line": line, "character": start}, "end": {"line": ends_in, "character": end}}
+
+
 def places(diagnostics: Sequence[Mapping[str, Any]]) -> list[tuple[int, int, int, str]]:
     """Return line, first and last column, and code of each diagnostic."""
     found = [(each["range"]["start"], each["range"]["end"], each["code"]) for each in diagnostics]
@@ -213,8 +219,7 @@ class Client:
 
     def actions(self, uri: str, line: int, character: int, **context: Any) -> list[Message]:
         """Return the code actions at a place."""
-        position = {"line": line, "character": character}
-        asked = {"range": {"start": position, "end": position}, "context": {"diagnostics": [], **context}}
+        asked = {"range": span(line, character, character), "context": {"diagnostics": [], **context}}
         found: list[Message] = self.request("textDocument/codeAction", {"textDocument": {"uri": uri}, **asked})
         return found
 

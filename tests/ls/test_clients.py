@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import Client
+from tests.ls.client import Client, span
 from tests.ls.strict import complaints, said
 
 RECORDS = sorted((Path(__file__).parent / "clients").glob("*.json"))
@@ -56,14 +56,14 @@ class Session:
         """Open a program with an error, look at it, and apply its fix, in columns of the agreed unit."""
         self.client.open(self.uri, WRONG)
         mistake, *others = self.diagnostics(1)
-        wrong = _range(2, 16 + self.wide, 19 + self.wide)
+        wrong = span(2, 16 + self.wide, 19 + self.wide)
         assert (mistake["code"], mistake["range"]) == ("unknown-name", wrong)
         assert [other["code"] for other in others] == ["duplicate-beat", "unused-name"]
         context = {"diagnostics": [mistake], "only": ["quickfix"]}
         if "codeActionProvider" in self.serves:
             fix = self.request("textDocument/codeAction", range=wrong, context=context)[0]
             assert self.texts(fix["edit"]) == ["left"]
-        rest = {"start": _place(3, 0), "end": _place(5, 0)}
+        rest = span(3, 0, 0, last=5)
         self.client.change(self.uri, 2, {"range": wrong, "text": "left"}, {"range": rest, "text": ""})
         assert self.diagnostics(2) == []
 
@@ -90,7 +90,7 @@ class Session:
         assert len(self.client.request("callHierarchy/incomingCalls", {"item": item})) == 1
         assert self.texts(self.request("textDocument/rename", position=name, newName="y")) == ["y", "y"]
         if "codeActionProvider" in self.serves:
-            movement = _range(1, 3 + self.wide, 9 + self.wide)
+            movement = span(1, 3 + self.wide, 9 + self.wide)
             assert self.request("textDocument/codeAction", range=movement, context={"diagnostics": []})
         assert self.request("textDocument/documentSymbol")
         assert self.client.request("workspace/symbol", {"query": "𝑥"})
@@ -144,7 +144,3 @@ class Session:
 
 def _place(line: int, character: int) -> dict[str, int]:
     return {"line": line, "character": character}
-
-
-def _range(line: int, start: int, end: int) -> dict[str, Any]:
-    return {"start": _place(line, start), "end": _place(line, end)}

@@ -13,7 +13,7 @@ from improv_core.program.analysis import analyze
 from improv_ls import settling, slices
 from improv_ls.coloring import chunks, edits, encoded
 from improv_ls.positions import units
-from tests.ls.client import Client
+from tests.ls.client import Client, span
 
 URI = "untitled:Untitled-1"
 PROGRAM = "# 🐢\r\n\ufeff 𝑥 = up # 🐢\r\nr $ (left # 😀\r\n 𝑥 𝑥)\r\n"
@@ -46,7 +46,7 @@ def test_full_range_and_delta() -> None:
         rest += [(3, 1, 2, "variable"), (3, 4, 2, "variable")]
         assert read(full["data"], options["legend"]) == [*first, (1, 10, 4, "comment"), *rest]
 
-        seen = {"start": {"line": 2, "character": 3}, "end": {"line": 2, "character": 5}}
+        seen = span(2, 3, 5)
         ranged = client.request("textDocument/semanticTokens/range", {**asked, "range": seen})
         assert read(ranged["data"], options["legend"]) == rest
 

@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from tests.ls.client import Client, places
+from tests.ls.client import Client, places, span
 
 QUIET = {"onSave": "off"}
 TOLD = {"relatedInformation": True, "tagSupport": {"valueSet": [1]}}
@@ -52,7 +52,7 @@ def test_a_client_that_pulls_is_answered_once_and_sent_nothing() -> None:
         assert related["message"] == "`𝑦` is defined here"
         assert pull(client, URI, first["resultId"]) == {"kind": "unchanged", "resultId": first["resultId"]}
 
-        behind = {"start": {"line": 3, "character": 0}, "end": {"line": 3, "character": 0}}
+        behind = span(3, 0, 0)
         client.change(URI, 2, {"range": behind, "text": "# what is said stays the same\n"})
         assert pull(client, URI, first["resultId"])["kind"] == "unchanged"
         client.change(URI, 3, {"range": {**behind, "start": {"line": 0, "character": 0}}, "text": "\n𝑦 = up\n"})

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.ls.client import Client, place
+from tests.ls.client import Client, place, span
 
 URI = "file:///dance.improv"
 DOCUMENT = {"textDocument": {"uri": URI}}
 REFRESHED = {"workspace": {"inlayHint": {"refreshSupport": True}, "codeLens": {"refreshSupport": True}}}
 PROGRAM = "# 🐢\r\nbeat 30\r\n𝑥 = [up [left 𝑦]]\r\n𝑧 = [up [left right]]\r\nr $ 𝑧\r\ns $ repeat up\r\n"
-WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}}
+WHOLE = span(0, 0, 0, last=9)
 
 
 def hints(client: Client, seen: dict[str, Any] = WHOLE) -> list[tuple[int, int, str]]:
@@ -31,7 +31,7 @@ def test_beats_are_shown_to_editors_that_want_them() -> None:
         client.set(inlayHints={"beats": True})
         client.wait("workspace/inlayHint/refresh")
         assert hints(client) == [(3, 10, "×4"), (3, 22, "1 beat"), (4, 6, "1 beat"), (5, 13, "∞")]
-        line = {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 6}}
+        line = span(4, 0, 6)
         assert hints(client, line) == [(4, 6, "1 beat")]
         client.set(inlayHints={"beats": True}, codeLens=True)
         client.set(inlayHints={"beats": False})
@@ -55,7 +55,7 @@ def test_lines_that_play_show_their_beat_in_editors_that_want_it() -> None:
             assert [(line, column) for line, column, _ in found] in ([], [(2, 6)])
             seen += [text for _, _, text in found if text not in seen]
         assert all(text.startswith("beat ") and text.endswith("/∞") for text in seen)
-        assert hints(client, {"start": {"line": 0, "character": 0}, "end": {"line": 1, "character": 0}}) == []
+        assert hints(client, span(0, 0, 0, last=1)) == []
         client.command("stop")
         while hints(client):
             client.wait("workspace/inlayHint/refresh")

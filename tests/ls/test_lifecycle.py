@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from improv_ls.handlers.workspace_symbol import search
-from tests.ls.client import QUIET, TOLD, Client, place
+from tests.ls.client import QUIET, TOLD, Client, place, span
 from tests.stage_on_thread import running
 
 SILENT = {"onSave": "off"}
@@ -44,7 +44,7 @@ def test_a_document_is_removed_with_its_file(tmp_path: Path) -> None:
         assert client.codes_of(old) == []
         assert client.codes_of(robots) == []
         assert client.codes_of(new) == ["unknown-robot"]
-        end = {"start": {"line": 2, "character": 7}, "end": {"line": 2, "character": 11}}
+        end = span(2, 7, 11)
         client.change(new.as_uri(), 2, {"range": end, "text": "wav"})
         assert client.codes_of(new) == ["unused-name", "unknown-robot", "unknown-name"]
         assert names(client) == [("wave", "ne%20w.improv"), ("anna", "ne%20w.improv")]

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from improv_ls import settling
-from tests.ls.client import LIMIT, Client, place
+from tests.ls.client import LIMIT, Client, place, span
 
 MANY = 3_000
 QUIET = {"onSave": "off"}
 URI = "file:///dance.improv"
-FIRST = {"start": {"line": 0, "character": 4}, "end": {"line": 0, "character": 11}}
+FIRST = span(0, 4, 11)
 PROGRAM = "x = forward\nr $ reverse x\n" + "r $ x\n" * MANY + "r $ reverse x\n"
 LAST = MANY + 2
 EARLY, ALL = [1], [1, LAST]

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from tests.ls.client import QUIET, TOLD, Client, Message
+from tests.ls.client import QUIET, TOLD, Client, Message, span
 
 URI = "file:///my%20dance.improv"
 PROGRAM = "beat 240\n𝑥 = repeat up\nanna $ repeat left\nbert $ repeat forward\nanna $ lft\n"
 RIGHT = PROGRAM.replace("lft", "left")
-
-
-def at(line: int, start: int = 0, end: int = 0) -> dict[str, Any]:
-    return {"start": {"line": line, "character": start}, "end": {"line": line, "character": end}}
 
 
 def see_playing(client: Client, generation: int, robots: list[str], ranges: list[list[int]]) -> None:
@@ -28,7 +23,7 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         client.open(URI, PROGRAM)
         client.save(URI)
         client.wait_for_line("✗ line 5: `lft` is not defined")
-        client.command("play", URI, at(3))
+        client.command("play", URI, span(3, 0, 0))
         assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
         see_playing(client, 1, ["bert"], [[3, 14, 3, 21]])
 
@@ -37,7 +32,7 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
         see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
 
-        client.command("play", URI, at(1, 5, 14))  # a robot that does not play
+        client.command("play", URI, span(1, 5, 14))  # a robot that does not play
         assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
         see_playing(client, 3, ["ghost"], [[1, 12, 1, 14]])
         client.command("restart")
@@ -67,22 +62,29 @@ def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_pa
         client.wait_for_line("▶")
         keeps = "; the previous dance keeps playing"
         for arguments, expected in (
-            ([uri, at(5)], keeps),
+            ([uri, span(5, 0, 0)], keeps),
             ([uri, 1], keeps),
             ([uri, "square"], keeps),
-            (["file:///gone.improv", at(0)], "improv.play: expected the URI of an open program"),
+            (["file:///gone.improv", span(0, 0, 0)], "improv.play: expected the URI of an open program"),
         ):
             client.command("play", *arguments)
             assert client.wait("window/showMessage")["message"].endswith(expected)
-        wrong: list[list[object]] = [[uri, {"start": 3}], [uri, 0], [uri, [1]], [{}], [uri, at(-1)], [uri, "x", "y"]]
+        wrong: list[list[object]] = [
+            [uri, {"start": 3}],
+            [uri, 0],
+            [uri, [1]],
+            [{}],
+            [uri, span(-1, 0, 0)],
+            [uri, "x", "y"],
+        ]
         for each in wrong:
             client.command("play", *each)
             client.wait_for_line("improv.play: expected a program, then nothing, a range, a name, or a line counted")
         program.unlink()  # the editor still has it
-        client.command("play", uri, at(3))
+        client.command("play", uri, span(3, 0, 0))
         client.wait_for_line("▶ line 4: bert")
         (tmp_path / "improv.toml").write_text("[robots.carl]\n")
-        client.command("play", uri, at(3))
+        client.command("play", uri, span(3, 0, 0))
         client.wait_for_line("✗ line 4: `bert` is not in improv.toml")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import CAPABILITIES, QUIET, Client, place
+from tests.ls.client import CAPABILITIES, QUIET, Client, place, span
 from tests.ls.test_navigation import new_texts, spot, spots
 
 ROBOTS = '# 🐢 𝑥\n[profiles.rover]\nstep = 1\n[robots.anna]\nprofile = "rover"\n'
@@ -127,7 +127,7 @@ def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder
         assert spot(found) == (4, 11, 16)
         found = client.request("textDocument/formatting", {**document, "options": options})
         assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, ""), (3, 0, 0, "\n")]
-        line = {"start": {"line": 2, "character": 0}, "end": {"line": 2, "character": 1}}
+        line = span(2, 0, 1)
         found = client.request("textDocument/rangeFormatting", {**document, "range": line, "options": options})
         assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, "")]
         assert client.request("textDocument/onTypeFormatting", place(uri, 2, 0, ch="\n", options=options)) is None

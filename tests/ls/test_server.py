@@ -14,7 +14,7 @@ import pytest
 from improv_core.ipc.stage_process import Stage, StageError
 from improv_ls import editor
 from improv_ls.server import COMMANDS
-from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place, places
+from tests.ls.client import LIMIT, QUIET, TOLD, TURNS, Client, Message, ProcessClient, place, places, span
 from tests.open_page import connected, live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.stage_on_thread import StageOnThread
@@ -38,9 +38,9 @@ def diagnostics(client: Client, version: int) -> list[tuple[int, int, int, str]]
 def test_diagnostics_follow_the_text_in_utf_16(client: Client) -> None:
     client.open(URI, "# 😀\nr $ foward # 😀\n")
     assert diagnostics(client, 1) == [(1, 4, 10, "unknown-name")]
-    client.change(URI, 2, {"range": _range(1, 4, 1, 10), "text": "left"})
+    client.change(URI, 2, {"range": span(1, 4, 10), "text": "left"})
     assert diagnostics(client, 2) == []
-    client.change(URI, 3, {"range": _range(0, 4, 1, 0), "text": "\r\n"}, {"range": _range(1, 0, 1, 0), "text": "x "})
+    client.change(URI, 3, {"range": span(0, 4, 0, last=1), "text": "\r\n"}, {"range": span(1, 0, 0), "text": "x "})
     assert diagnostics(client, 3) == []
     client.change(URI, 4, {"text": "r $ (left 😀"})
     assert diagnostics(client, 4) == [(0, 4, 5, "unclosed-bracket")]
@@ -53,7 +53,7 @@ def test_hover_and_completion(client: Client) -> None:
     hover = client.request("textDocument/hover", place(URI, 2, 5))
     assert hover["contents"]["kind"] == "plaintext"
     assert "8 beats, 16.0 s at beat 30 · 8.0 m, turns 360° left" in hover["contents"]["value"]
-    assert hover["range"] == _range(2, 4, 2, 10)
+    assert hover["range"] == span(2, 4, 10)
     offered = client.request("textDocument/completion", place(URI, 2, 14))["items"]
     labels = [item["label"] for item in offered]
     assert {"forward", "repeat", "square"} <= set(labels)
@@ -266,7 +266,7 @@ def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
         client.configuration = {"inlayHints": {"beats": False}}
         client.answer_late()
         _hover(client)
-        asked = {"textDocument": {"uri": URI}, "range": _range(0, 0, 1, 0)}
+        asked = {"textDocument": {"uri": URI}, "range": span(0, 0, 0, last=1)}
         assert client.request("textDocument/inlayHint", asked)
 
 
@@ -338,7 +338,3 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
 def _hover(client: Client) -> None:
     """Have the server answer a request, which shows that it waits for nothing else."""
     client.request("textDocument/hover", place(URI, 0, 4))
-
-
-def _range(line: int, start: int, last_line: int, end: int) -> dict[str, dict[str, int]]:
-    return {"start": {"line": line, "character": start}, "end": {"line": last_line, "character": end}}

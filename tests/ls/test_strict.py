@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import Message, Spoken
+from tests.ls.client import Message, Spoken, span
 from tests.ls.strict import complaints
 
-RANGE = {"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 4}}
+RANGE = span(0, 0, 4)
 MARKED = {"kind": "markdown", "value": "**left**"}
 ITEM: Message = {"label": "YZ"}
 ACTION: Message = {"title": "Unroll", "edit": {}}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import queue
 import signal
 import subprocess
@@ -152,16 +151,6 @@ class Running:
         *lines, self._unended = (self._unended + text + "\n" * nl).split("\n")
         for line in lines:
             self._lines.put(f"{line}\n")
-
-
-def run_process(
-    *arguments: str | Path, env: dict[str, str] | None = None, text: str = "", folder: Path | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run a command with this text as standard input, in its own process."""
-    command, environment = [*IMPROV, *map(str, arguments)], {**os.environ, **(env or {})}
-    return subprocess.run(
-        command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
-    )
 
 
 @contextmanager

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -131,7 +130,7 @@ def check(
 ) -> Ended:
     """Play a program and compare the end poses of its robots, x and y in meters."""
     (folder / "dance.improv").write_text(program)
-    (folder / "improv.toml").write_text(dedent(toml))
+    (folder / "improv.toml").write_text(toml)
     done = run("play", "--fast", folder / "dance.improv", "--report", "json", *options)
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)

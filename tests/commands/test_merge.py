@@ -39,3 +39,9 @@ def test_a_new_file_is_written_and_no_other(dances: Path) -> None:
     done = run("merge", dances / "ada.improv", "-o", output)
     assert (done.returncode, done.stderr) == (2, f"improv: {output} exists already: name a new file\n")
     assert output.read_bytes() == before
+
+
+def test_a_program_that_cannot_be_merged_is_one_line(dances: Path) -> None:
+    (dances / "bo.improv").write_text("r $ lefft\n")
+    done = run("merge", dances / "ada.improv", dances / "bo.improv")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)

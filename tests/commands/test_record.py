@@ -66,6 +66,13 @@ def test_an_endless_program_needs_an_end(endless: Path, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 messages, 600.1 s")
 
 
+@pytest.mark.parametrize("backend", [(), ("--backend", "sim")])
+def test_a_wrong_program_is_not_recorded(backend: tuple[str, ...], tmp_path: Path) -> None:
+    done = run("record", written(tmp_path, "r $ lft\n"), "-o", tmp_path / "dance.mcap", *backend)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (1, "", 1)
+    assert not (tmp_path / "dance.mcap").exists()
+
+
 def test_a_failure_is_one_line(program: Path, tmp_path: Path) -> None:
     empty = written(tmp_path, "x = left\n", "empty.improv")
     path = tmp_path / "dance.mcap"

@@ -118,3 +118,9 @@ def test_a_song_that_was_moved_is_written_into_its_file(tmp_path: Path) -> None:
     assert document["uri"] == (tmp_path / "improv.toml").as_uri()
     assert text == f"{toml}first_beat = 0.35\n"
     assert (tmp_path / "improv.toml").read_text(encoding="utf-8") == toml
+
+
+def test_a_song_that_no_file_names_is_not_written(tmp_path: Path) -> None:
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        ask(play(client, tmp_path / "dance.improv"), {"type": "tune", "key": "first_beat", "value": 0.35})
+        client.wait_for_line("improv.toml was not changed: its section [music] is missing, or written in an unusual")

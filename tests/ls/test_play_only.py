@@ -120,3 +120,8 @@ def test_scenes_play_from_where_robots_are_when_they_begin() -> None:
         client.wait_for_line("▶ scene on: r ∞, endless")
         client.command("play", uri, {"from": "onn"})
         client.wait_for_line("no scene is called `onn`: did you mean `on`?; the previous dance keeps playing")
+        client.change(uri, 2, {"text": "r $ repeat up\n---\nr $ repeat up\n"})
+        only = next(each for each in offered(client, uri, 2, 0) if each["title"].startswith("Play only scene 2"))
+        client.request("workspace/executeCommand", only)
+        client.wait_for_line("▶ scene 2: r ∞, endless")
+        client.wait_for_line("robots begin at their starts, since scene 1 never ends")

@@ -53,6 +53,8 @@ def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Fol
         (message,) = (each for each in found if each["label"] == "message")
         assert message["textEdit"]["newText"] == 'message = ${1|"auto","Twist","TwistStamped"|}'
         assert spot(message["textEdit"]) == (5, 0, 4)
+        by_a_space = {"context": {"triggerKind": 2, "triggerCharacter": " "}}  # which offers only values
+        assert client.request("textDocument/completion", place(uri, 5, 4, **by_a_space)) is None
         said = client.request("textDocument/hover", place(uri, 2, 1))
         assert said["contents"]["value"].startswith("step: the distance of forward")
 
@@ -90,6 +92,8 @@ def test_from_a_section_to_the_lines_that_play_it_and_back(folder: Folder) -> No
         assert spots(client, "declaration", place(program, 0, 1)) == section
         assert spots(client, "definition", place(program, 0, 1)) == section
         assert spots(client, "definition", place(uri, 4, 12)) == [(uri, (1, 10, 15))]
+        assert spots(client, "definition", place(uri, 0, 0)) == []
+        assert client.request("textDocument/hover", place(uri, 0, 0)) is None
 
 
 def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Folder) -> None:
@@ -108,6 +112,16 @@ def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Fo
         assert new_texts(change["edits"]) == [(1, 10, 15, "cart"), (4, 11, 16, "cart")]
         client.refusal("textDocument/rename", place(uri, 3, 9, newName="left"))
         client.refusal("textDocument/prepareRename", place(uri, 2, 1))
+
+
+def test_a_body_part_is_found_and_renamed_in_all_programs(folder: Folder) -> None:
+    folder.closed.write_text("anna $ mast up\n", encoding="utf-8")
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, ROBOTS + '[profiles.rover.body.mast]\nup = { joint = "mast", meters = 0.1 }\n')
+        places = [(uri, (5, 21, 25)), (folder.closed.as_uri(), (0, 7, 11))]
+        assert spots(client, "references", place(uri, 5, 22, context={"includeDeclaration": True})) == places
+        changes = client.request("textDocument/rename", place(uri, 5, 22, newName="pole"))["documentChanges"]
+        assert [each["textDocument"]["uri"] for each in changes if each["edits"]] == [where for where, _ in places]
 
 
 def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder: Folder) -> None:

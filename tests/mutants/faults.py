@@ -73,7 +73,7 @@ STAGE = (
         "a stop keeps the requests that it makes void, and drops all others",
     ),
     Fault(
-        "player/takeover.py",
+        "score/takeover.py",
         "if not before.is_over and _is_alike(part, scene, before) else beat",
         "if not before.is_over else beat",
         "a part that was edited does not begin anew, but continues in the middle",

@@ -54,11 +54,7 @@ class Home:
         self._pages = Pages(self._simulator.snapshot)
         self._answers = Answers(AtOnce())
         self._broadcast = Broadcast(
-            self._pages,
-            self._answers,
-            lambda do, *values: do(*values),
-            self._confirm,
-            takes_start_poses=False,
+            self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
         )
         options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
         self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)

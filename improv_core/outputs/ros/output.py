@@ -98,7 +98,6 @@ class Ros(Sink):
         self._cast: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
-        self._uses_sim_time = False
         self._standby.wait()
         self._standby_until = 0.0  # until when beat 0 waits for the standby
 
@@ -148,7 +147,7 @@ class Ros(Sink):
         self._reader.read(_read_from_topics(parts), odometry, batteries, joint_states, period)
         self._cast = list(parts)
         self._controllers.take(parts, restart)
-        self._use_sim_time(any(part.use_sim_time for part in parts.values()))
+        self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
@@ -370,13 +369,6 @@ class Ros(Sink):
 
     def _topic(self, robot: str) -> RosTopic:
         return self._robots[robot].topic
-
-    def _use_sim_time(self, wanted: bool) -> None:
-        if wanted != self._uses_sim_time:
-            from rclpy.parameter import Parameter
-
-            self._uses_sim_time = wanted
-            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
 
 
 def _here(score: Score) -> dict[str, Part]:

@@ -46,7 +46,6 @@ class Publications:
         self._diagnostics = self._advertise(DiagnosticArray, "/diagnostics")
         self._paths: dict[str, Advertised] = {}
         self._marked: set[str] = set()
-        self._uses_sim_time = False
 
     def spin(self) -> None:
         """Read the time from /clock, if the node uses it."""
@@ -65,7 +64,7 @@ class Publications:
         score, transport = outlook.score, outlook.transport
         if not score or not transport:
             return
-        self._use_sim_time(any(part.use_sim_time for part in score.parts.values()))
+        self._nodes.use_sim_time(any(part.use_sim_time for part in score.parts.values()))
         self._publish_paths(outlook)
         self.publish_markers(outlook, now)
         if is_heard(self._transport):
@@ -136,13 +135,6 @@ class Publications:
 
     def _advertise(self, kind: Any, topic: str) -> Advertised:
         return self._nodes.advertise(kind, topic, False)
-
-    def _use_sim_time(self, wanted: bool) -> None:
-        if wanted != self._uses_sim_time:
-            from rclpy.parameter import Parameter
-
-            self._uses_sim_time = wanted
-            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
 
 
 _POSITION = ("state", "beats", "tempo", "speed", "generation", "muted", "soloed", "waits_for")

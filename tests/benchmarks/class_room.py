@@ -101,6 +101,8 @@ async def _measure(site: Path, seconds: float) -> None:
         await teaching
     busy = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / lasted
     print(f"{MOST_CHILDREN} pages for {lasted:.0f} s, {machine()}: {sent['sent']} dances sent, {len(took)} stops\n")
+    if not took:
+        sys.exit("no dance played when the teacher stopped it: measure on a machine with less work")
     print_head("what", "value", "goal")
     print_row("stop to the last zero, median", f"{median(took):.1f} ms", "")
     print_row("stop to the last zero, p99", f"{p99(took):.1f} ms", f"{GOAL:.0f} ms")

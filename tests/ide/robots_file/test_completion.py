@@ -10,12 +10,16 @@ from hypothesis import strategies as st
 
 from improv_core.ide.completion import Completion
 from improv_core.ide.robots_file.completion import complete
+from improv_core.ide.robots_file.document_symbol import flattened, outline
+from improv_core.ide.robots_file.folding_range import folds
 from improv_core.ide.robots_file.hover import hover
 from improv_core.ide.robots_file.references import declarations, symbol_at, uses
 from improv_core.robots.config import read_robots
 from improv_core.robots.schema import known
 from improv_core.robots.sources import SOURCES
 from improv_core.score.profiles import BUILT_IN
+from improv_core.text import LineIndex
+from tests.ide.test_document_symbol import drawn
 from tests.robots.test_config import PAGE
 
 PROFILES = [f'"{name}"' for name in BUILT_IN]
@@ -149,4 +153,8 @@ def test_no_text_raises(text: str, offset: int) -> None:
     if symbol := symbol_at(text, offset):
         assert symbol.span.holds(offset)
         assert all(text[slice(*span)] for span in (*declarations(text, symbol), *uses(text, symbol)))
+    for entry in flattened(outline(text)):
+        drawn(entry, "")
+    lines = LineIndex(text)
+    assert all(0 <= fold.first < fold.last < len(lines.starts) for fold in folds(lines))
     read_robots(text)

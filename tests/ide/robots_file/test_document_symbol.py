@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given
-
-from improv_core.ide.robots_file.document_symbol import flattened, outline
-from tests.ide.robots_file.test_completion import TEXTS
+from improv_core.ide.robots_file.document_symbol import outline
 from tests.ide.test_document_symbol import drawn
 
 
@@ -44,9 +41,3 @@ def test_tables_of_an_array_and_a_long_value() -> None:
         "ros: section",
         "  stop: key '/" + "a" * 37 + "…",
     )
-
-
-@given(TEXTS)
-def test_no_text_raises(text: str) -> None:
-    for entry in flattened(outline(text)):
-        drawn(entry, "")

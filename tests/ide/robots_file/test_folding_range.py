@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from hypothesis import given
-
 from improv_core.ide.robots_file.folding_range import folds
 from improv_core.text import LineIndex
-from tests.ide.robots_file.test_completion import TEXTS
 
 
 def check(text: str, *expected: str) -> None:
@@ -18,9 +15,3 @@ def test_sections_values_comments_and_regions_fold() -> None:
     check("[world]\nwalls = [\n  [0, 0, 1, 1],\n]\nsize = [6,\n  4]\n", "0-5 code", "1-2 code", "4-5 code")
     check("# one\n# two\n# region a\n[ros]\n# endregion\n", "0-1 comment", "2-4 region")
     check("[ros]\nnode = '''\n# one\n# two\n'''\n", "0-4 code", "1-4 code")
-
-
-@given(TEXTS)
-def test_no_text_raises(text: str) -> None:
-    lines = LineIndex(text)
-    assert all(0 <= fold.first < fold.last < len(lines.starts) for fold in folds(lines))

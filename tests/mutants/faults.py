@@ -149,8 +149,8 @@ PLAYBACK = (
     ),
     Fault(
         "safety/stops.py",
-        "        with self._lock:\n            any_real = any(self._stages.values())\n",
-        "        if True:\n            any_real = any(self._stages.values())\n",
+        "now, again = time.monotonic(), None\n        with self._lock:\n",
+        "now, again = time.monotonic(), None\n        if True:\n",
         "a score can slip in while stages are being stopped: a lock is left out",
     ),
     Fault(
@@ -179,8 +179,8 @@ PLAYBACK = (
     ),
     Fault(
         "safety/stop_socket.py",
-        "yield answer or _silent(path)",
-        "yield answer or IDLE",
+        'return answer or f"process {process} does not answer: end it with `kill`"',
+        "return answer or IDLE",
         "`improv stop` does not say that a process did not answer",
     ),
     Fault(

@@ -84,7 +84,7 @@ def open_simulated(
         viewer.report(message)
         put(message)
 
-    return Opened(simulator, tell, viewer.show, viewer.publish), _ready(simulator.name, viewer), viewer
+    return Opened(simulator, tell, viewer.show), _ready(simulator.name, viewer), viewer
 
 
 def open_alone(

@@ -11,7 +11,6 @@ from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.window import about
-from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import FromStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.score.music import Music
@@ -62,15 +61,12 @@ class Broadcast:
         self.music: Music | None = None
         """The song of the latest score."""
 
-    def publish(self, message: ForPages | Stop | ShownScore | MeetingsMessage) -> None:
+    def publish(self, message: ForPages | ShownScore | MeetingsMessage) -> None:
         """Send a message to every page, and to later pages until another of its type, about the same subject, replaces
         it.
 
         The page that asked gets the answer, and the page that sent a stop gets its confirmation.
         """
-        if message["type"] == "stop":
-            self._soon(self._confirm, message["mark"])
-            return
         if message["type"] == "obeyed":
             self._soon(self._confirm, message["mark"], message["waits_for"])
             return
@@ -104,6 +100,7 @@ class Broadcast:
             or message["type"] == "measured"
             or message["type"] == "armed"
             or message["type"] == "fault"
+            or message["type"] == "obeyed"
         ):
             self.publish(message)
 

@@ -72,13 +72,12 @@ class ZeroRetries(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent, announce a score that is about to play, confirm a stop
-    to its page, and listen for the release of emergency stops that are on."""
+    """A sink, and functions that send a message to the parent, announce a score that is about to play, and listen for
+    the release of emergency stops that are on."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     announce: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[Stop], None] = lambda stop: None
     guard: Callable[[Collection[str]], None] = lambda topics: None
     pending_zeros: ZeroRetries | None = None
 
@@ -347,12 +346,10 @@ class Loop:
         OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
     def obey_stop(self, message: Stop, now: float) -> None:
-        """Stop all robots. If a page has sent the stop, inform our own pages, or the parent if our robots are real."""
+        """Stop all robots, and confirm that if a page has sent the stop."""
         self.player.stop(now, message.get("by"))
-        if "mark" in message and self._opened.sink.real:
+        if "mark" in message:
             self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
-        elif "mark" in message:
-            self._opened.present(message)
 
     def hold(self, held: bool | None, now: float) -> None:
         """Hold or release the deadman button at the page; None if it has fallen silent."""

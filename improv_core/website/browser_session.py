@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -107,7 +107,7 @@ class Home:
     def _stop(self, number: int) -> None:
         self._throttle.take({"type": "stop", "mark": str(number)})
 
-    def _confirm(self, mark: str) -> None:
+    def _confirm(self, mark: str, waits_for: Sequence[str]) -> None:
         self._obeyed(int(mark))
 
     def _command(self, command: PageRequest) -> None:
@@ -124,7 +124,7 @@ class Home:
             self._broadcast.report(message)
             put(message)
 
-        return Opened(self._simulator, tell, self._broadcast.show, self._broadcast.publish)
+        return Opened(self._simulator, tell, self._broadcast.show)
 
     def _listen(self, news: News, leads: bool) -> None:
         """Do nothing: the page knows it already, and there is no terminal."""

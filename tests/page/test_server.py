@@ -425,7 +425,7 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
-        viewer.publish({"type": "stop", "mark": "page-1 1"})
+        viewer.publish({"type": "obeyed", "mark": "page-1 1", "waits_for": []})
         assert waiting.result(LIMIT) == 204
     assert commands.empty()
 

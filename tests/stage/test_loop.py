@@ -331,15 +331,13 @@ def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool,
     sink.real = real
     told: list[tuple[str, Twist]] = []  # by then, the robots and their latest velocities
 
-    def tell(to: str, kind: str, message: FromStage | Stop) -> None:
+    def tell(to: str, kind: str, message: FromStage) -> None:
         if message["type"] == kind:
             told.append((to, sink.sent[-1][2]))
 
     stop: Stop = {"type": "stop", "mark": "page 1"}
     turned = Turned([(0, load("r $ repeat forward\n")), (0.5, {"type": "stop"}), (1, stop), (2, End())])
-    opened = Opened(
-        sink, lambda message: tell("parent", "obeyed", message), present=lambda message: tell("pages", "stop", message)
-    )
+    opened = Opened(sink, lambda message: tell("parent" if real else "pages", "obeyed", message))
     run(opened, turned, turned, turned.parent)
     assert told == [(each, STILL) for each in who]
 
@@ -468,7 +466,7 @@ class Shown(Broadcast):
         super().__init__(pages, answers, lambda do, *values: do(*values), print, takes_start_poses=False)
         self.scenes: list[int] = []
 
-    def publish(self, message: ForPages | Stop | ShownScore | MeetingsMessage) -> None:
+    def publish(self, message: ForPages | ShownScore | MeetingsMessage) -> None:
         if message["type"] == "score":
             self.scenes.append(message["scene"])
         super().publish(message)

@@ -77,4 +77,9 @@ def test_an_unusable_history_is_reported_once_and_the_program_plays(state: Path)
             assert save(client, version, f"r $ forward {version * 'left '}\n")
         assert client.command("history") == []
         assert said(client, "was not kept in the history") >= 1
+        state.unlink()
+        save(client, 4, "r $ left\n")
+        (state / "5.improv").write_bytes(b"\xff")
+        assert len(client.command("history")) == 1
+        client.wait_for_line("1 file of the history can't be read")
     assert said(client, "was not kept in the history") == 1

@@ -43,7 +43,7 @@ def _session(page: Page) -> Iterator[Look]:
         page.keyboard.type(keys)
         yield from look(page, FRAME)
     page.keyboard.press("Escape")  # closes the list of words
-    fix = page.locator("#mistakes .fix")
+    fix = page.locator("#diagnostics .fix")
     expect(fix).to_be_visible()
     yield from look(page, 2)
     fix.click()

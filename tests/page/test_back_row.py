@@ -46,7 +46,7 @@ def test_a_formation_is_offered_as_lines_if_no_program_gets_it(still: Callable[.
     page = still("ada $ rest\nbo $ rest\n")
     page.get_by_role("button", name="Starts").click()
     page.get_by_text("Formation", exact=True).click()
-    lines = page.locator("#formation-offer-lines")
+    lines = page.locator("#formation-toml-lines")
     page.get_by_role("button", name="Circle, out").click()
     expect(lines).to_have_text('[formation]\nshape = "circle"\ndistance = 3\nfacing = "out"')
     distance = page.get_by_label("Distance in meters")

@@ -43,7 +43,7 @@ profile = "lifter"
 
 def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[..., Page]) -> None:
     page = still("ada is puppet\nada $ head (left right) || left_arm to high\nbo $ forward\n")
-    names = page.locator("#cast-list li .name")
+    names = page.locator("#robots-list li .name")
     expect(names).to_have_text(["ada", "head", "left arm", "bo"])
     expect(page.locator("#score-text .lit.moving")).to_have_text(["left", "to", "high", "forward"])
 

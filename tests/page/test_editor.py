@@ -18,14 +18,14 @@ SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 
 # True if the colored text lies exactly below the written text.
 ALIGNED = """() => {
-  const [ink, text] = ["ink", "text"].map(id => document.getElementById(id))
-  const shown = [...ink.children].map(line => line.textContent).join("\\n")
+  const [below, text] = ["highlight", "text"].map(id => document.getElementById(id))
+  const shown = [...below.children].map(line => line.textContent).join("\\n")
   text.style.height = "0"
   const height = text.scrollHeight
   text.style.height = ""
-  const same = ink.getBoundingClientRect().width === text.getBoundingClientRect().width
-  const end = ink.lastElementChild.getBoundingClientRect().bottom + parseFloat(getComputedStyle(ink).paddingBottom)
-  return [shown === text.value, same, Math.round(end - ink.getBoundingClientRect().top) - height]
+  const same = below.getBoundingClientRect().width === text.getBoundingClientRect().width
+  const end = below.lastElementChild.getBoundingClientRect().bottom + parseFloat(getComputedStyle(below).paddingBottom)
+  return [shown === text.value, same, Math.round(end - below.getBoundingClientRect().top) - height]
 }"""
 
 
@@ -55,27 +55,27 @@ def write(page: Page, keys: str) -> None:
 def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], Edit], keep: Keep) -> None:
     edited = edit("\ufeff# 🤖🤖\r\nbeat 60\r\n")
     page = edited.page()
-    text, fix = page.locator("#text"), page.locator("#mistakes .fix")
+    text, fix = page.locator("#text"), page.locator("#diagnostics .fix")
     write(page, "ada $ repeat (forwrd || le")
-    offer = page.locator("#offers li")
+    offer = page.locator("#completions li")
     expect(offer).to_have_text(["left A quarter turn to the left."])
     page.keyboard.press("Tab")
     write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
-    expect(page.locator("#ink .error")).to_have_text(["forwrd"])
+    expect(page.locator("#highlight .error")).to_have_text(["forwrd"])
     expect(fix).to_have_text(["Change to forward"])
     pressed = fix.element_handle()
     keep(page, "edit-mistake.png")
     page.keyboard.press("Control+Enter")
     expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
     assert edited.wait("unknown-name")
-    page.locator("#ink .function").first.hover(force=True)
+    page.locator("#highlight .function").first.hover(force=True)
     expect(page.get_by_role("tooltip")).to_be_visible()  # so the page has analyzed the saved text
     assert pressed.evaluate("button => button.isConnected")  # a button that is being pressed is not replaced
     fix.click()
     whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
     expect(text).to_have_value(whole)
-    expect(page.locator("#mistakes")).to_be_hidden()
-    expect(page.locator("#offers")).to_be_hidden()
+    expect(page.locator("#diagnostics")).to_be_hidden()
+    expect(page.locator("#completions")).to_be_hidden()
     page.keyboard.press("Control+z")
     expect(text).to_have_value(whole.replace("forward", "forwrd"))
     page.keyboard.press("Control+Shift+z")
@@ -83,12 +83,12 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     wait(page, f"{PLAYING} && {IDLE} && improv.robots.ada?.x > 0")
     expect(page.locator("#problems")).to_be_hidden()
     assert edited.file.read_bytes() == f"\ufeff{whole}".replace("\n", "\r\n").encode()
-    lit = page.locator("#ink .lit")
+    lit = page.locator("#highlight .lit")
     expect(lit).to_contain_text(["forward"])
     write(page, "# more")  # the words that play stay lit at their current places
-    expect(page.locator("#ink .comment").last).to_have_text("# more")
+    expect(page.locator("#highlight .comment").last).to_have_text("# more")
     expect(lit).to_contain_text(["forward"])
-    page.locator("#ink .function").first.hover(force=True)
+    page.locator("#highlight .function").first.hover(force=True)
     expect(page.get_by_role("tooltip")).to_contain_text("forward: One step forward.")
     expect(page.locator("#tooltip img")).to_be_visible()
     keep(page, "edit-playing.png")
@@ -111,10 +111,10 @@ def test_unsaved_text_and_settings_are_there_after_a_reload_and_on_a_new_page(ed
     mine = f"{SQUARE}bo $ 亀 🐢"
     text = page.locator("#text")
     expect(text).to_have_value(mine)
-    expect(page.locator("#ink .error").first).to_be_visible()
+    expect(page.locator("#highlight .error").first).to_be_visible()
     assert page.evaluate(ALIGNED) == [True, True, 0]
 
-    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#ink > div").nth(1)
+    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#highlight > div").nth(1)
     number = "line => getComputedStyle(line, '::before').content"
     wide = text.evaluate(margin)
     assert numbers.evaluate(number) == "counter(line)"
@@ -174,10 +174,10 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     write(one, "# mine\n")
     write(two, "")
     two.keyboard.press("Control+Space")
-    expect(two.locator("#offers")).to_be_visible()
+    expect(two.locator("#completions")).to_be_visible()
     edited.file.write_text(f"{SQUARE}# theirs\n")
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
-    expect(two.locator("#offers")).to_be_hidden()  # they were about another text
+    expect(two.locator("#completions")).to_be_hidden()  # they were about another text
     versions = one.locator("#versions")
     expect(versions).to_contain_text("Another program has changed dance.improv")
     keep(one, "edit-versions.png")
@@ -216,18 +216,18 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
     edited = edit("".join(f"{long}r{i} $ repeat 2 (forward || left) # 🤖\n\n" for i in range(334)))
     page = edited.page()
     write(page, "last $ left")
-    wait(page, "document.querySelector('#ink').lastElementChild.querySelector('.function')")
-    assert page.evaluate("document.querySelector('#ink').childElementCount") == 1003
+    wait(page, "document.querySelector('#highlight').lastElementChild.querySelector('.function')")
+    assert page.evaluate("document.querySelector('#highlight').childElementCount") == 1003
     assert page.evaluate(ALIGNED) == [True, True, 0]
     shown = """() => {
-      const [paper, last] = [document.querySelector("#paper"), document.querySelector("#ink").lastElementChild]
+      const [paper, last] = [document.querySelector("#paper"), document.querySelector("#highlight").lastElementChild]
         .map(each => each.getBoundingClientRect())
       return last.top >= paper.top && last.bottom <= paper.bottom
     }"""
     assert page.evaluate(shown)
     keep(page, "edit-long.png")
     write(page, "x")
-    expect(page.locator("#mistakes .fix")).to_be_visible()  # which leaves less room for the text
+    expect(page.locator("#diagnostics .fix")).to_be_visible()  # which leaves less room for the text
     wait(page, f"({shown})()")
     assert page.locator("#text").get_attribute("maxlength") == str(LONGEST_TEXT)
 
@@ -240,8 +240,8 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
         page.emulate_media(color_scheme=scheme)
         page.set_viewport_size({"width": width, "height": height})
         write(page, "b")
-        expect(page.locator("#offers li").first).to_be_visible()
-        expect(page.locator("#mistakes .quick").first).to_be_visible()
+        expect(page.locator("#completions li").first).to_be_visible()
+        expect(page.locator("#diagnostics .quick").first).to_be_visible()
         for name in ("Stop", "Play", "Save and play"):
             expect(page.get_by_role("button", name=name, exact=name != "Stop")).to_be_in_viewport(ratio=1)
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -301,11 +301,11 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
 def test_messages_are_rows_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[str], Edit], keep: Keep) -> None:
     program = "".join(f"r{number} $ forwrd left\n" for number in range(45))
     page = edit(program).page()
-    rows = page.locator("#mistakes-list li")
+    rows = page.locator("#diagnostics-list li")
     expect(rows).to_have_count(45)
     expect(page.get_by_role("heading", name="45 messages")).to_be_visible()
     page.set_viewport_size({"width": 390, "height": 844})
-    stage, listed = page.locator("#hall").bounding_box(), page.locator("#mistakes").bounding_box()
+    stage, listed = page.locator("#hall").bounding_box(), page.locator("#diagnostics").bounding_box()
     assert stage
     assert listed
     assert stage["height"] > 0.3 * 844
@@ -315,7 +315,7 @@ def test_messages_are_rows_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[s
     page.keyboard.press("ArrowDown")
     expect(rows.nth(1).locator(".where")).to_be_focused()
     page.get_by_role("button", name="Change to forward: all 45").click()
-    expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#diagnostics")).to_be_hidden()
     expect(page.locator("#text")).to_have_value(program.replace("forwrd", "forward"))
     page.keyboard.press("Control+z")
     expect(rows).to_have_count(45)  # one step back

@@ -79,10 +79,10 @@ def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -
 
 COVERED = """() => {
   const inside = ({ left, top, right, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight
-  const all = document.querySelectorAll("#bar button, #tools button, #presenting button, #cast button")
+  const all = document.querySelectorAll("#bar button, #tools button, #presenting button, #robots button")
   return [...all].filter(each => each.checkVisibility()).filter(each => {
     const box = each.getBoundingClientRect()
-    if (each.closest("#cast")) return box.right > innerWidth
+    if (each.closest("#robots")) return box.right > innerWidth
     const hit = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2)
     return !inside(box) || !each.contains(hit)
   }).map(each => each.id)
@@ -96,7 +96,7 @@ WIDTHS = ((1920, 1080), (1280, 800), (800, 700), (757, 800), (721, 800), (390, 8
 @pytest.mark.slow("looks at seven sizes, twice each")
 def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], keep: Keep) -> None:
     page = still("beat 60\n" + "".join(f"r{number:02} $ repeat 8 (forward left)\n" for number in range(12)))
-    expect(page.locator("#cast-list li")).to_have_count(12)
+    expect(page.locator("#robots-list li")).to_have_count(12)
     page.set_viewport_size({"width": 844, "height": 390})  # as when a phone is turned
     wait(page, f"document.getElementById('stage').clientWidth <= 844 && !({COVERED})().length")
     assert set(page.evaluate(SEEN)) >= BUTTONS

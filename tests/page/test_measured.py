@@ -43,14 +43,14 @@ def test_the_page_shows_a_robots_error_now_and_earlier(page: Page, show: Show) -
     line = page.locator("#playline").bounding_box()
     assert line
     page.mouse.move(line["x"] + 3, line["y"] + line["height"] / 2)
-    expect(page.locator("#cast-head")).to_have_text("beat 1")
+    expect(page.locator("#robots-head")).to_have_text("beat 1")
     expect(off).not_to_have_text(last)
     then = off.text_content()
     assert then
     assert float(then.split()[0]) < float(last.split()[0])
     page.mouse.move(5, 5)
     expect(off).to_have_text(last)
-    expect(page.locator("#cast-head")).to_have_text("")
+    expect(page.locator("#robots-head")).to_have_text("")
     off.hover()
     expect(off).to_have_attribute("title", re.compile("^at most "))
     page.reload()

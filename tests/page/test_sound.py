@@ -80,7 +80,7 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     page.get_by_role("button", name="Sound").click()
     expect(page.locator("#song-name")).to_have_text("own.wav")
     page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
-    expect(page.locator("#sound-offer-lines")).to_have_text("[music]\nfirst_beat = 0.01")
+    expect(page.locator("#sound-toml-lines")).to_have_text("[music]\nfirst_beat = 0.01")
     page.evaluate(
         """() => {
           const dataTransfer = new DataTransfer()

@@ -32,7 +32,7 @@ def test_each_step_does_what_the_tutorial_says(tmp_path: Path, window: BrowserCo
     expect(page.locator("#text")).to_have_value(template)
     latest = template
     _plays(page, latest, generation=1)
-    expect(page.locator("#ink .lit").first).to_be_visible()
+    expect(page.locator("#highlight .lit").first).to_be_visible()
     generation = 1
     for (kind, block, after), (_, below, _) in pairwise([*steps, ("", "", "")]):
         if kind == "improv":
@@ -78,7 +78,7 @@ def _is_fixed_by_a_button(page: Page, drawn: str, after: str, program: str, refu
     page.locator("#text").fill("".join(f"{line}\n" for line in lines))
     if refused_in:
         page.locator("#text").press("Control+Enter")
-    expect(page.locator("#mistakes")).to_contain_text(message.partition(": ")[2])
+    expect(page.locator("#diagnostics")).to_contain_text(message.partition(": ")[2])
     if refused_in:
         expect(page.get_by_role("alert").first).to_contain_text("can't play")
         assert page.evaluate("improv.transport.generation") == refused_in

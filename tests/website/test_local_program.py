@@ -41,7 +41,7 @@ def test_a_link_is_shown_fixed_and_passed_on_and_begins_at_its_pause(address: st
     page.add_init_script(FILES)
     toml = '[robots.ada]\nprofile = "quadrator"\n'
     open_site(page, f"{address}{fragment(text='ada $ repeat 40 left', toml=toml)}")
-    expect(page.locator("#mistakes")).to_contain_text("improv.toml, line 2")
+    expect(page.locator("#diagnostics")).to_contain_text("improv.toml, line 2")
     share, dialog = page.get_by_role("button", name="Share"), page.locator("#sharing")
     share.click()
     expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml)
@@ -51,7 +51,7 @@ def test_a_link_is_shown_fixed_and_passed_on_and_begins_at_its_pause(address: st
     expect(page.locator("#sharing-line")).to_have_text("This holds from the next time on that you play.")
     page.keyboard.press("Escape")
     expect(dialog).to_be_hidden()
-    expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#diagnostics")).to_be_hidden()
     page.get_by_role("button", name="Save and play").click()
     wait(page, 'improv.transport.state === "playing"')
     page.locator("#playline").press("ArrowRight")

@@ -17,15 +17,15 @@ def test_words_that_fit_can_be_tapped(address: str, browser: Browser, keep: Keep
     text, row, offered = (
         page.locator("#text"),
         page.get_by_role("group", name="Words to tap"),
-        page.locator("#word-offers"),
+        page.locator("#word-completions"),
     )
     text.fill("hill = forward left\nada $ ")
     text.press_sequentially("h")
     hill = offered.get_by_role("button", name="hill", exact=True)
     expect(hill).to_be_in_viewport()
-    expect(page.locator("#offers")).to_be_hidden()  # it would cover the text
+    expect(page.locator("#completions")).to_be_hidden()  # it would cover the text
     place = hill.bounding_box()
-    expect(page.locator("#mistakes")).to_be_visible()  # after a moment, in which somebody may be about to tap
+    expect(page.locator("#diagnostics")).to_be_visible()  # after a moment, in which somebody may be about to tap
     assert hill.bounding_box() == place
     keep(page, "word-row.png")
     # By the mouse: if the machine is busy between the touch and its end, the browser takes a tap for a long press.

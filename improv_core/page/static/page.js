@@ -2,7 +2,7 @@
 // The page: puts its parts together, and tells them what the server says.
 
 import { Bumps } from "./floor/bumps.js"
-import { Cast } from "./score/robot-list.js"
+import { RobotList } from "./score/robot-list.js"
 import { Clock } from "./score/clock.js"
 import { Controls } from "./controls/controls.js"
 import { Deadman } from "./controls/deadman.js"
@@ -10,10 +10,10 @@ import { Editor } from "./editor/editor.js"
 import { find, findA } from "./base/elements.js"
 import { Figures } from "./bodies/figures.js"
 import { Formation } from "./floor/formation.js"
-import { hold } from "./floor/gestures.js"
+import { listenForGestures } from "./floor/gestures.js"
 import { connect, isWebsite } from "./net/backend.js"
 import { insets as covered } from "./base/covered.js"
-import { Invitation } from "./controls/empty-state.js"
+import { EmptyState } from "./controls/empty-state.js"
 import { Measured } from "./floor/measured.js"
 import { Meetings } from "./floor/meetings.js"
 import { Misplaced } from "./floor/out-of-place.js"
@@ -24,20 +24,20 @@ import { listen as listenForPointing } from "./floor/pointing.js"
 import { probe } from "./controls/test-probe.js"
 import { Program } from "./score/program.js"
 import { Scenes } from "./score/scenes.js"
-import { Lights, Score } from "./score/score.js"
+import { PlayingWords, Score } from "./score/score.js"
 import { Senses } from "./controls/senses.js"
 import { ServerTime } from "./net/server-time.js"
 import { Sound } from "./sound/sound.js"
-import { Stage } from "./floor/floor.js"
+import { Floor } from "./floor/floor.js"
 import { StartPoses } from "./floor/start-poses.js"
 import { Timeline } from "./timeline/timeline.js"
 import { Trails } from "./floor/trails.js"
 import { View } from "./floor/view.js"
-import { Wall } from "./controls/status-wall.js"
+import { StatusWall } from "./controls/status-wall.js"
 import { offerHelp } from "./editor/writing.js"
 
 /** @import { Message, Messages } from "./net/messages.js" */
-/** @import { Change } from "./editor/moves.js" */
+/** @import { Change } from "./editor/pending-changes.js" */
 
 const clock = new Clock()
 const serverTime = new ServerTime(clock)
@@ -45,11 +45,11 @@ const motion = new Motion()
 const trails = new Trails()
 const measured = new Measured()
 const bumps = new Bumps(find("bumps"))
-const cast = new Cast()
+const robotList = new RobotList()
 const figures = new Figures()
 const notices = new Notices()
-const stage = new Stage(findA("stage", HTMLCanvasElement))
-const invitation = new Invitation()
+const floor = new Floor(findA("stage", HTMLCanvasElement))
+const emptyState = new EmptyState()
 const send = connect(take, change, (waits, who) => notices.waitForStop(waits, who), (line) => notices.load(line))
 const editor = new Editor(send, {
   finish: () => startPoses.tell(),
@@ -60,7 +60,7 @@ const editor = new Editor(send, {
 })
 offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 const score = new Score(find("score-text"))
-const lights = new Lights(
+const playingWords = new PlayingWords(
   { show: (message) => shownText().show(message), light: (places, poses) => (editor.open ? editor.light(places) : score.light(places, poses)) },
   clock,
 )
@@ -73,7 +73,7 @@ const meetings = new Meetings(find("meetings"), (beat) => controls.seek(beat), (
 const misplaced = new Misplaced(send, (text) => notices.announce(text))
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (name) => wall.lost(name), (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
-const wall = new Wall(clock, measured, resize)
+const wall = new StatusWall(clock, measured, resize)
 const scenes = new Scenes(clock, (beat) => controls.seek(beat))
 const sound = new Sound(clock, { say: (line) => notices.announce(line), resize, askTime: (on) => serverTime.keepAsking(on) })
 const senses = new Senses(clock, send, () => view.touch())
@@ -86,12 +86,12 @@ const panels = new Panels({
   getPicture: () => program.getPicture(),
   clearTrails: () => view.clearTrails(),
   cue: () => senses.cue(),
-  getStem: () => invitation.stem,
+  getStem: () => emptyState.stem,
   controls,
-  camera: stage.camera,
+  camera: floor.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, figures, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall })
+const view = new View({ clock, figures, motion, trails, measured, bumps, robotList, program, floor, panels, startPoses, senses, meetings, misplaced, wall })
 
 /** @param {Message} message */
 function take(message) {
@@ -172,7 +172,7 @@ function takeMeasured(message) {
 
 /** @param {Messages["program"]} message */
 function takeProgram(message) {
-  invitation.take(message)
+  emptyState.take(message)
   showTransport()
 }
 
@@ -189,7 +189,7 @@ function showMeetings() {
 /** @param {Messages["source"]} message */
 function takeSource(message) {
   if (!editor.takeSource(message)) return
-  writeWith((change) => editor.moves.add(change))
+  writeWith((change) => editor.pendingChanges.add(change))
   controls.writes = () => {
     startPoses.tell()
     const writes = !editor.isPlayed
@@ -213,15 +213,15 @@ function takeSensed(message) {
 
 /** @param {Messages["poses"]} message */
 function takePoses({ at, placed, poses, joints }) {
-  const named = cast.named(poses)
+  const named = robotList.named(poses)
   if (named && motion.take({ at, placed, poses: named, joints }, seconds())) bumps.clear()
 }
 
 /** @param {Messages["robots"]} message */
 function takeRobots(message) {
-  cast.take(message)
-  trails.keep(new Set(cast.names))
-  const names = cast.names.join(", ")
+  robotList.take(message)
+  trails.keep(new Set(robotList.names))
+  const names = robotList.names.join(", ")
   find("stage").setAttribute("aria-label", `The stage, seen from above${names && `, with ${names}`}`)
 }
 
@@ -267,7 +267,7 @@ function change(now) {
 function showProgram() {
   if (!program.current) return
   clock.bar = program.current.score.bar
-  lights.showText(program.current.score)
+  playingWords.showText(program.current.score)
   scenes.show(program.current.score)
   sound.show(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
@@ -280,8 +280,8 @@ function showProgram() {
 function showCast() {
   if (!program.current) return
   const { score } = program.current
-  const playing = cast
-    .list(program.current, (index) => stage.color(index))
+  const playing = robotList
+    .list(program.current, (index) => floor.color(index))
     .filter(({ name }) => Object.hasOwn(score.robots, name))
   timeline.show(score, playing)
   figures.show(score, playing)
@@ -306,7 +306,7 @@ function showTransport() {
   controls.show(notices.connection)
   const { robots = {} } = program.current?.score ?? {}
   const played = clock.transport.generation > 0
-  invitation.show(notices.connection === "open", played, !program.current || Object.keys(robots).length > 0)
+  emptyState.show(notices.connection === "open", played, !program.current || Object.keys(robots).length > 0)
   find("next").hidden = !program.next || notices.connection !== "open" || !clock.playing
   timeline.showSilence()
   showPosition()
@@ -333,7 +333,7 @@ function frame() {
   if (clock.playing && open && controls.showBeat()) showPosition()
   controls.showCount()
   program.place(motion.newest, now)
-  lights.show(clock.atStart ? null : program.current, beat, (index) => stage.color(index), stage.colors.ink)
+  playingWords.show(clock.atStart ? null : program.current, beat, (index) => floor.color(index), floor.colors.ink)
   view.draw(now, beat)
   const news = bumps.news(now)
   if (news) notices.announce(news)
@@ -348,44 +348,44 @@ function seconds() {
 
 function resize() {
   const { insets, strip } = covered(panels.presenting)
-  stage.resize(insets, strip)
+  floor.resize(insets, strip)
   timeline.resize()
   view.touch()
 }
 
 function readTheme() {
-  stage.readTheme()
-  timeline.colors = stage.colors
-  lights.forget()
+  floor.readTheme()
+  timeline.colors = floor.colors
+  playingWords.forget()
   showCast()
   view.touch()
 }
 
-hold(findA("stage", HTMLCanvasElement), stage.camera, (point) => startPoses.grab(point, stage.camera), () => {
+listenForGestures(findA("stage", HTMLCanvasElement), floor.camera, (point) => startPoses.grab(point, floor.camera), () => {
   panels.showFit()
   view.touch()
 })
 listenForPointing(
   findA("stage", HTMLCanvasElement),
   (point) => {
-    const meeting = meetings.at(point, stage.camera)
+    const meeting = meetings.at(point, floor.camera)
     if (meeting !== meetings.pointed) view.touch()
     meetings.pointed = meeting
     Object.assign(find("stage"), { title: meeting?.words ?? "" }).style.cursor = meeting ? "pointer" : ""
-    return startPoses.ringAt(point, stage.camera) ?? stage.robotAt(point)
+    return startPoses.ringAt(point, floor.camera) ?? floor.robotAt(point)
   },
   (name) => {
-    if (name === stage.pointed) return
-    stage.pointed = name
+    if (name === floor.pointed) return
+    floor.pointed = name
     view.touch()
   },
 )
-meetings.listen(findA("stage", HTMLCanvasElement), stage.camera)
+meetings.listen(findA("stage", HTMLCanvasElement), floor.camera)
 const sizes = new ResizeObserver(resize)
 for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
-Object.assign(window, { improv: probe({ cast, clock, measured, motion, notices, program, sound, stage, trails, view }, seconds) })
+Object.assign(window, { improv: probe({ robotList, clock, measured, motion, notices, program, sound, floor, trails, view }, seconds) })
 
 readTheme()
 resize()

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { labels, outline, Reader, runs, shapes, starts } from "../../../improv_core/page/static/score/items.js"
+import { labels, outline, CodePointReader, runs, shapes, starts } from "../../../improv_core/page/static/score/items.js"
 
 const WORDS = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1], rest: [0, 0, 0, 0] }
 const TEXT = "r $ forward left"
@@ -44,13 +44,13 @@ test("a shape at the edge of the view is whole", () => {
 
 test("a bracket holds words whose speed changes", () => {
   const all = stretches([FORWARD, 1], [LEFT, 0.3], [LEFT, 1], [LEFT, 0.3])
-  const found = runs(shapes(all, 0, 4), new Reader(TEXT, WORDS), () => "a bracket")
+  const found = runs(shapes(all, 0, 4), new CodePointReader(TEXT, WORDS), () => "a bracket")
   assert.deepEqual(found.map(({ start, end }) => [start, end]), [[0, 0.5]])
 })
 
 test("the outline follows the speed", () => {
   const [shape] = shapes(stretches([LEFT, 1], [LEFT, 3], [LEFT, 4, 0.5], [LEFT, 3], [LEFT, 1]), 0, 5)
-  const [voice] = new Reader(TEXT, WORDS).voices(shape)
+  const [voice] = new CodePointReader(TEXT, WORDS).voices(shape)
   const points = outline(shape, voice)
   assert.deepEqual(points[0], [0, 0])
   assert.deepEqual(points.at(-1), [1, 0])
@@ -63,7 +63,7 @@ test("a voice that keeps its speed has an even outline beside one that doesn't",
     start: i, end: i + 1, words: [FORWARD, LEFT], velocity: { x: 5, y: 0, z: 0, yaw },
   }))
   const [shape] = shapes(all, 0, 3)
-  const [forward, left] = new Reader(TEXT, WORDS).voices(shape)
+  const [forward, left] = new CodePointReader(TEXT, WORDS).voices(shape)
   assert.ok(outline(shape, forward).every(([, high]) => high === 1))
   assert.ok(outline(shape, left).some(([, high]) => high < 0.6))
 })
@@ -79,18 +79,18 @@ test("names stand where phrases begin, wherever the view begins", () => {
   const velocity = { x: 1, y: 0, z: 0, yaw: 0 }
   const all = [...verse(one), ...verse(other)].map((words, start) => ({ start, velocity, words }))
   for (const from of [0, 12]) {
-    const found = labels(all, from, 34, new Reader(text, WORDS)).map(({ start, text }) => `${start} ${text}`)
+    const found = labels(all, from, 34, new CodePointReader(text, WORDS)).map(({ start, text }) => `${start} ${text}`)
     assert.deepEqual(found, ["0 verse › square", "8 square", "17 verse › square", "25 square"])
   }
 })
 
 function evenly(...all) {
   const [shape] = shapes(stretches(...all), 0, all.length)
-  return [shape, new Reader(TEXT, WORDS).voices(shape)[0]]
+  return [shape, new CodePointReader(TEXT, WORDS).voices(shape)[0]]
 }
 
 test("a pose is one voice of two words, also under a name", () => {
-  const reader = new Reader("r $ head wave to  high", WORDS)
+  const reader = new CodePointReader("r $ head wave to  high", WORDS)
   const pose = { velocity: { x: 0, y: 0, z: 2, yaw: 0 }, words: [[9, 13], [14, 22]] }
   const [{ word, at, rests, names }] = reader.voices(pose)
   assert.deepEqual([word, at, rests, names], ["to  high", 14, false, [{ word: "wave", at: 9 }]])

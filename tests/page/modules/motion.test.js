@@ -4,7 +4,7 @@ import assert from "node:assert/strict"
 import test from "node:test"
 
 import { Motion } from "../../../improv_core/page/static/floor/motion.js"
-import { after, between } from "../../../improv_core/page/static/base/path.js"
+import { poseAfter, velocityBetween } from "../../../improv_core/page/static/base/path.js"
 
 const poses = (i) => ({ ada: [i, 0, 2 * i, -i] })
 
@@ -57,8 +57,8 @@ test("a robot that is put elsewhere is there all at once", () => {
 test("the arc between two poses is the one that was driven", () => {
   const from = { x: 1, y: 2, z: 0, heading: 0.5 }
   for (const yaw of [-3, -0.5, -1e-6, 0, 1e-6, 0.5, 3]) {
-    const to = after(from, { x: 1, y: 0.5, z: 0, yaw }, 1)
-    const found = after(from, between(from, to), 1)
+    const to = poseAfter(from, { x: 1, y: 0.5, z: 0, yaw }, 1)
+    const found = poseAfter(from, velocityBetween(from, to), 1)
     for (const axis of ["x", "y", "heading"]) near(found[axis], to[axis])
   }
 })

@@ -3,13 +3,13 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { placed, under } from "../../../improv_core/page/static/floor/rings.js"
+import { nearestRing, placeRings } from "../../../improv_core/page/static/floor/rings.js"
 
 const CAMERA = { toScreen: ({ x, y }) => ({ x: 100 * x, y: -100 * y }) }
 
 /** Rings on the screen, of robots at these meters, which face east. */
 function rings(...places) {
-  return placed(places.map(([x, y], index) => ({ name: `r${index}`, x, y, heading: 0, color: "", chosen: false })), CAMERA)
+  return placeRings(places.map(([x, y], index) => ({ name: `r${index}`, x, y, heading: 0, color: "", chosen: false })), CAMERA)
 }
 
 test("rings that are close to each other are smaller", () => {
@@ -31,9 +31,9 @@ test("no ring or arrow reaches another ring", () => {
 
 test("the nearest ring or arrow is under a hand, if one is near", () => {
   const all = rings([0, 0], [0.4, 0])
-  const at = (x, y) => (({ name, part }) => `${name} ${part}`)(under({ x, y }, all))
+  const at = (x, y) => (({ name, part }) => `${name} ${part}`)(nearestRing({ x, y }, all))
   assert.equal(at(3, 2), "r0 place")
   assert.equal(at(27, 0), "r0 tip")
   assert.equal(at(36, 0), "r1 place")
-  assert.equal(under({ x: 0, y: 60 }, all), null)
+  assert.equal(nearestRing({ x: 0, y: 60 }, all), null)
 })

@@ -5,7 +5,7 @@ import test from "node:test"
 
 import { Lookahead } from "../../../improv_core/page/static/score/lookahead.js"
 import { Motion } from "../../../improv_core/page/static/floor/motion.js"
-import { after } from "../../../improv_core/page/static/base/path.js"
+import { poseAfter } from "../../../improv_core/page/static/base/path.js"
 import { Trails } from "../../../improv_core/page/static/floor/trails.js"
 
 const AT = 5 // seconds of performance, which stand while it is paused
@@ -44,7 +44,7 @@ class Scrubbed {
     const { at, placed, robots } = this.#motion.present(100)
     this.#trails.show(placed)
     this.#trails.complete(this.#lookahead)
-    return [...this.#trails.pieces("r", -Infinity, at, robots.r)].map(({ pose, velocity }) => [pose, after(pose, velocity, 1)])
+    return [...this.#trails.pieces("r", -Infinity, at, robots.r)].map(({ pose, velocity }) => [pose, poseAfter(pose, velocity, 1)])
   }
 }
 

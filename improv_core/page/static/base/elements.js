@@ -26,7 +26,7 @@ export function findA(id, kind) {
  * @param {string[]} names
  * @param {(name: string) => HTMLElement} make
  */
-export function hold(parent, names, make) {
+export function syncChildren(parent, names, make) {
   const children = () => /** @type {HTMLElement[]} */ ([...parent.children])
   const before = new Map(children().map((child) => [child.dataset.name, child]))
   for (const child of children()) if (!names.includes(child.dataset.name ?? "")) child.remove()

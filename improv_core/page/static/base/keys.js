@@ -28,7 +28,7 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
       if (!event.repeat) stop(event)
       return
     }
-    if (target.closest("input, select, textarea, .offer pre")) return
+    if (target.closest("input, select, textarea, .toml-lines pre")) return
     const arrow = event.key.startsWith("Arrow")
     const letter = event.key.length === 1
     const action = arrow && event.shiftKey ? shifted[event.key] : keys[letter ? event.key.toLowerCase() : event.key]

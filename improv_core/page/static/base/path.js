@@ -14,14 +14,14 @@ const STRAIGHT = 1e-4 // radians: below this, a curve counts as a straight line
  * @param {number} seconds
  * @returns {Pose}
  */
-export function after(pose, velocity, seconds) {
+export function poseAfter(pose, velocity, seconds) {
   const angle = velocity.yaw * seconds
   const small = Math.abs(angle) < STRAIGHT
   const along = small ? 1 - (angle * angle) / 6 : Math.sin(angle) / angle
   const across = small ? angle / 2 : (1 - Math.cos(angle)) / angle
   const forward = (velocity.x * along - velocity.y * across) * seconds
   const left = (velocity.x * across + velocity.y * along) * seconds
-  return joined(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
+  return compose(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
 }
 
 /**
@@ -29,7 +29,7 @@ export function after(pose, velocity, seconds) {
  * @param {number[]} numbers
  * @returns {Pose}
  */
-export function named([x, y, z, heading]) {
+export function poseOf([x, y, z, heading]) {
   return { x, y, z, heading }
 }
 
@@ -39,7 +39,7 @@ export function named([x, y, z, heading]) {
  * @param {Pose} then
  * @returns {Pose}
  */
-export function joined(first, then) {
+export function compose(first, then) {
   const cos = Math.cos(first.heading)
   const sin = Math.sin(first.heading)
   return {
@@ -51,13 +51,13 @@ export function joined(first, then) {
 }
 
 /**
- * The transform from one pose to another: `joined(shift(from, to), from)` is `to`.
+ * The transform from one pose to another: `compose(transformBetween(from, to), from)` is `to`.
  * @param {Pose} from
  * @param {Pose} to
  * @returns {Pose}
  */
-export function shift(from, to) {
-  const turned = joined({ x: 0, y: 0, z: 0, heading: to.heading - from.heading }, from)
+export function transformBetween(from, to) {
+  const turned = compose({ x: 0, y: 0, z: 0, heading: to.heading - from.heading }, from)
   return { x: to.x - turned.x, y: to.y - turned.y, z: to.z - turned.z, heading: to.heading - from.heading }
 }
 
@@ -67,7 +67,7 @@ export function shift(from, to) {
  * @param {Pose} to
  * @returns {Velocity}
  */
-export function between(from, to) {
+export function velocityBetween(from, to) {
   const yaw = to.heading - from.heading
   const longer = Math.abs(yaw) < STRAIGHT ? 1 : yaw / 2 / Math.sin(yaw / 2) // an arc than its chord
   const cos = Math.cos(from.heading + yaw / 2) * longer
@@ -89,7 +89,7 @@ export function trace(pen, pose, velocity, seconds) {
   const sweep = velocity.yaw * seconds
   if (speed * seconds < 1e-6) return
   if (Math.abs(sweep) < STRAIGHT) {
-    const { x, y } = after(pose, velocity, seconds)
+    const { x, y } = poseAfter(pose, velocity, seconds)
     pen.lineTo(x, y)
     return
   }
@@ -107,7 +107,7 @@ export function trace(pen, pose, velocity, seconds) {
  * @param {Velocity} velocity
  * @param {number} seconds
  */
-export function along(pose, velocity, seconds) {
+export function pointsAlong(pose, velocity, seconds) {
   const parts = Math.min(Math.max(Math.ceil(Math.abs(velocity.yaw * seconds) / 0.5), 1), 16)
-  return Array.from({ length: parts }, (_, i) => after(pose, velocity, (seconds * (i + 1)) / parts))
+  return Array.from({ length: parts }, (_, i) => poseAfter(pose, velocity, (seconds * (i + 1)) / parts))
 }

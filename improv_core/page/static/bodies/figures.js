@@ -37,10 +37,10 @@ export class Figures {
   /**
    * Shows the bodies of the robots in a score.
    * @param {Messages["score"]} score
-   * @param {Robot[]} cast
+   * @param {Robot[]} robots
    */
-  show(score, cast) {
-    const bodies = cast.map((robot) => ({ robot, body: score.robots[robot.name].body })).filter(({ body }) => body.length)
+  show(score, robots) {
+    const bodies = robots.map((robot) => ({ robot, body: score.robots[robot.name].body })).filter(({ body }) => body.length)
     const moving = (/** @type {Body} */ body) => Number(body.some(({ moves }) => moves))
     const shown = bodies.length > MOST ? bodies.toSorted((one, other) => moving(other.body) - moving(one.body)).slice(0, MOST) : bodies
     this.#turntable.clear()

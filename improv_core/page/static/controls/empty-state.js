@@ -5,7 +5,7 @@ import { find } from "../base/elements.js"
 
 /** @import { Messages } from "../net/messages.js" */
 
-export class Invitation {
+export class EmptyState {
   #name = ""
   #folder = ""
 

@@ -49,12 +49,12 @@ export class Senses {
   /**
    * Shows the senses that a score reads.
    * @param {Messages["score"]} score
-   * @param {Robot[]} cast
+   * @param {Robot[]} robots
    */
-  show(score, cast) {
+  show(score, robots) {
     this.#robots = score.robots
     this.#chips.clear()
-    const read = cast.map((robot) => ({ robot, names: Object.keys(score.robots[robot.name].senses) }))
+    const read = robots.map((robot) => ({ robot, names: Object.keys(score.robots[robot.name].senses) }))
     find("cue").hidden = !read.some(({ names }) => names.includes(CUE))
     const rows = read.flatMap(({ robot, names }) => {
       const chips = names.filter((name) => name !== CUE).map((name) => this.#chip(robot.name, name))

@@ -26,7 +26,7 @@ const QUIET = 3 // seconds without a message from a host until a line reports it
 const FRESH = 2 // seconds: while poses come, with a message each second, the latest one is not older
 const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
 
-export class Wall {
+export class StatusWall {
   /** @type {Map<string, Map<string, string>>} */
   #faults = new Map() // the line of each fault that is not over, by robot and kind
   /** @type {Messages["vitals"]["robots"]} */

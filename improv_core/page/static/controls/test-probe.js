@@ -1,22 +1,22 @@
 // @ts-check
 // For tests: the page's state and display.
 
-/** @import { Cast } from "../score/robot-list.js" */
+/** @import { RobotList } from "../score/robot-list.js" */
 /** @import { Clock } from "../score/clock.js" */
 /** @import { Measured } from "../floor/measured.js" */
 /** @import { Motion } from "../floor/motion.js" */
 /** @import { Notices } from "../base/notices.js" */
 /** @import { Program } from "../score/program.js" */
 /** @import { Sound } from "../sound/sound.js" */
-/** @import { Stage } from "../floor/floor.js" */
+/** @import { Floor } from "../floor/floor.js" */
 /** @import { Trails } from "../floor/trails.js" */
 /** @import { View } from "../floor/view.js" */
 
 /**
- * @param {{ cast: Cast, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, sound: Sound, stage: Stage, trails: Trails, view: View }} parts
+ * @param {{ robotList: RobotList, clock: Clock, measured: Measured, motion: Motion, notices: Notices, program: Program, sound: Sound, floor: Floor, trails: Trails, view: View }} parts
  * @param {() => number} seconds
  */
-export function probe({ cast, clock, measured, motion, notices, program, sound, stage, trails, view }, seconds) {
+export function probe({ robotList, clock, measured, motion, notices, program, sound, floor, trails, view }, seconds) {
   return Object.freeze({
     get robots() {
       return structuredClone(view.robots)
@@ -48,27 +48,27 @@ export function probe({ cast, clock, measured, motion, notices, program, sound, 
     },
     /** The drawn places of robots: real ones where they were seen. */
     get drawn() {
-      return structuredClone(stage.poses)
+      return structuredClone(floor.poses)
     },
     /** The error of each robot, in words, if it is measured. */
     get off() {
-      return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
+      return Object.fromEntries(robotList.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
     },
     /** The moves of paths that do not begin at their start poses. */
     get moved() {
       return Object.fromEntries(program.anchor.moved)
     },
     get view() {
-      return structuredClone(stage.camera.view)
+      return structuredClone(floor.camera.view)
     },
     /** The position of the song that is heard, in seconds; null if none is, or it plays in grains. */
     get song() {
       return sound.audio?.position(seconds()) ?? null
     },
-    /** The names that stand on the stage. */
+    /** The names that stand on the floor. */
     get names() {
-      return [...stage.names]
+      return [...floor.names]
     },
-    toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
+    toScreen: (/** @type {number} */ x, /** @type {number} */ y) => floor.camera.toScreen({ x, y }),
   })
 }

@@ -4,7 +4,7 @@
 const ASTRAL = /[\u{10000}-\u{10FFFF}]/gu
 
 /** Turns offsets in a text into those of the other kind. */
-export class Points {
+export class CodePoints {
   /** @type {number[]} */
   #astral = [] // the units at which characters of two units begin
 

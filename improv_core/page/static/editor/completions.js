@@ -2,16 +2,16 @@
 // The list of words that may be written next. It never takes Enter, unless somebody has gone to a word with the arrows.
 // On phones and tablets, they stand in the row of words to tap instead.
 
-import { find, hold } from "../base/elements.js"
+import { find, syncChildren } from "../base/elements.js"
 import { WORDS, key } from "./word-row.js"
 
 const MOST_TO_TAP = 12 // words
 
 /** @typedef {{ word: string, about: string }} Word */
 
-export class Offers {
-  #list = find("offers")
-  #row = find("word-offers")
+export class Completions {
+  #list = find("completions")
+  #row = find("word-completions")
   #owner
   #pick
   #chosen = -1
@@ -42,13 +42,13 @@ export class Offers {
    * @param {{ left: number, top: number, bottom: number }} place of what is written already
    */
   show(words, place) {
-    hold(
+    syncChildren(
       this.#list,
       words.map(({ word }) => word),
       option,
     )
     this.#items.forEach((item, i) => {
-      item.id = `offer-${i}`
+      item.id = `completion-${i}`
       item.ariaSelected = "false"
       if (item.lastElementChild) item.lastElementChild.textContent = words[i].about
     })
@@ -65,7 +65,7 @@ export class Offers {
    */
   tap(words, begun) {
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
-    hold(this.#row, offered.slice(0, MOST_TO_TAP), key)
+    syncChildren(this.#row, offered.slice(0, MOST_TO_TAP), key)
   }
 
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */

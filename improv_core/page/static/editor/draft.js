@@ -8,7 +8,7 @@ import { randomName } from "../base/random.js"
 /** @typedef {{ path: string, text: string, revision: string }} Source a version of the file */
 /** @typedef {{ text: string, toml?: string }} Work a text and, on a website, its improv.toml */
 /** @typedef {Work & { time: number }} Other what was put aside, and when, in milliseconds since 1970 */
-/** @typedef {Other & { path: string, revision: string, others: Other[], saved?: boolean }} Kept `saved`: only for its others */
+/** @typedef {Other & { path: string, revision: string, others: Other[], saved?: boolean }} StoredDraft `saved`: only for its others */
 
 const KEY = "improv.draft."
 export const REPLACED = `${KEY}before a link` // begins the keys of what links have replaced
@@ -23,7 +23,7 @@ export class Draft {
   /** @type {Other[]} */
   #others = [] // texts that somebody may want back, until somebody drops them
   /** @type {string[]} */
-  #left = [] // keys under which it is kept, too, until this tab keeps it
+  #otherKeys = [] // keys under which it is kept, too, until this tab keeps it
   /** @type {string | undefined} */
   #toml // of the text on the page, while the improv.toml in use belongs to the file
   isKept = true // whether the browser keeps texts
@@ -35,12 +35,12 @@ export class Draft {
 
   /** The text to begin with: of this tab before it was reloaded, or of the file. @param {string} [toml] in use */
   begin(toml) {
-    const kept = read(this.#key)
-    const own = kept?.path === this.base.path ? kept : null
+    const stored = readDraft(this.#key)
+    const own = stored?.path === this.base.path ? stored : null
     const file = { text: this.base.text, toml }
-    const found = left(this.base.path, own ? null : file)
-    this.#left = found.map(({ key }) => key)
-    const others = found.flatMap(({ kept: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
+    const found = otherDrafts(this.base.path, own ? null : file)
+    this.#otherKeys = found.map(({ key }) => key)
+    const others = found.flatMap(({ stored: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
     this.#others = [...(own?.others ?? []), ...others].filter((each) => !isSame(each, file))
     if (!own || own.saved || own.text === this.base.text) return this.base.text
     if (own.revision !== this.base.revision) {
@@ -135,12 +135,12 @@ export class Draft {
       else {
         const { path, revision } = this.base
         const own = this.changed ? (this.#toml ?? toml) : toml
-        /** @type {Kept} */
-        const kept = { path, text, toml: own, revision, others: this.#others, saved, time: Date.now() }
-        localStorage.setItem(this.#key, JSON.stringify(kept))
+        /** @type {StoredDraft} */
+        const stored = { path, text, toml: own, revision, others: this.#others, saved, time: Date.now() }
+        localStorage.setItem(this.#key, JSON.stringify(stored))
       }
       this.isKept = true
-      for (const key of this.#left.splice(0)) localStorage.removeItem(key)
+      for (const key of this.#otherKeys.splice(0)) localStorage.removeItem(key)
     } catch {
       this.isKept = false
     }
@@ -163,21 +163,21 @@ function tab() {
  * in the file. From now on, this tab keeps it; a tab that still has it keeps it too.
  * @param {string} path
  * @param {Work | null} file
- * @returns {{ key: string, kept: Kept }[]} the latest last
+ * @returns {{ key: string, stored: StoredDraft }[]} the latest last
  */
-function left(path, file) {
+function otherDrafts(path, file) {
   try {
     const found = Object.keys(localStorage)
       .filter((key) => key.startsWith(KEY))
       .flatMap((key) => {
-        const kept = read(key)
-        return kept?.path === path ? [{ key, kept }] : []
+        const stored = readDraft(key)
+        return stored?.path === path ? [{ key, stored }] : []
       })
-      .sort((one, two) => one.kept.time - two.kept.time)
+      .sort((one, two) => one.stored.time - two.stored.time)
     const replaced = found.filter(({ key }) => key.startsWith(REPLACED))
     if (!file) return replaced
-    const hasMore = (/** @type {Kept} */ kept) => kept.others.length > 0 || (!kept.saved && !isSame(kept, file))
-    const tabs = found.filter(({ key, kept }) => !key.startsWith(REPLACED) && hasMore(kept))
+    const hasMore = (/** @type {StoredDraft} */ stored) => stored.others.length > 0 || (!stored.saved && !isSame(stored, file))
+    const tabs = found.filter(({ key, stored }) => !key.startsWith(REPLACED) && hasMore(stored))
     return [...tabs.slice(-1), ...replaced]
   } catch {
     return []
@@ -191,14 +191,14 @@ function isSame(one, other) {
 
 /**
  * @param {string} key
- * @returns {Kept | null}
+ * @returns {StoredDraft | null}
  */
-function read(key) {
+function readDraft(key) {
   try {
-    const kept = JSON.parse(localStorage.getItem(key) ?? "null")
-    if (!kept || typeof kept.text !== "string" || typeof kept.revision !== "string") return null
-    const before = typeof kept.other === "string" ? [{ text: kept.other, time: kept.time }] : [] // earlier pages kept one
-    return { ...kept, others: kept.others ?? before }
+    const stored = JSON.parse(localStorage.getItem(key) ?? "null")
+    if (!stored || typeof stored.text !== "string" || typeof stored.revision !== "string") return null
+    const before = typeof stored.other === "string" ? [{ text: stored.other, time: stored.time }] : [] // earlier pages kept one
+    return { ...stored, others: stored.others ?? before }
   } catch {
     return null
   }

@@ -1,14 +1,14 @@
 // @ts-check
 // The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
-// up to date: colors, mistakes, offers, hovers, and the words that play.
+// up to date: colors, diagnostics, completions, hovers, and the words that play.
 
 import { apply, difference, moved } from "./edits.js"
 import { find, findA } from "../base/elements.js"
-import { Ink } from "./highlight.js"
-import { list, listen } from "./mistakes.js"
-import { Moves } from "./moves.js"
-import { Offers } from "./completions.js"
-import { Points } from "./code-points.js"
+import { Highlight } from "./highlight.js"
+import { listDiagnostics, listenForArrows } from "./diagnostics.js"
+import { PendingChanges } from "./pending-changes.js"
+import { Completions } from "./completions.js"
+import { CodePoints } from "./code-points.js"
 import { Saving } from "./saving.js"
 import { toml } from "../net/backend.js"
 import { Tooltip } from "./tooltip.js"
@@ -17,7 +17,7 @@ import { Tooltip } from "./tooltip.js"
 /** @import { Edit } from "./edits.js" */
 /** @import { Color } from "./highlight.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @import { Mistake } from "./mistakes.js" */
+/** @import { Diagnostic } from "./diagnostics.js" */
 /** @import { StartPose } from "../net/requests.js" */
 /**
  * @typedef {object} Starts
@@ -26,7 +26,7 @@ import { Tooltip } from "./tooltip.js"
  * @property {(problem: string) => void} say why nothing was written, if there is a reason
  */
 
-const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
+const CALM = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
 const MARGIN = 8 // pixels around the cursor that stay in view
 const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
@@ -34,28 +34,28 @@ export class Editor {
   #send
   #connected = false
   #control = findA("text", HTMLTextAreaElement)
-  #ink = new Ink(find("ink"))
-  #offers = new Offers(this.#control, (word) => this.#pick(word))
+  #highlight = new Highlight(find("highlight"))
+  #completions = new Completions(this.#control, (word) => this.#pick(word))
   #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
   #text = ""
-  #points = new Points("")
+  #codePoints = new CodePoints("")
   #number = 0 // of the text
-  #asking = false // about colors and mistakes
+  #asking = false // about colors and diagnostics
   #analyzed = -1 // the number of the text that the server has
   #edited = -Infinity // when, in milliseconds
-  #calm = 0 // the timer that shows mistakes
+  #calm = 0 // the timer that shows diagnostics
   /** @type {Color[]} */
   #colors = []
-  /** @type {Mistake[]} */
-  #mistakes = []
-  #count = 0 // of mistakes, also of those that the server has not sent
-  /** @type {Mistake[]} */
-  #shown = [] // of the mistakes
+  /** @type {Diagnostic[]} */
+  #diagnostics = []
+  #count = 0 // of diagnostics, also of those that the server has not sent
+  /** @type {Diagnostic[]} */
+  #shown = [] // of the diagnostics
   #listed = "" // the problems in the list, and their text
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
   #played = ""
-  #playedPoints = new Points("")
+  #playedCodePoints = new CodePoints("")
   #starts
   /** @type {Map<number, string>} */
   #places = new Map() // of the words that play, in code points of the played text
@@ -76,7 +76,7 @@ export class Editor {
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
     find("paper").addEventListener("scroll", () => this.#moveOffer())
-    listen()
+    listenForArrows()
     // Errors, a bar, or a phone's keyboard may cover the line that is written.
     new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
     this.saving = new Saving(send, {
@@ -85,13 +85,13 @@ export class Editor {
       replace: (text) => this.#replace(text),
       getToml: toml.get,
       setToml: toml.set,
-      wrote: () => this.#showMistakes(),
+      wrote: () => this.#showDiagnostics(),
       changes: () => {
         starts.finish()
-        return this.moves.saveAfter()
+        return this.pendingChanges.saveAfter()
       },
     })
-    this.moves = new Moves(send, {
+    this.pendingChanges = new PendingChanges(send, {
       known: () => (this.#analyzed === this.#number ? this.#number : null),
       edit: (edits) => this.#edit(edits),
       say: (problem) => {
@@ -109,7 +109,7 @@ export class Editor {
 
   /** True if the text is saved and plays, or was played last. */
   get isPlayed() {
-    return this.#text === this.#played && this.saving.isSaved && !this.moves.open
+    return this.#text === this.#played && this.saving.isSaved && !this.pendingChanges.open
   }
 
   /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
@@ -122,7 +122,7 @@ export class Editor {
   /** @param {Messages["analyzed" | "completed" | "explained" | "written" | "moved"]} message */
   takeAnswer(message) {
     if (message.type === "written") this.saving.takeWritten(message)
-    else if (message.type === "moved") this.moves.take(message)
+    else if (message.type === "moved") this.pendingChanges.take(message)
     else if (message.type === "analyzed") this.#takeAnalysis(message)
     else if (message.number !== this.#number) return
     else if (message.type === "completed") this.#takeWords(message)
@@ -134,7 +134,7 @@ export class Editor {
     this.#connected = connected
     this.#analyzed = -1
     this.#asking = false
-    this.moves.forget()
+    this.pendingChanges.forget()
     if (connected && this.open) this.#analyze()
     this.saving.connect(connected)
   }
@@ -142,7 +142,7 @@ export class Editor {
   /** The program that plays now. @param {{ text: string }} score */
   show({ text }) {
     this.#played = text.replace(/\r\n?/g, "\n")
-    this.#playedPoints = new Points(this.#played)
+    this.#playedCodePoints = new CodePoints(this.#played)
   }
 
   /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
@@ -170,7 +170,7 @@ export class Editor {
       event.preventDefault()
       this.#complete(true)
     } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
-      if (this.#offers.takes(event)) event.preventDefault()
+      if (this.#completions.takes(event)) event.preventDefault()
       else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
     }
   }
@@ -206,7 +206,7 @@ export class Editor {
   /** Makes edits that count in code points, as if they had been typed. The focus stays where it is. @param {Edit[]} edits */
   #edit(edits) {
     const focus = document.activeElement
-    const inUnits = edits.map(({ start, end, text }) => ({ start: this.#points.toUnits(start), end: this.#points.toUnits(end), text }))
+    const inUnits = edits.map(({ start, end, text }) => ({ start: this.#codePoints.toUnits(start), end: this.#codePoints.toUnits(end), text }))
     this.#replace(apply(this.#text, inUnits))
     if (focus instanceof HTMLElement) focus.focus()
   }
@@ -232,10 +232,10 @@ export class Editor {
     if (text !== this.#text) {
       const edit = difference(this.#text, text)
       this.#text = text
-      this.#points = new Points(text)
+      this.#codePoints = new CodePoints(text)
       this.#number++
       this.#colors = moved(this.#colors, edit)
-      this.#mistakes = moved(this.#mistakes, edit)
+      this.#diagnostics = moved(this.#diagnostics, edit)
       this.#shown = moved(this.#shown, edit)
       this.#analyze()
       this.saving.edited()
@@ -258,34 +258,34 @@ export class Editor {
     }
     this.#analyzed = number
     if (this.#offering) this.#askForWords()
-    this.moves.ask()
+    this.pendingChanges.ask()
     if (Object.keys(starts).length) this.#starts.place(starts)
     this.#colors = []
     for (let i = 0, at = 0; i < colors.length; i += 3) {
       const start = at + colors[i]
       at = start + colors[i + 1]
-      this.#colors.push({ start: this.#points.toUnits(start), end: this.#points.toUnits(at), kind: colors[i + 2] })
+      this.#colors.push({ start: this.#codePoints.toUnits(start), end: this.#codePoints.toUnits(at), kind: colors[i + 2] })
     }
     /** @type {<T extends { start: number, end: number }>(span: T) => T} */
-    const inUnits = (span) => ({ ...span, start: this.#points.toUnits(span.start), end: this.#points.toUnits(span.end) })
-    this.#mistakes = problems.map((problem) => ({
+    const inUnits = (span) => ({ ...span, start: this.#codePoints.toUnits(span.start), end: this.#codePoints.toUnits(span.end) })
+    this.#diagnostics = problems.map((problem) => ({
       ...inUnits(problem),
       fixes: problem.fixes.map((fix) => ({ ...fix, edits: fix.edits.map(inUnits) })),
     }))
     this.#count = count
     clearTimeout(this.#calm)
     const rest = this.#edited + CALM - performance.now()
-    if (rest <= 0) this.#showMistakes()
-    else this.#calm = window.setTimeout(() => this.#showMistakes(), rest)
+    if (rest <= 0) this.#showDiagnostics()
+    else this.#calm = window.setTimeout(() => this.#showDiagnostics(), rest)
     this.#draw()
   }
 
-  #showMistakes() {
-    this.#shown = this.#mistakes
+  #showDiagnostics() {
+    this.#shown = this.#diagnostics
     const number = this.#number
     const listed = JSON.stringify([number, this.#count, this.#shown])
     if (listed !== this.#listed) {
-      list(
+      listDiagnostics(
         this.#shown,
         this.#count,
         this.#text,
@@ -298,8 +298,8 @@ export class Editor {
   }
 
   #draw() {
-    this.#ink.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
-    find("sheet").style.setProperty("--digits", String(Math.max(String(this.#ink.lines).length, 2)))
+    this.#highlight.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
+    find("sheet").style.setProperty("--digits", String(Math.max(String(this.#highlight.lines).length, 2)))
     this.#control.scrollTop = 0
     this.#light()
   }
@@ -310,11 +310,11 @@ export class Editor {
     /** @type {Map<number, string>} */
     const places = new Map()
     for (const [place, color] of this.#places) {
-      const offset = this.#playedPoints.toUnits(place)
+      const offset = this.#playedCodePoints.toUnits(place)
       if (offset < start) places.set(offset, color)
       else if (offset >= end) places.set(offset + text.length - (end - start), color)
     }
-    this.#ink.light(places)
+    this.#highlight.light(places)
   }
 
   /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
@@ -336,13 +336,13 @@ export class Editor {
 
   /** Only once the server has the text. */
   #askForWords() {
-    const offset = this.#points.toPoints(this.#control.selectionEnd)
+    const offset = this.#codePoints.toPoints(this.#control.selectionEnd)
     this.#send({ type: "complete", number: this.#number, offset })
   }
 
   /** @param {Messages["completed"]} message */
   #takeWords({ start, end, words }) {
-    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    const [from, to] = [this.#codePoints.toUnits(start), this.#codePoints.toUnits(end)]
     const offering = this.#offering
     if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
     const begun = this.#text.slice(from, to)
@@ -350,22 +350,22 @@ export class Editor {
     const isListed = words.length > 0 && (offering.asked || (begun !== "" && !complete))
     if (!isListed) this.#endOffer()
     this.#offering = { ...offering, start: from }
-    this.#offers.tap(complete ? [] : words, begun)
-    if (isListed) this.#offers.show(words, this.#ink.place(from))
+    this.#completions.tap(complete ? [] : words, begun)
+    if (isListed) this.#completions.show(words, this.#highlight.place(from))
   }
 
   /** The text has scrolled: the words go along, as long as what they belong to is in view. */
   #moveOffer() {
-    if (!this.#offering || !this.#offers.open) return
+    if (!this.#offering || !this.#completions.open) return
     const { top, bottom } = find("paper").getBoundingClientRect()
-    const place = this.#ink.place(this.#offering.start)
+    const place = this.#highlight.place(this.#offering.start)
     if (place.bottom < top || place.top > bottom) this.#endOffer()
-    else this.#offers.move(place)
+    else this.#completions.move(place)
   }
 
   #endOffer() {
     this.#offering = null
-    this.#offers.hide()
+    this.#completions.hide()
   }
 
   /** @param {string} word */
@@ -382,15 +382,15 @@ export class Editor {
    * @param {number} y
    */
   #explain(x, y) {
-    const word = this.#ink.wordAt(x, y)
+    const word = this.#highlight.wordAt(x, y)
     if (!word) return false
-    this.#send({ type: "explain", number: this.#number, offset: this.#points.toPoints(word.start) })
+    this.#send({ type: "explain", number: this.#number, offset: this.#codePoints.toPoints(word.start) })
     return true
   }
 
   /** The messages about a place, which counts in code points. @param {number} start @param {number} end */
   #wrongAt(start, end) {
-    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    const [from, to] = [this.#codePoints.toUnits(start), this.#codePoints.toUnits(end)]
     return this.#shown.filter((each) => !each.file && each.start < to && each.end > from).map(({ message }) => message)
   }
 
@@ -406,7 +406,7 @@ export class Editor {
     const paper = find("paper")
     if (!paper.checkVisibility()) return
     const { top, bottom } = paper.getBoundingClientRect()
-    const place = this.#ink.place(this.#control.selectionEnd)
+    const place = this.#highlight.place(this.#control.selectionEnd)
     if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
     else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
   }

@@ -13,7 +13,7 @@ const KINDS = [
   "comment", "keyword", "function", "variable", "class", "enumMember", "number", "operator", "modifier", "parameter", "property",
 ]
 
-export class Ink {
+export class Highlight {
   #sheet
   /** @type {Line[]} */
   #lines = []

@@ -3,7 +3,7 @@
 
 import { find } from "../base/elements.js"
 
-export class Offer {
+export class TomlLines {
   #id
 
   /**

@@ -8,9 +8,9 @@ import { Ground, paintTail } from "./ground.js"
 import { Labels } from "./labels.js"
 import { drawLimbs } from "./figure-above.js"
 import { drawMark } from "./meetings.js"
-import { drawWay } from "./out-of-place.js"
+import { drawReturnPath } from "./out-of-place.js"
 import { penOn } from "../base/pen.js"
-import { drawLost, drawRing, placed } from "./rings.js"
+import { drawLost, drawRing, placeRings } from "./rings.js"
 import { picture, REACH } from "./robots.js"
 
 /** @import { Colors } from "../base/colors.js" */
@@ -20,8 +20,8 @@ import { picture, REACH } from "./robots.js"
 /** @import { Mark } from "./meetings.js" */
 /** @import { Placed } from "./rings.js" */
 /** @import { Scene } from "./view.js" */
-/** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
-/** @typedef {Omit<Scene, "cast"> & { cast: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
+/** @typedef {Scene["robots"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
+/** @typedef {Omit<Scene, "robots"> & { robots: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
 const LEAST = 12 // pixels: a robot's radius,
 const LEAST_RADIUS = 0.034 // of the stage's shorter side,
@@ -32,7 +32,7 @@ const LINE = 1.15 // of a name's size, to the next line
 const PAINTING = 3 // milliseconds of each frame
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
-export class Stage {
+export class Floor {
   #canvas
   #pen
   #ground = new Ground()
@@ -44,7 +44,7 @@ export class Stage {
   #strip = { foot: 0, width: 0 } // at the bottom, for the scale, in pixels
   #names = new Labels()
   /** @type {Drawn[]} */
-  #cast = [] // of the latest frame
+  #robots = [] // of the latest frame
   /** @type {string[]} */
   names = [] // that are shown
   /** @type {string | null} */
@@ -83,7 +83,7 @@ export class Stage {
   }
 
   /**
-   * The color of the robot with this index in the cast.
+   * The color of the robot with this index in the list of robots.
    * @param {number} index
    */
   color(index) {
@@ -99,49 +99,49 @@ export class Stage {
   draw(scene, seconds) {
     const { camera } = this
     if (!camera.size.width || !camera.size.height) return false
-    const seen = scene.cast.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
+    const seen = scene.robots.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
     const radius = seen.length ? Math.max(...seen.map(({ radius }) => radius)) : RADIUS
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
     const crowd = Math.sqrt(Math.max(seen.length / CROWD, 1))
     const least = Math.max(LEAST / Math.sqrt(crowd), (LEAST_RADIUS * camera.shorter) / crowd)
-    const cast = seen.map((robot) => ({
+    const robots = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
       size: Math.max(robot.radius * scale, least),
     }))
-    const painting = this.#ground.paint({ ...scene, cast, camera, ratio: this.#ratio, colors: this.colors }, PAINTING)
+    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio, colors: this.colors }, PAINTING)
     const pen = this.#pen
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
-    const named = [...cast]
-    this.#cast = cast.sort((one, other) => one.pose.z - other.pose.z)
-    for (const robot of cast) this.#drawFields(robot)
+    if (scene.trail > 0) for (const robot of robots) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
+    const named = [...robots]
+    this.#robots = robots.sort((one, other) => one.pose.z - other.pose.z)
+    for (const robot of robots) this.#drawFields(robot)
     const text = Math.round(Math.min(Math.max(14, (camera.shorter * 0.032) / crowd), 44))
-    for (const robot of cast) this.#drawIdeal(robot)
-    for (const robot of cast) this.#drawRobot(robot)
-    const rings = placed(scene.rings, camera)
+    for (const robot of robots) this.#drawIdeal(robot)
+    for (const robot of robots) this.#drawRobot(robot)
+    const rings = placeRings(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring, this.colors)
-    const colors = new Map(cast.map(({ name, color }) => [name, color]))
-    for (const way of scene.ways) drawWay(pen, way, camera, colors.get(way.name) ?? this.colors.ink, this.colors)
+    const colors = new Map(robots.map(({ name, color }) => [name, color]))
+    for (const path of scene.returnPaths) drawReturnPath(pen, path, camera, colors.get(path.name) ?? this.colors.ink, this.colors)
     this.#drawNames(named, rings, text)
-    for (const mark of scene.meetings) this.#drawMeeting(mark, cast)
+    for (const mark of scene.meetings) this.#drawMeeting(mark, robots)
     this.#drawBumps(scene)
-    if (cast.length) this.#drawScale()
+    if (robots.length) this.#drawScale()
     return turning || painting
   }
 
   /** The drawn places of robots. */
-  get poses() { return Object.fromEntries(this.#cast.map(({ name, pose }) => [name, pose])) }
+  get poses() { return Object.fromEntries(this.#robots.map(({ name, pose }) => [name, pose])) }
 
   /**
    * The robot that is drawn at a point of the canvas.
    * @param {Point} point
    */
   robotAt({ x, y }) {
-    const at = this.#cast.findLast(({ place, size }) => Math.hypot(x - place.x, y - place.y) < size)
+    const at = this.#robots.findLast(({ place, size }) => Math.hypot(x - place.x, y - place.y) < size)
     return at?.name ?? null
   }
 
@@ -219,16 +219,16 @@ export class Stage {
 
   /**
    * Draws the names that have room: of the rings, if there are any, or of the robots.
-   * @param {Drawn[]} cast
+   * @param {Drawn[]} robots
    * @param {Placed[]} rings
    * @param {number} text pixels
    */
-  #drawNames(cast, rings, text) {
+  #drawNames(robots, rings, text) {
     const { size, insets } = this.camera
     const floor = { left: insets.left, top: insets.top, right: size.width, bottom: size.height - insets.bottom + text }
     const named = [
       ...rings.map(({ name, place, size }) => ({ name, place, size, words: [name], off: "" })),
-      ...(rings.length ? [] : cast).map((robot) => ({ ...robot, words: about(robot) })),
+      ...(rings.length ? [] : robots).map((robot) => ({ ...robot, words: about(robot) })),
     ]
     const seen = named.filter(({ place: { x, y } }) => x > floor.left && x < floor.right && y > floor.top && y < floor.bottom)
     const shown = seen.length > MOST_NAMES ? seen.filter(({ name }) => name === this.pointed) : seen
@@ -260,12 +260,12 @@ export class Stage {
   /**
    * Draws where robots meet, with their discs there.
    * @param {Mark} mark
-   * @param {Drawn[]} cast
+   * @param {Drawn[]} drawn
    */
-  #drawMeeting({ meeting: { robots, poses }, place, shows }, cast) {
+  #drawMeeting({ meeting: { robots, poses }, place, shows }, drawn) {
     const pen = this.#pen
     for (const [index, pose] of shows ? poses.entries() : []) {
-      const robot = cast.find(({ name }) => name === robots[index])
+      const robot = drawn.find(({ name }) => name === robots[index])
       if (!robot) continue
       const { x, y } = this.camera.toScreen(pose)
       pen.beginPath()

@@ -2,7 +2,7 @@
 // Formations: a button for each, which has its line written into the program, or offers those for improv.toml.
 
 import { find, findA } from "../base/elements.js"
-import { Offer } from "../editor/toml-lines.js"
+import { TomlLines } from "../editor/toml-lines.js"
 import { LIMITS } from "../net/requests.js"
 
 /** @import { Messages } from "../net/messages.js" */
@@ -20,7 +20,7 @@ const WIDTHS = 5 // between robots, unless somebody says otherwise
 
 export class Formation {
   #distance = findA("formation-distance", HTMLInputElement)
-  #offer = new Offer("formation-offer")
+  #tomlLines = new TomlLines("formation-toml")
   #chosen = "" // of CHOICES
   /** Has a formation written into the program; null if nobody can. @type {((chosen: Chosen) => void) | null} */
   write = null
@@ -53,7 +53,7 @@ export class Formation {
     this.#chosen = name
     for (const each of Object.keys(CHOICES)) find(`form-${each}`).setAttribute("aria-pressed", String(each === name))
     const valid = name && this.#distance.checkValidity()
-    this.#offer.show(valid && !this.write ? this.#lines(CHOICES[name]) : "")
+    this.#tomlLines.show(valid && !this.write ? this.#lines(CHOICES[name]) : "")
   }
 
   /** @param {typeof CHOICES[string]} choice */

@@ -14,7 +14,7 @@ const WHEEL = 0.0015 // of a zoom, by pixel
  * @param {(point: Point) => ((to: Point) => void) | null} grab
  * @param {() => void} changed
  */
-export function hold(canvas, camera, grab, changed) {
+export function listenForGestures(canvas, camera, grab, changed) {
   /** @type {Map<number, Point>} */
   const fingers = new Map() // pointer -> its place
   /** @type {((to: Point) => void) | null} */

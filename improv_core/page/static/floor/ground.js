@@ -4,7 +4,7 @@
 
 import { roundLength } from "./camera.js"
 import { mix } from "../base/colors.js"
-import { after, trace } from "../base/path.js"
+import { poseAfter, trace } from "../base/path.js"
 import { penOn } from "../base/pen.js"
 import { paintWorld } from "./world.js"
 
@@ -114,8 +114,8 @@ export class Ground {
     pen.setTransform(1, 0, 0, 1, 0, 0)
     pen.drawImage(image, 0, 0)
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
-    for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
-    const now = new Map(scene.cast.map(({ name }) => [name, reached(scene, name)]))
+    for (const robot of scene.robots) paintTail(pen, scene, robot, painted.get(robot.name))
+    const now = new Map(scene.robots.map(({ name }) => [name, reached(scene, name)]))
     this.#show({ ...shown, painted: now, since: performance.now() })
   }
 
@@ -158,7 +158,7 @@ function onSheet({ view, middle }, { x, y }) {
  * @param {Sheet["painted"]} painted
  */
 function* paintAll(pen, scene, painted) {
-  const { colors, cast, ratio, size } = scene
+  const { colors, robots, ratio, size } = scene
   const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
   flat()
   pen.fillStyle = colors.ground
@@ -171,13 +171,13 @@ function* paintAll(pen, scene, painted) {
     flat()
     yield
   }
-  for (const robot of scene.ahead ? cast : []) {
+  for (const robot of scene.ahead ? robots : []) {
     inWorld(pen, scene)
     paintAhead(pen, scene, robot)
     flat()
     yield
   }
-  for (const robot of cast) {
+  for (const robot of robots) {
     painted.set(robot.name, paintTrail(pen, scene, robot))
     yield
   }
@@ -246,7 +246,7 @@ function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, col
     const { start, end, pose, velocity, seconds } = path[i]
     if (!pose) break
     const done = Math.max((beat - start) / (end - start), 0)
-    const from = done > 0 ? after(pose, velocity, seconds * done) : pose
+    const from = done > 0 ? poseAfter(pose, velocity, seconds * done) : pose
     if (i === first) pen.moveTo(from.x, from.y)
     trace(pen, from, velocity, seconds * (1 - done))
   }
@@ -288,7 +288,7 @@ function paintTrail(pen, scene, { name, color, pose, seen }) {
     for (let time = start; time < end; ) {
       const step = Math.min(Math.floor((time - oldest) / shade + 1e-9), SHADES - 1)
       const until = step === SHADES - 1 ? end : Math.min(oldest + (step + 1) * shade, end)
-      const here = after(from, velocity, (time - start) / long)
+      const here = poseAfter(from, velocity, (time - start) / long)
       if (step !== now) {
         finish()
         now = step

@@ -32,7 +32,7 @@ export class Motion {
     // at once after a pause of the performance.
     this.#offset = this.#offset - offset > 0.25 ? offset : Math.max(this.#offset - 0.0002, offset)
     const last = this.#frames.at(-1)
-    if (at === last?.at) this.#frames.pop() // the cast has changed, or a robot was put elsewhere
+    if (at === last?.at) this.#frames.pop() // the list of robots has changed, or a robot was put elsewhere
     this.#frames.push({ at, placed, poses, joints })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
     return anew

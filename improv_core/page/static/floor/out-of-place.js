@@ -9,15 +9,15 @@ import { find } from "../base/elements.js"
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @import { Request } from "../net/requests.js" */
-/** @typedef {{ name: string, from: Pose | null, to: Pose }} Way from where a robot stands to its place; null if nobody knows where that is */
+/** @typedef {{ name: string, from: Pose | null, to: Pose }} ReturnPath from where a robot stands to its place; null if nobody knows where that is */
 
 const HEAD = 11 // pixels: an arrow's head
 const SIZE = 13 // pixels from a robot's middle to its edge
 const FEW = 4 // so many lines are shown
 
 export class Misplaced {
-  /** @type {Way[]} */
-  ways = []
+  /** @type {ReturnPath[]} */
+  returnPaths = []
   #panel = find("misplaced")
   #title = find("misplaced-title")
   #list = find("misplaced-list")
@@ -37,7 +37,7 @@ export class Misplaced {
   /** @param {Messages["misplaced"]} message */
   take({ robots, waits }) {
     const found = Object.entries(robots)
-    this.ways = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
+    this.returnPaths = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
     const lines = found.slice(0, FEW).map(([, { line }]) => line)
     if (found.length > FEW) lines.push(`… and ${found.length - FEW} more`)
     this.#list.replaceChildren(...lines.map(item))
@@ -51,19 +51,19 @@ export class Misplaced {
 
   /** The place of a drawn thing. */
   get room() {
-    return this.ways.flatMap(({ from, to }) => (from ? [from, to] : [to]))
+    return this.returnPaths.flatMap(({ from, to }) => (from ? [from, to] : [to]))
   }
 }
 
 /**
  * Draws where a robot stands, where it should stand, and an arrow from there to there.
  * @param {Pen} pen
- * @param {Way} way
+ * @param {ReturnPath} path
  * @param {Pick<Camera, "toScreen">} camera
  * @param {string} color
  * @param {Colors} colors
  */
-export function drawWay(pen, { name, from, to }, camera, color, colors) {
+export function drawReturnPath(pen, { name, from, to }, camera, color, colors) {
   const end = camera.toScreen(to)
   const { x, y } = from ? camera.toScreen(from) : end
   pen.font = "600 14px system-ui, sans-serif"

@@ -5,7 +5,7 @@ import { find } from "../base/elements.js"
 
 /** @import { Point } from "./camera.js" */
 
-const LISTS = ["cast-list", "senses", "start-poses-list"]
+const LISTS = ["robots-list", "senses", "start-poses-list"]
 
 /**
  * Calls `point` with the name of the robot under the pointer, or of the list's row that has the focus, or null.

@@ -19,7 +19,7 @@ const NEAR = 24 // pixels to a ring, or to a tip
  * @param {Pick<Camera, "toScreen">} camera
  * @returns {Placed[]}
  */
-export function placed(rings, camera) {
+export function placeRings(rings, camera) {
   const places = rings.map((ring) => camera.toScreen(ring))
   return rings.map((ring, index) => {
     const place = places[index]
@@ -38,7 +38,7 @@ export function placed(rings, camera) {
  * @param {Point} point
  * @param {Placed[]} rings
  */
-export function under(point, rings) {
+export function nearestRing(point, rings) {
   /** @type {{ name: string, part: "place" | "tip", distance: number } | null} */
   let best = null
   for (const ring of rings) {

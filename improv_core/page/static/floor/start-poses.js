@@ -3,8 +3,8 @@
 // improv.toml.
 
 import { find, findA } from "../base/elements.js"
-import { Offer } from "../editor/toml-lines.js"
-import { placed, under } from "./rings.js"
+import { TomlLines } from "../editor/toml-lines.js"
+import { nearestRing, placeRings } from "./rings.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "../score/robot-list.js" */
@@ -21,7 +21,7 @@ const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
-  #offering = new Offer("start-poses-offer")
+  #tomlLines = new TomlLines("start-poses-toml")
   #changed
   #telling = 0 // the timer that has what was typed written
   /** @type {Set<string>} */
@@ -30,7 +30,7 @@ export class StartPoses {
   #room = [] // where the rings were when one was grabbed: the view must not move under a hand
   #held = false
   /** @type {Robot[]} */
-  #cast = []
+  #robots = []
   /** @type {Map<string, StartPose>} */
   #poses = new Map()
   /** @type {Map<string, StartPose>} */
@@ -53,22 +53,22 @@ export class StartPoses {
   set write(write) {
     this.#write = write
     find("start-poses-writes").hidden = false
-    this.#offer()
+    this.#showLines()
   }
 
   /**
    * Shows the start poses of a score. Moved ones stay until they are written, or for good if nobody can.
    * @param {Messages["score"]} score
-   * @param {Robot[]} cast
+   * @param {Robot[]} robots
    */
-  show(score, cast) {
+  show(score, robots) {
     const before = this.#poses
-    this.#cast = cast
+    this.#robots = robots
     this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
     const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.#written[name])
     this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(kept(name) ?? pose) }]))
-    find("start-poses-rows").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
-    this.#offer()
+    find("start-poses-rows").replaceChildren(...robots.map(({ name, color }) => this.#fields(name, color)))
+    this.#showLines()
   }
 
   /** Takes where robots start according to the text on this page. @param {Record<string, StartPose>} starts */
@@ -79,7 +79,7 @@ export class StartPoses {
       this.#poses.set(name, rounded(pose))
       this.#showFields(name)
     }
-    this.#offer()
+    this.#showLines()
   }
 
   /** The rings, which have to be in view. */
@@ -91,7 +91,7 @@ export class StartPoses {
   /** The rings to draw on the stage: none unless the card is open. */
   get rings() {
     if (!this.#card.open) return []
-    return this.#cast.map(({ name, color }) => {
+    return this.#robots.map(({ name, color }) => {
       const { x, y, heading } = this.#pose(name)
       return { name, x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
     })
@@ -103,7 +103,7 @@ export class StartPoses {
    * @param {Camera} camera
    */
   ringAt(point, camera) {
-    return under(point, placed(this.rings, camera))?.name ?? null
+    return nearestRing(point, placeRings(this.rings, camera))?.name ?? null
   }
 
   /**
@@ -113,7 +113,7 @@ export class StartPoses {
    * @returns {((to: Point) => void) | null}
    */
   grab(point, camera) {
-    const best = under(point, placed(this.rings, camera))
+    const best = nearestRing(point, placeRings(this.rings, camera))
     if (!best) return null
     const { name, part } = best
     this.#chosen = name
@@ -139,7 +139,7 @@ export class StartPoses {
   /** Somebody has moved a robot. @param {string} name */
   #move(name) {
     this.#moved.add(name)
-    this.#offer()
+    this.#showLines()
     clearTimeout(this.#telling)
     if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
   }
@@ -159,12 +159,12 @@ export class StartPoses {
     this.#write(starts)
   }
 
-  #offer() {
+  #showLines() {
     const lines = [...this.#moved].map((name) => {
       const { x, y, heading } = this.#pose(name)
       return `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`
     })
-    this.#offering.show(this.#write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
+    this.#tomlLines.show(this.#write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
     this.#changed()
   }
 

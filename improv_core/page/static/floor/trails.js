@@ -1,7 +1,7 @@
 // @ts-check
 // Trails of robots: the places that the server sends, which arcs join, and before a seek the path of the score.
 
-import { after, along, between } from "../base/path.js"
+import { pointsAlong, poseAfter, velocityBetween } from "../base/path.js"
 import { bounds } from "./camera.js"
 
 /** @import { Point } from "./camera.js" */
@@ -44,7 +44,7 @@ export class Trails {
       for (const [at, x, y, heading] of places) {
         const place = { at, x, y, z: 0, heading }
         const last = trail.at(-1)
-        this.#widen(last ? along(last, between(last, place), 1) : [place])
+        this.#widen(last ? pointsAlong(last, velocityBetween(last, place), 1) : [place])
         trail.push(place)
       }
       this.#places.set(name, trail)
@@ -140,11 +140,11 @@ export class Trails {
       const isLast = i + 1 >= count || place(i + 1).at > until
       if (isLast && this.#placed !== this.#shown) return
       const next = isLast ? { ...pose, at: until } : place(i + 1)
-      const velocity = between(one, next)
+      const velocity = velocityBetween(one, next)
       const cut = one.at < from && next.at > one.at ? Math.min((from - one.at) / (next.at - one.at), 1) : 0
       const rest = 1 - cut
       yield {
-        pose: cut ? after(one, velocity, cut) : one,
+        pose: cut ? poseAfter(one, velocity, cut) : one,
         velocity: { x: velocity.x * rest, y: velocity.y * rest, z: 0, yaw: velocity.yaw * rest },
         at: Math.max(one.at, from),
         end: next.at,
@@ -187,7 +187,7 @@ function* leading(stretches, beat, reached) {
     const parts = Math.max(Math.ceil(Math.abs(velocity.yaw * seconds) / SHARPEST), 1)
     for (let i = 0; i < parts; i++) {
       const here = start + ((until - start) * i) / parts
-      yield { ...after(pose, velocity, (here - start) * perBeat), at: reached - (beat - here) * perBeat }
+      yield { ...poseAfter(pose, velocity, (here - start) * perBeat), at: reached - (beat - here) * perBeat }
     }
   }
 }

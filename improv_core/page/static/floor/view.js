@@ -8,7 +8,7 @@ import { outline } from "./world.js"
 /** @import { Positions } from "../bodies/body.js" */
 /** @import { Bumps } from "./bumps.js" */
 /** @import { Point } from "./camera.js" */
-/** @import { Cast } from "../score/robot-list.js" */
+/** @import { RobotList } from "../score/robot-list.js" */
 /** @import { Clock } from "../score/clock.js" */
 /** @import { Figures } from "../bodies/figures.js" */
 /** @import { Measured } from "./measured.js" */
@@ -19,10 +19,10 @@ import { outline } from "./world.js"
 /** @import { Pose, Velocity } from "../base/path.js" */
 /** @import { Program } from "../score/program.js" */
 /** @import { Senses } from "../controls/senses.js" */
-/** @import { Stage } from "./floor.js" */
+/** @import { Floor } from "./floor.js" */
 /** @import { StartPoses } from "./start-poses.js" */
 /** @import { Trails } from "./trails.js" */
-/** @import { Wall } from "../controls/status-wall.js" */
+/** @import { StatusWall } from "../controls/status-wall.js" */
 /** @typedef {ReturnType<View["scene"]>} Scene */
 
 const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
@@ -45,8 +45,8 @@ export class View {
   frames = 0
 
   /**
-   * @param {{ clock: Clock, figures: Figures, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
-   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: Wall }} parts
+   * @param {{ clock: Clock, figures: Figures, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, robotList: RobotList, program: Program, floor: Floor, panels: Panels,
+   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: StatusWall }} parts
    */
   constructor(parts) {
     this.#parts = parts
@@ -75,11 +75,11 @@ export class View {
    * @param {number} beat
    */
   draw(now, beat) {
-    const { cast, figures, motion, trails, bumps, program, stage } = this.#parts
+    const { robotList, figures, motion, trails, bumps, program, floor } = this.#parts
     this.frames++
     const present = motion.present(now)
     this.robots = present.robots
-    this.joints = cast.posed(present.joints)
+    this.joints = robotList.posed(present.joints)
     trails.show(present.placed)
     trails.complete(program.current)
     const until = program.current?.horizon(beat) ?? 0
@@ -89,7 +89,7 @@ export class View {
     if (this.#stale || moving) {
       const more = figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
       const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
-      this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving || more
+      this.#stale = floor.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving || more
     }
     this.#drawn = now
   }
@@ -110,7 +110,7 @@ export class View {
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { program, stage, trails, measured } = this.#parts
+    const { program, floor, trails, measured } = this.#parts
     const { current, anchor } = program
     const known = [current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
     if (known === this.#known) return
@@ -120,7 +120,7 @@ export class View {
     const points = [...current.points(until)]
     const { world } = current.score
     this.#room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
-    if (!this.#fitted && points.length) stage.camera.view = null // the first view appears without easing
+    if (!this.#fitted && points.length) floor.camera.view = null // the first view appears without easing
     this.#fitted ||= points.length > 0
   }
 
@@ -133,9 +133,9 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
+    const { clock, trails, measured, robotList, program, floor, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
     const { muted, soloed } = clock.transport
-    const robots = cast.list(program.current, (index) => stage.color(index)).map((robot) => {
+    const robots = robotList.list(program.current, (index) => floor.color(index)).map((robot) => {
       const { name } = robot
       const lost = wall.lost(name)
       const silent = clock.isSilent(name)
@@ -165,11 +165,11 @@ export class View {
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
       rings: startPoses.rings,
-      meetings: startPoses.rings.length ? [] : meetings.marks(stage.camera),
-      ways: misplaced.ways,
+      meetings: startPoses.rings.length ? [] : meetings.marks(floor.camera),
+      returnPaths: misplaced.returnPaths,
       still: this.still,
       key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
-      cast: robots,
+      robots,
     }
   }
 

@@ -15,7 +15,7 @@ const SLACK = 0.002 // seconds: clocks have whole milliseconds, and drift
  * @param {TimeAnswer[]} answers
  * @param {TimeAnswer} answer
  */
-export function answered(answers, answer) {
+export function withAnswer(answers, answer) {
   const all = [...answers, answer]
   const [least, most] = bounds(all)
   return least <= most + SLACK ? all.slice(-KEPT) : [answer]
@@ -27,7 +27,7 @@ export function answered(answers, answer) {
  * probably the server's, too, and then nothing is more exact.
  * @param {TimeAnswer[]} answers
  */
-export function aheadBy(answers) {
+export function clockOffset(answers) {
   const latest = answers.at(-1)
   if (!latest) return null
   const [least, most] = bounds(answers)

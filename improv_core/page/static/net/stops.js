@@ -4,10 +4,10 @@
 import { randomName } from "../base/random.js"
 import { withToken } from "./token.js"
 
-const AGAIN = 500 // milliseconds until a stop is sent again that is not confirmed
-const PATIENCE = 8000 // milliseconds that an answer may take: a stage that hangs may still read what it was sent
-const MOST = 3 // that may wait for an answer at the same time: browsers open only six connections
-const LATE = 300 // milliseconds after which the page shows that a stop is not confirmed
+const RESEND_DELAY = 500 // milliseconds until a stop is sent again that is not confirmed
+const TIMEOUT = 8000 // milliseconds that an answer may take: a stage that hangs may still read what it was sent
+const MAX_WAITING = 3 // that may wait for an answer at the same time: browsers open only six connections
+const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 
 export class Stops {
   page = randomName()
@@ -31,7 +31,7 @@ export class Stops {
 
   /** Somebody stops the robots. The number of this stop. */
   press() {
-    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true, ""), LATE)
+    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true, ""), NOTICE_DELAY)
     this.#pressed++
     if (this.#ended) this.end()
     else this.#send()
@@ -52,12 +52,12 @@ export class Stops {
   async #send() {
     const number = this.#pressed
     clearTimeout(this.#again)
-    this.#again = window.setTimeout(() => this.#send(), AGAIN)
-    if (this.#asked >= MOST) return
+    this.#again = window.setTimeout(() => this.#send(), RESEND_DELAY)
+    if (this.#asked >= MAX_WAITING) return
     this.#asked++
     const address = withToken("stop", { page: this.page, number: String(number) })
     // It is sent even if the page is closed at once.
-    const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(PATIENCE) }
+    const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(TIMEOUT) }
     const answer = await fetch(address, options).catch(() => null)
     this.#asked--
     const who = answer?.status === 202 ? await answer.text().catch(() => "") : ""

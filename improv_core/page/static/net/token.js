@@ -12,14 +12,14 @@ const given = findA("token", HTMLMetaElement).content
 export const framed = window.top !== window.self
 
 /** Empty if the page was opened without a valid ticket, and this browser has no token for it. */
-export const token = framed ? given : given ? keep(given) : kept()
+export const token = framed ? given : given ? storeToken(given) : storedToken()
 
 // The ticket is used up. Without it, the address can be reloaded and bookmarked. On a website, what others put there goes,
 // and the dance of a link stays.
 if (location.search) history.replaceState(null, "", location.pathname + location.hash)
 
 /** @param {string} token */
-function keep(token) {
+function storeToken(token) {
   try {
     localStorage.setItem(KEY, token)
   } catch {
@@ -28,7 +28,7 @@ function keep(token) {
   return token
 }
 
-function kept() {
+function storedToken() {
   try {
     return localStorage.getItem(KEY) ?? ""
   } catch {

@@ -2,7 +2,7 @@
 // Improv in a worker of this browser, in place of a server. If it hangs, it is ended, and another one begins.
 
 import { isClass } from "../website/class.js"
-import { keep, openProgram, path } from "../website/local-program.js"
+import { openProgram, path, storeProgram } from "../website/local-program.js"
 import { read } from "./messages.js"
 
 /** @import { Message } from "./messages.js" */
@@ -10,9 +10,9 @@ import { read } from "./messages.js"
 /** @import { Program } from "../website/local-program.js" */
 /** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
-const LATE = 300 // milliseconds after which the page shows that a stop is not confirmed
+const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
-const HUNG = 8000 // milliseconds after which a worker that doesn't stop is ended
+const STOP_TIMEOUT = 8000 // milliseconds after which a worker that doesn't stop is ended
 const NO_ROOM = "not saved: this browser has no room for it, so save it as a file, with Share"
 const NEWER = "A newer version of this website is here. Reload the page to use it: your text stays."
 
@@ -58,7 +58,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
       if (message?.type === "source") {
         const linked = program.linked && message.text === program.text
         program = { ...program, text: message.text, revision: message.revision, linked }
-        isKept = keep(program)
+        isKept = storeProgram(program)
         if (!isKept) return // for the page, the text stays unsaved
       }
       if (message) onMessage(message.type === "written" && !isKept ? { ...message, problem: NO_ROOM } : message)
@@ -75,7 +75,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
 
   function press() {
     pressed++
-    if (!timers.length) timers = [window.setTimeout(() => onStop(true, ""), LATE), window.setTimeout(replace, HUNG)]
+    if (!timers.length) timers = [window.setTimeout(() => onStop(true, ""), NOTICE_DELAY), window.setTimeout(replace, STOP_TIMEOUT)]
     return pressed
   }
 
@@ -142,7 +142,7 @@ export const getToml = () => program.toml
 export function setToml(toml) {
   program = { ...program, toml, linked: false }
   worker?.postMessage({ toml })
-  return keep(program)
+  return storeProgram(program)
 }
 
 /** @param {{ paths: true } | { code: string }} what @returns {Promise<string | null>} */

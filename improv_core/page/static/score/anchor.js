@@ -2,7 +2,7 @@
 // The places of a score's paths in the world. Ideally they begin at the start poses; a program that takes over begins
 // where the robots are, and a robot that was pushed or muted continues from where it is.
 
-import { joined, named, shift } from "../base/path.js"
+import { compose, poseOf, transformBetween } from "../base/path.js"
 
 /** @import { Lookahead } from "./lookahead.js" */
 /** @import { Pose } from "../base/path.js" */
@@ -60,7 +60,7 @@ export class Anchor {
     for (const [name, pose] of Object.entries(poses)) {
       if (!lookahead.at(name, null, beat) || isSilent(name)) continue
       const ideal = lookahead.poseAt(name, beat)
-      this.#check(name, ideal, named(pose), SLACK, TURN)
+      this.#check(name, ideal, poseOf(pose), SLACK, TURN)
     }
   }
 
@@ -74,11 +74,11 @@ export class Anchor {
   #check(name, ideal, pose, slack, turn) {
     if (!ideal) return
     const before = this.#moved.get(name)
-    const expected = before ? joined(before, ideal) : ideal
+    const expected = before ? compose(before, ideal) : ideal
     const off = Math.hypot(pose.x - expected.x, pose.y - expected.y)
     const turned = 2 * Math.asin(Math.abs(Math.sin((pose.heading - expected.heading) / 2)))
     if (off < slack && turned < turn) return
-    this.#moved.set(name, shift(ideal, pose))
+    this.#moved.set(name, transformBetween(ideal, pose))
     this.version++
   }
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The position in the score: the latest transport message, advanced by the tempo. There are no messages for beats.
 
-import { aheadBy, answered } from "../net/clock-offset.js"
+import { clockOffset, withAnswer } from "../net/clock-offset.js"
 
 /** @import { TimeAnswer } from "../net/clock-offset.js" */
 /** @import { Messages } from "../net/messages.js" */
@@ -31,13 +31,13 @@ export class Clock {
 
   /** Takes an answer about the server's time, which says more. @param {TimeAnswer} answer */
   takeAnswer(answer) {
-    this.#answers = answered(this.#answers, answer)
+    this.#answers = withAnswer(this.#answers, answer)
     this.#ahead = this.ahead - answer.own
   }
 
   /** By how many seconds the server's Unix time is ahead of the page's `performance.now()`. */
   get ahead() {
-    return aheadBy(this.#answers) ?? this.now() - performance.now() / 1000
+    return clockOffset(this.#answers) ?? this.now() - performance.now() / 1000
   }
 
   /**

@@ -20,7 +20,7 @@ const BEFORE = 20 // stretches to the left whose names may reach into view
 const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 
 /** Reads a program's text by code points, as the server counts. */
-export class Reader {
+export class CodePointReader {
   #points
   #words
   /** @type {Map<number, number> | null} */
@@ -185,7 +185,7 @@ export function outline({ start, end, parts }, { axis }) {
  * Groups of shapes: for each run with the same key (undefined: none) its start, end and key. A run ends
  * where its words start over, as in a repeat.
  * @param {Shape[]} shapes
- * @param {Reader} reader
+ * @param {CodePointReader} reader
  * @param {(voices: Voice[]) => string | undefined} keyOf
  */
 export function runs(shapes, reader, keyOf) {
@@ -212,7 +212,7 @@ export function runs(shapes, reader, keyOf) {
  * @param {Stretch[]} stretches
  * @param {number} first
  * @param {number} last
- * @param {Reader} reader
+ * @param {CodePointReader} reader
  * @returns {Label[]}
  */
 export function labels(stretches, first, last, reader) {

@@ -1,7 +1,7 @@
 // @ts-check
 // The next part of a score: its stretches, fetched from the server piece by piece as time passes.
 
-import { after, along, named } from "../base/path.js"
+import { pointsAlong, poseAfter, poseOf } from "../base/path.js"
 
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
@@ -162,7 +162,7 @@ export class Lookahead {
     const stretch = stretches[Math.min(this.indexAt(stretches, beat), stretches.length - 1)]
     if (!stretch.pose) return null
     const part = Math.min(Math.max((beat - stretch.start) / (stretch.end - stretch.start), 0), 1)
-    return after(stretch.pose, stretch.velocity, stretch.seconds * part)
+    return poseAfter(stretch.pose, stretch.velocity, stretch.seconds * part)
   }
 
   /**
@@ -182,7 +182,7 @@ export class Lookahead {
       if (Object.keys(this.score.robots[name].senses).length) continue
       if (stretches[0]?.pose) yield stretches[0].pose
       for (const { start, pose, velocity, seconds } of stretches) {
-        if (pose && start < until) yield* along(pose, velocity, seconds)
+        if (pose && start < until) yield* pointsAlong(pose, velocity, seconds)
       }
     }
   }
@@ -197,14 +197,14 @@ export class Lookahead {
     const stretches = tracks.get(name) ?? []
     /** @type {Stretch | undefined} */
     let last = stretches.at(-1)
-    let next = last ? last.pose && after(last.pose, last.velocity, last.seconds) : pose && named(pose)
+    let next = last ? last.pose && poseAfter(last.pose, last.velocity, last.seconds) : pose && poseOf(pose)
     for (const [start, beats, x, y, z, yaw, words] of moments) {
       const end = start + beats
       if (last && end <= last.end + NEAR) continue // this stretch was at the end of the piece before, whole
       const velocity = { x, y, z, yaw }
       const seconds = (beats * 60) / this.score.tempo
       last = { start, end, seconds, velocity, pose: next, words: this.#spans(words) }
-      next = next && after(next, velocity, seconds)
+      next = next && poseAfter(next, velocity, seconds)
       stretches.push(last)
       this.#count++
     }

@@ -5,11 +5,11 @@ import { kindOf } from "../floor/robots.js"
 
 /** @import { Lookahead, Stretch } from "./lookahead.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @typedef {ReturnType<Cast["list"]>[number]} Robot */
+/** @typedef {ReturnType<RobotList["list"]>[number]} Robot */
 
 export const RADIUS = 0.3 // meters, until the stage says otherwise
 
-export class Cast {
+export class RobotList {
   /** @type {Map<string, number>} */
   #radii = new Map() // in the order of poses
   /** @type {Map<string, string[]>} */

@@ -111,7 +111,7 @@ export class Score {
 }
 
 /** Lights words while they play, in the color of their robot, or of the text if several robots play them. */
-export class Lights {
+export class PlayingWords {
   #score
   #clock
   #lit = ""

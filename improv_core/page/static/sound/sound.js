@@ -4,7 +4,7 @@
 import { find, findA } from "../base/elements.js"
 import { fetchSong } from "../net/backend.js"
 import { settings } from "../base/keys.js"
-import { Offer } from "../editor/toml-lines.js"
+import { TomlLines } from "../editor/toml-lines.js"
 import { ENOUGH, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
@@ -20,7 +20,7 @@ const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
 export class Sound {
   #clock
   #page
-  #offer = new Offer("sound-offer")
+  #tomlLines = new TomlLines("sound-toml")
   #waveform = new Waveform((firstBeat) => this.#moveSong(firstBeat), () => this.#tellFirstBeat())
   /** @type {number[]} */
   #taps = []
@@ -233,11 +233,11 @@ export class Sound {
     this.#loaded?.follow()
   }
 
-  /** Has that written, or offers the line. */
+  /** Has that written, or shows the line to copy. */
   #tellFirstBeat() {
     if (this.#dropped) settings.set(`first beat of ${this.#dropped.name}`, this.#firstBeat)
     if (this.write && this.#music && !this.#dropped) this.write.firstBeat(this.#firstBeat)
-    else this.#offerLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
+    else this.#showLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
   }
 
   #tap() {
@@ -254,13 +254,13 @@ export class Sound {
     const tempo = tempoOf(this.#taps)
     if (tempo === null) return
     if (this.write) this.write.tempo(tempo)
-    else this.#offerLines("Copy this line into the program, in place of the one with beat.", `beat ${tempo}`)
+    else this.#showLines("Copy this line into the program, in place of the one with beat.", `beat ${tempo}`)
   }
 
   /** @param {string} where @param {string} lines */
-  #offerLines(where, lines) {
-    find("sound-offer-where").textContent = where
-    this.#offer.show(lines)
+  #showLines(where, lines) {
+    find("sound-toml-where").textContent = where
+    this.#tomlLines.show(lines)
   }
 }
 

@@ -66,7 +66,7 @@ export class Timeline {
     this.#silence = silence
     this.#tracks = find("tracks")
     this.#line = find("playline")
-    this.#list = find("cast-list")
+    this.#list = find("robots-list")
     this.#sheet = new TimelineSheet(findA("rows", HTMLCanvasElement))
     this.#line.addEventListener("pointerdown", (event) => this.#press(event))
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
@@ -115,7 +115,7 @@ export class Timeline {
       width: this.#line.clientWidth,
       height: this.#tracks.clientHeight,
       letter: parseFloat(getComputedStyle(this.#tracks).fontSize),
-      head: find("cast-head").offsetHeight,
+      head: find("robots-head").offsetHeight,
       row: this.#list.firstElementChild?.getBoundingClientRect().height ?? 0,
     }
     this.#sheet.resize(this.#sizes.width, this.#sizes.height)
@@ -123,14 +123,14 @@ export class Timeline {
   }
 
   /**
-   * Shows another score; `cast` are robots with their names and colors.
+   * Shows another score; `robots` are robots with their names and colors.
    * @param {Messages["score"]} score
-   * @param {Robot[]} cast
+   * @param {Robot[]} robots
    */
-  show(score, cast) {
+  show(score, robots) {
     this.#score = score
     this.#left = 0
-    const sheet = rowsOf(score, cast)
+    const sheet = rowsOf(score, robots)
     this.#tracks.classList.toggle("crowd", sheet.rows.length > CROWD)
     this.#sheet.show(score, sheet)
     this.#list.replaceChildren(...sheet.rows.map((row) => (row.part === null ? this.#row(row) : partRow(row, row.part))))
@@ -159,7 +159,7 @@ export class Timeline {
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
     const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
-    find("cast-head").textContent = beat === null ? count : words(Math.floor(beat), this.#clock.bar)
+    find("robots-head").textContent = beat === null ? count : words(Math.floor(beat), this.#clock.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
       const { robot = "" } = row.dataset

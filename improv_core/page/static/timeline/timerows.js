@@ -13,10 +13,10 @@ const PART = 0.62 // of the height of a robot's row, for a body part: as in pane
 /**
  * The rows of robots in a score.
  * @param {Messages["score"]} score
- * @param {Robot[]} cast
+ * @param {Robot[]} robots
  */
-export function rowsOf(score, cast) {
-  return new TimelineRows(cast.flatMap((robot) => partsOf(score, robot.name).map((part) => ({ ...robot, part }))))
+export function rowsOf(score, robots) {
+  return new TimelineRows(robots.flatMap((robot) => partsOf(score, robot.name).map((part) => ({ ...robot, part }))))
 }
 
 export class TimelineRows {

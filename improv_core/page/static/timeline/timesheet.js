@@ -2,7 +2,7 @@
 // Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
 import { mix, readColors } from "../base/colors.js"
-import { direction, labels, namesOf, outline, Reader, runs, shapes } from "../score/items.js"
+import { direction, labels, namesOf, outline, CodePointReader, runs, shapes } from "../score/items.js"
 import { drawMark } from "../floor/meetings.js"
 import { penOn } from "../base/pen.js"
 import { FONT, paintRuler } from "./ruler.js"
@@ -45,7 +45,7 @@ export class TimelineSheet {
   #rows = new TimelineRows([])
   /** @type {Messages["score"]["robots"]} */
   #robots = {}
-  #reader = new Reader("", {})
+  #reader = new CodePointReader("", {})
   /** @type {Messages["decided"][]} */
   #marks = []
   /** @type {Messages["score"]["offsets"]} */
@@ -80,7 +80,7 @@ export class TimelineSheet {
     this.#offsets = score.offsets
     this.#ruler = { beats: score.beats, bar: score.bar, first: score.scene, scenes: score.scenes, names: score.scene_names }
     this.#rows = rows
-    this.#reader = new Reader(score.text, score.words)
+    this.#reader = new CodePointReader(score.text, score.words)
     this.forget()
   }
 

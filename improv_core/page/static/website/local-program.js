@@ -21,31 +21,31 @@ export const path = "dance.improv"
 
 /**
  * The program to begin with, the beat at which it begins first, and a line if the address holds one that can't be
- * opened. A program from a link replaces the kept one, which the page then offers, unless it came by a link, too.
+ * opened. A program from a link replaces the stored one, which the page then offers, unless it came by a link, too.
  * @returns {Promise<{ program: Program, beat: number, problem: string }>}
  */
 export async function openProgram() {
   addEventListener("hashchange", async () => (await workIn(location.hash)) !== null && location.reload())
-  const kept = find()
+  const stored = storedProgram()
   const work = await workIn(location.hash)
-  if (work === null) return { program: kept ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
+  if (work === null) return { program: stored ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
   history.replaceState(null, "", location.pathname + location.search)
-  const stay = (/** @type {string} */ problem) => ({ program: kept ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
+  const stay = (/** @type {string} */ problem) => ({ program: stored ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
   if (typeof work === "string") return stay(work)
-  const revision = String(Number(kept?.revision ?? 0) + 1)
-  const own = kept && !kept.linked ? kept : null
+  const revision = String(Number(stored?.revision ?? 0) + 1)
+  const own = stored && !stored.linked ? stored : null
   const isSame = own?.text === work.text && own.toml === work.toml
   const program = { text: work.text, revision, toml: work.toml, linked: !isSame }
   if (own && !isSame) {
     const before = { path, ...own, others: [], time: Date.now() }
     if (!store(`${REPLACED} ${own.revision}`, before)) return stay(NO_ROOM)
   }
-  keep(program)
+  storeProgram(program)
   return { program, beat: work.beat, problem: "" }
 }
 
-/** Keeps what was saved. Returns whether this browser had room for it. @param {Program} saved */
-export function keep(saved) {
+/** Stores what was saved. Returns whether this browser had room for it. @param {Program} saved */
+export function storeProgram(saved) {
   return store(KEY, saved)
 }
 
@@ -60,7 +60,7 @@ function store(key, value) {
 }
 
 /** @returns {Program | null} */
-function find() {
+function storedProgram() {
   try {
     const { text, revision, toml = "", linked = false } = JSON.parse(localStorage.getItem(KEY) ?? "null")
     const fits = typeof text === "string" && typeof toml === "string" && /^\d{1,15}$/.test(revision)

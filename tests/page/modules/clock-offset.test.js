@@ -3,15 +3,15 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { aheadBy, answered } from "../../../improv_core/page/static/net/clock-offset.js"
+import { clockOffset, withAnswer } from "../../../improv_core/page/static/net/clock-offset.js"
 
 /** A question to a server whose clock is this far ahead; its way there and back, and the page's own clock, in seconds. */
 const asked = (sent, ahead, there, back, own = 0) => ({ sent, wall: sent + ahead + there, received: sent + there + back, own })
-const after = (...answers) => answers.reduce((known, answer) => answered(known, answer), [])
-const check = (expected, ...answers) => assert.ok(Math.abs(aheadBy(after(...answers)) - expected) < 1e-9, String(aheadBy(after(...answers))))
+const after = (...answers) => answers.reduce((known, answer) => withAnswer(known, answer), [])
+const check = (expected, ...answers) => assert.ok(Math.abs(clockOffset(after(...answers)) - expected) < 1e-9, String(clockOffset(after(...answers))))
 
 test("without an answer, nothing is known", () => {
-  assert.equal(aheadBy([]), null)
+  assert.equal(clockOffset([]), null)
 })
 
 test("an answer is right if it took as long as its question", () => {
@@ -37,5 +37,5 @@ test("after the server's clock was set, only later answers count", () => {
 test("only the latest twelve are kept: clocks drift", () => {
   const answers = after(asked(0, 1000, 0.001, 0.001), ...Array.from({ length: 13 }, (_, n) => asked(n + 1, 1000.001, 0.01, 0.01)))
   assert.equal(answers.length, 12)
-  assert.ok(Math.abs(aheadBy(answers) - 1000.001) < 1e-9)
+  assert.ok(Math.abs(clockOffset(answers) - 1000.001) < 1e-9)
 })

@@ -3,27 +3,27 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { together } from "../../../improv_core/page/static/editor/mistakes.js"
+import { groupFixes } from "../../../improv_core/page/static/editor/diagnostics.js"
 
-function mistake(start, title, kind, file = "") {
+function diagnostic(start, title, kind, file = "") {
   return { start, end: start + 2, file, line: 1, severity: "error", message: "", fixes: [{ title, kind, edits: [{ start, end: start + 2, text: "x" }] }] }
 }
 
 test("what can be fixed more than once can be fixed at once", () => {
-  const found = together([mistake(9, "Change to x", "k"), mistake(3, "Change to x", "k"), mistake(6, "Change to y", "l")])
+  const found = groupFixes([diagnostic(9, "Change to x", "k"), diagnostic(3, "Change to x", "k"), diagnostic(6, "Change to y", "l")])
   assert.deepEqual(found.map(({ title, times, edits }) => [title, times, edits.map(({ start }) => start)]), [["Change to x", 2, [3, 9]]])
 })
 
 test("a fix that is made alone is not among them, nor one of another file", () => {
-  assert.deepEqual(together([mistake(1, "Define it", ""), mistake(5, "Define it", "")]), [])
-  assert.deepEqual(together([mistake(1, "Change", "k", "improv.toml"), mistake(5, "Change", "k")]), [])
+  assert.deepEqual(groupFixes([diagnostic(1, "Define it", ""), diagnostic(5, "Define it", "")]), [])
+  assert.deepEqual(groupFixes([diagnostic(1, "Change", "k", "improv.toml"), diagnostic(5, "Change", "k")]), [])
 })
 
 test("edits that overlap are made once", () => {
-  assert.deepEqual(together([mistake(1, "Change", "k"), mistake(2, "Change", "k")]), [])
+  assert.deepEqual(groupFixes([diagnostic(1, "Change", "k"), diagnostic(2, "Change", "k")]), [])
 })
 
 test("the most frequent kind comes first", () => {
-  const found = together([1, 4].map((at) => mistake(at, "seldom", "s")).concat([10, 14, 18].map((at) => mistake(at, "often", "o"))))
+  const found = groupFixes([1, 4].map((at) => diagnostic(at, "seldom", "s")).concat([10, 14, 18].map((at) => diagnostic(at, "often", "o"))))
   assert.deepEqual(found.map(({ title, times }) => `${title} ${times}`), ["often 3", "seldom 2"])
 })

@@ -13,7 +13,7 @@
  * @property {() => void} save saves the text
  */
 
-export class Moves {
+export class PendingChanges {
   #send
   #text
   /** @type {Change[]} */

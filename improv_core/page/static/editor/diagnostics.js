@@ -5,31 +5,31 @@ import { find } from "../base/elements.js"
 
 /** @import { Edit, Span } from "./edits.js" */
 /** @typedef {{ title: string, kind: string, edits: Edit[] }} Fix those of one kind may be made together */
-/** @typedef {Span & { file: string, line: number, severity: string, message: string, fixes: Fix[] }} Mistake */
+/** @typedef {Span & { file: string, line: number, severity: string, message: string, fixes: Fix[] }} Diagnostic */
 
 const ORDER = ["error", "warning", "information", "hint"]
 const MOST_KINDS = 2
 
 /**
  * Shows what is wrong. `go` is called to go to an offset, and `fix` to make edits.
- * @param {Mistake[]} mistakes
+ * @param {Diagnostic[]} diagnostics
  * @param {number} count how many there are, also those that are not listed
  * @param {string} text that they are about
  * @param {(offset: number) => void} go
  * @param {(edits: Edit[]) => void} fix
  */
-export function list(mistakes, count, text, go, fix) {
-  const sorted = [...mistakes].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
+export function listDiagnostics(diagnostics, count, text, go, fix) {
+  const sorted = [...diagnostics].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
   const lines = text.split("\n")
-  find("mistakes").hidden = !mistakes.length
-  const all = mistakes.length < count ? `The first ${mistakes.length} of ${count} messages` : counted(count)
-  find("mistakes-title").textContent = all
-  const kinds = together(mistakes).slice(0, MOST_KINDS)
-  find("mistakes-kinds").replaceChildren(
+  find("diagnostics").hidden = !diagnostics.length
+  const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : counted(count)
+  find("diagnostics-title").textContent = all
+  const kinds = groupFixes(diagnostics).slice(0, MOST_KINDS)
+  find("diagnostics-kinds").replaceChildren(
     ...kinds.map(({ title, edits, times }) => button(`${title}: all ${times}`, "fix-all", () => fix(edits))),
   )
-  find("mistakes-head").hidden = count < 2
-  find("mistakes-list").replaceChildren(...sorted.map((mistake, i) => row(mistake, lines, go, fix, i === 0, count === 1)))
+  find("diagnostics-head").hidden = count < 2
+  find("diagnostics-list").replaceChildren(...sorted.map((diagnostic, i) => row(diagnostic, lines, go, fix, i === 0, count === 1)))
 }
 
 /** @param {number} count */
@@ -39,12 +39,12 @@ function counted(count) {
 
 /**
  * The kinds of fixes that can be made more than once, with all their edits, the most frequent first.
- * @param {Mistake[]} mistakes
+ * @param {Diagnostic[]} diagnostics
  */
-export function together(mistakes) {
+export function groupFixes(diagnostics) {
   /** @type {Map<string, { title: string, edits: Edit[], times: number }>} */
   const kinds = new Map()
-  const fixes = mistakes.filter(({ file }) => !file).flatMap(({ fixes }) => fixes.filter(({ kind }) => kind))
+  const fixes = diagnostics.filter(({ file }) => !file).flatMap(({ fixes }) => fixes.filter(({ kind }) => kind))
   for (const { kind, title, edits } of fixes) {
     const known = kinds.get(kind) ?? { title, edits: [], times: 0 }
     if (known.edits.some((one) => edits.some((other) => one.start < other.end && other.start < one.end))) continue
@@ -57,8 +57,8 @@ export function together(mistakes) {
 }
 
 /** Has the arrows go from row to row. Only one row is reached with Tab, so that what comes after the list is near. */
-export function listen() {
-  find("mistakes-list").addEventListener("keydown", (event) => move(event))
+export function listenForArrows() {
+  find("diagnostics-list").addEventListener("keydown", (event) => move(event))
 }
 
 /** @param {KeyboardEvent} event */
@@ -84,15 +84,15 @@ function reach(item, reachable) {
 }
 
 /**
- * @param {Mistake} mistake
+ * @param {Diagnostic} diagnostic
  * @param {string[]} lines
  * @param {(offset: number) => void} go
  * @param {(edits: Edit[]) => void} fix
  * @param {boolean} reachable with Tab
  * @param {boolean} alone
  */
-function row(mistake, lines, go, fix, reachable, alone) {
-  const { file, line, message, severity, start } = mistake
+function row(diagnostic, lines, go, fix, reachable, alone) {
+  const { file, line, message, severity, start } = diagnostic
   const item = document.createElement("li")
   item.className = severity
   if (file) item.append(made("b", "where", `${file}, line ${line}`))
@@ -101,9 +101,9 @@ function row(mistake, lines, go, fix, reachable, alone) {
   details.open = alone
   const source = made("code", "source", (file ? "" : (lines[line - 1] ?? "")).trim())
   details.append(made("summary", "words", message), source)
-  details.append(...mistake.fixes.map(({ title, edits }) => button(title, "fix", () => fix(edits))))
+  details.append(...diagnostic.fixes.map(({ title, edits }) => button(title, "fix", () => fix(edits))))
   item.append(details)
-  const [first] = mistake.fixes
+  const [first] = diagnostic.fixes
   if (first) item.append(Object.assign(button("Fix", "quick", () => fix(first.edits)), { title: first.title, ariaLabel: `Fix: ${first.title}` }))
   reach(item, reachable)
   return item

@@ -5,7 +5,7 @@ import { beforeEach, test } from "node:test"
 
 import { Draft } from "../../../improv_core/page/static/editor/draft.js"
 import { fragmentOf } from "../../../improv_core/page/static/website/link.js"
-import { keep, openProgram } from "../../../improv_core/page/static/website/local-program.js"
+import { openProgram, storeProgram } from "../../../improv_core/page/static/website/local-program.js"
 
 const OWN = { text: "ada $ forward\n", toml: "[robots.ada]\n" }
 
@@ -73,7 +73,7 @@ function offered(draft, shown) {
 }
 
 /** What somebody has written and saved. @param {{ text: string, toml: string }} work @param {number} revision */
-const save = (work, revision) => keep({ ...work, revision: String(revision) })
+const save = (work, revision) => storeProgram({ ...work, revision: String(revision) })
 
 test("one's own text and improv.toml stay however many links are opened, in new tabs or in one", async () => {
   for (const tab of [{}, { "improv.tab": "one" }]) {

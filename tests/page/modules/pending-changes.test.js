@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Moves } from "../../../improv_core/page/static/editor/moves.js"
+import { PendingChanges } from "../../../improv_core/page/static/editor/pending-changes.js"
 
 const ADA = { type: "place", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
 const LINE = { type: "form", shape: "line", distance: 2, facing: "in" }
@@ -22,30 +22,30 @@ function moves() {
     say: (problem) => problem && page.log.push(problem),
     save: () => page.log.push("save"),
   }
-  page.moves = new Moves(({ number, change }) => page.log.push(`${change.type} in ${number}`), text)
-  page.answer = (number, edits = EDITS, problem = "") => page.moves.take({ type: "moved", number, edits, problem })
+  page.pendingChanges = new PendingChanges(({ number, change }) => page.log.push(`${change.type} in ${number}`), text)
+  page.answer = (number, edits = EDITS, problem = "") => page.pendingChanges.take({ type: "moved", number, edits, problem })
   page.learn = () => {
     page.known = true
-    page.moves.ask()
+    page.pendingChanges.ask()
   }
   return page
 }
 
 test("the next one waits until the server has the text after the one before", () => {
   const page = moves()
-  page.moves.add(ADA)
-  page.moves.add(LINE)
+  page.pendingChanges.add(ADA)
+  page.pendingChanges.add(LINE)
   page.answer(3)
   assert.deepEqual(page.log, ["place in 3", "edit"])
   page.learn()
   page.answer(4)
   assert.deepEqual(page.log, ["place in 3", "edit", "form in 4", "edit"])
-  assert.ok(!page.moves.open)
+  assert.ok(!page.pendingChanges.open)
 })
 
 test("an answer about a text that has been edited since is asked for again", () => {
   const page = moves()
-  page.moves.add(ADA)
+  page.pendingChanges.add(ADA)
   page.number++
   page.answer(3)
   page.learn()
@@ -54,24 +54,24 @@ test("an answer about a text that has been edited since is asked for again", () 
 
 test("the text is saved after all of them", () => {
   const page = moves()
-  assert.ok(!page.moves.saveAfter())
-  page.moves.add(ADA)
-  assert.ok(page.moves.saveAfter())
+  assert.ok(!page.pendingChanges.saveAfter())
+  page.pendingChanges.add(ADA)
+  assert.ok(page.pendingChanges.saveAfter())
   page.answer(3)
   assert.deepEqual(page.log, ["place in 3", "edit", "save"])
 })
 
 test("why nothing was written is said, and nothing is edited", () => {
   const page = moves()
-  page.moves.add(ADA)
+  page.pendingChanges.add(ADA)
   page.answer(3, [], "fix it first")
   assert.deepEqual(page.log, ["place in 3", "fix it first"])
 })
 
 test("after the connection was lost, it is asked again", () => {
   const page = moves()
-  page.moves.add(ADA)
-  page.moves.forget()
+  page.pendingChanges.add(ADA)
+  page.pendingChanges.forget()
   page.learn()
   assert.deepEqual(page.log, ["place in 3", "place in 3"])
 })

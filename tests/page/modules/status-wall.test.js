@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Wall } from "../../../improv_core/page/static/controls/status-wall.js"
+import { StatusWall } from "../../../improv_core/page/static/controls/status-wall.js"
 
 const clock = (/** @type {object} */ changes = {}) => ({
   playing: true,
@@ -17,7 +17,7 @@ const well = { odom: true, posed: 11.5, battery: 0.8 }
 const fault = (robot, kind, over = false) => ({ robot, fault: kind, over, message: `${robot} ${kind}` })
 
 function wall(robots, ...faults) {
-  const made = new Wall(clock(), measured(), () => {})
+  const made = new StatusWall(clock(), measured(), () => {})
   made.takeVitals({ robots })
   for (const each of faults) made.takeFault(each)
   return made
@@ -61,20 +61,20 @@ test("how old a pose is; one is told of once a second, so those of a moment ago 
 })
 
 test("a pose that the page was sent counts before it is told of again", () => {
-  const made = new Wall(clock(), measured(11.9, "0.10 m, 3° off, following"), () => {})
+  const made = new StatusWall(clock(), measured(11.9, "0.10 m, 3° off, following"), () => {})
   made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
   assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["now", "0.10 m, 3° off, following"])
 })
 
 test("how far off a robot was when it was last seen is no news, and nobody knows whether it follows its path", () => {
-  const made = new Wall(clock(), measured(3, "0.10 m, 3° off, following"), () => {})
+  const made = new StatusWall(clock(), measured(3, "0.10 m, 3° off, following"), () => {})
   made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
   assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["9.0 s", "0.10 m, 3° off then"])
 })
 
 test("nobody looks for poses after the end", () => {
   const ended = clock({ playing: false, transport: { state: "ended", performed: 10, wall: 100 } })
-  const made = new Wall(ended, measured(), () => {})
+  const made = new StatusWall(ended, measured(), () => {})
   made.takeVitals({ robots: { ada: well } })
   assert.equal(made.bricks[0].age, "–")
 })
@@ -93,7 +93,7 @@ for (const [kind, posed, lost] of [
 }
 
 test("a robot that is muted stands, and that is no trouble", () => {
-  const made = new Wall(clock({ isSilent: () => true }), measured(11.9, "0.10 m, 3° off"), () => {})
+  const made = new StatusWall(clock({ isSilent: () => true }), measured(11.9, "0.10 m, 3° off"), () => {})
   made.takeVitals({ robots: { ada: well } })
   const [{ state, kind, off, battery }] = made.bricks
   assert.deepEqual({ state, kind, off, battery }, { state: "muted", kind: "still", off: "0.10 m, 3° off", battery: "80%" })

@@ -63,7 +63,7 @@ class CreatePublishers:
 
 
 @dataclass(frozen=True, slots=True)
-class PrepareAnew:
+class PrepareRestart:
     """Get ready to play a score from the beginning: performance time starts over."""
 
     load: Load
@@ -162,21 +162,21 @@ class Rest:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class CheckNow:
     """Check robots at once, and report problems."""
 
     robots: Collection[str]
 
 
 @dataclass(frozen=True, slots=True)
-class LookSoon:
+class CheckSoon:
     """Check robots once everything that is due has been sent."""
 
     robots: Collection[str]
 
 
 @dataclass(frozen=True, slots=True)
-class LookLater:
+class CheckLater:
     """Check all robots again soon, within one period."""
 
 
@@ -193,7 +193,7 @@ class ReadmitRobots:
 
 
 Act = (
-    Tell | TellFaults | Report | ReportSenses | Zero | Still | CreatePublishers | PrepareAnew | Listen | StartMeasuring
-    | Drop | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | Look | LookSoon | LookLater
-    | Then | ReadmitRobots | DriveBack | Rejoin
+    Tell | TellFaults | Report | ReportSenses | Zero | Still | CreatePublishers | PrepareRestart | Listen
+    | StartMeasuring | Drop | SendUntil | Prepare | Dismiss | ForgetEdges | Place | Begin | Resend | Rest | CheckNow
+    | CheckSoon | CheckLater | Then | ReadmitRobots | DriveBack | Rejoin
 )  # fmt: skip

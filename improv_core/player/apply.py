@@ -57,7 +57,7 @@ def _create_publishers(act: acts.CreatePublishers, tracks: Tracks, now: float) -
     tracks.unsettled = True
 
 
-def _prepare_anew(act: acts.PrepareAnew, tracks: Tracks, now: float) -> None:
+def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> None:
     score, entry, senses = act.load.score, act.load.entry, act.load.senses
     old, new = tracks.run.score.parts, score.parts
     performed, both = tracks.run.transport.performed(now), {*old, *new}
@@ -112,7 +112,7 @@ def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
     tracks.sink.prepare(act.score, False)
     tracks.listeners.begin(act.score, act.entering, now)
     tracks.queue.stop_leaving(old, new, act.at)
-    tracks.odometry.cast(new, now)
+    tracks.odometry.set_parts(new, now)
 
 
 def _dismiss(act: acts.Dismiss, tracks: Tracks, now: float) -> None:
@@ -148,15 +148,15 @@ def _rest(act: acts.Rest, tracks: Tracks, now: float) -> None:
     tracks.rested = now + MEASURED_AT_REST
 
 
-def _look(act: acts.Look, tracks: Tracks, now: float) -> None:
+def _check_now(act: acts.CheckNow, tracks: Tracks, now: float) -> None:
     tracks.look(act.robots)
 
 
-def _look_soon(act: acts.LookSoon, tracks: Tracks, now: float) -> None:
+def _check_soon(act: acts.CheckSoon, tracks: Tracks, now: float) -> None:
     tracks.unseen += act.robots
 
 
-def _look_later(act: acts.LookLater, tracks: Tracks, now: float) -> None:
+def _check_later(act: acts.CheckLater, tracks: Tracks, now: float) -> None:
     tracks.listeners.wait(now)
 
 
@@ -190,7 +190,7 @@ _FUNCTIONS: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.Zero: _zero,
     acts.Still: _still,
     acts.CreatePublishers: _create_publishers,
-    acts.PrepareAnew: _prepare_anew,
+    acts.PrepareRestart: _prepare_restart,
     acts.Listen: _listen,
     acts.StartMeasuring: _start_measuring,
     acts.Drop: _drop,
@@ -202,9 +202,9 @@ _FUNCTIONS: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
     acts.Begin: _begin,
     acts.Resend: _resend,
     acts.Rest: _rest,
-    acts.Look: _look,
-    acts.LookSoon: _look_soon,
-    acts.LookLater: _look_later,
+    acts.CheckNow: _check_now,
+    acts.CheckSoon: _check_soon,
+    acts.CheckLater: _check_later,
     acts.Then: _then,
     acts.ReadmitRobots: _readmit_robots,
     acts.DriveBack: _drive_back,

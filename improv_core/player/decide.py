@@ -15,16 +15,16 @@ from typing import Any
 from improv_core.player import events, start_gate, start_rules, stop_rules, tempo_rules
 from improv_core.player.acts import (
     Act,
+    CheckNow,
+    CheckSoon,
     CreatePublishers,
     Dismiss,
     DriveBack,
     Drop,
     ForgetEdges,
-    Look,
-    LookSoon,
     Place,
     Prepare,
-    PrepareAnew,
+    PrepareRestart,
     ReadmitRobots,
     Rejoin,
     Report,
@@ -91,7 +91,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     run = run.started(load.by) if moves else run
     goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and load.entry)
     if load.when == "restart" or not goes_on:
-        return run, [PrepareAnew(load), Then(events.Restarted(load))]
+        return run, [PrepareRestart(load), Then(events.Restarted(load))]
     if load.entry:
         at = load.entry["monotonic"] - run.transport.zero
     elif run.mode == "paused":
@@ -175,7 +175,7 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
     return run, [
         Rest(),
         *(DriveBack(robot, STILL) for robot in returns),
-        *([] if facts.real else [Look(run.score.parts)]),
+        *([] if facts.real else [CheckNow(run.score.parts)]),
         Report(),
     ]
 
@@ -233,7 +233,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
         run, acts = coming_in(replace(run.left_at(event.beat), continues=True), facts), [Report()]
     else:
         run, acts = play_from(run, event.beat, event.at, facts, {} if run.mode == "playing" else facts.places)
-    return run, [Dismiss({*begin, *event.leaving}), *acts, LookSoon({*begin, *on_new_topics})]
+    return run, [Dismiss({*begin, *event.leaving}), *acts, CheckSoon({*begin, *on_new_topics})]
 
 
 _RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {

@@ -64,12 +64,12 @@ class LimbTrack:
             self._begins, self._entered = begins, dict(self.limb.positions)
 
     def performs(self, scene: Movement) -> Movement:
-        """Return its part of a scene that it was given by `meet`."""
+        """Return its part of a scene that it was given by `set_scenes`."""
         if id(scene) not in self._performed:
             self._performed[id(scene)] = self.limb.performs(scene)
         return self._performed[id(scene)]
 
-    def meet(self, scenes: tuple[Movement, ...]) -> None:
+    def set_scenes(self, scenes: tuple[Movement, ...]) -> None:
         """Set the scenes that it may perform from now on."""
         if not all(one is other for one, other in zip_longest(scenes, self._scenes)):
             self._scenes, self._outcomes = scenes, JointOutcomes(self.limb.part, self.limb.body)
@@ -132,10 +132,10 @@ class Limbs:
         budget = Budget(MOST_LEARNED)
         with suppress(TooLongError):
             for part in parts:
-                for mover in self.cast(part, tempo):
+                for mover in self.movers_of(part, tempo):
                     self.track[mover].learn(budget)
 
-    def cast(self, part: Part, tempo: Fraction) -> list[Mover]:
+    def movers_of(self, part: Part, tempo: Fraction) -> list[Mover]:
         """Return the movers of the body parts that a robot's part moves in any scene. Each gets a track."""
         body = part.profile.body
         if not body:
@@ -148,5 +148,5 @@ class Limbs:
                 self.track[mover] = LimbTrack(Limb(body.part[mover.part], body, tempo))
             elif known.limb.body != body:
                 known.renew(body)
-            self.track[mover].meet(part.scenes)
+            self.track[mover].set_scenes(part.scenes)
         return movers

@@ -14,11 +14,11 @@ from improv_core.player import events, start_gate
 from improv_core.player.acts import (
     Act,
     Begin,
+    CheckLater,
+    CheckSoon,
     Dismiss,
     ForgetEdges,
     Listen,
-    LookLater,
-    LookSoon,
     Place,
     Report,
     ReportSenses,
@@ -92,7 +92,7 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
         return run, acts
     if event.deaf and run.moves and not run.score.safety.start_without:
         if event.overdue:
-            acts += [LookSoon(event.deaf), warning_line(WAITS)]
+            acts += [CheckSoon(event.deaf), warning_line(WAITS)]
         return run, acts
     if (
         run.gate
@@ -121,7 +121,7 @@ def _begin(run: Run, facts: Facts) -> Decided:
     run = replace(run, transport=replace(run.transport, zero=start_gate.beat_zero(run.gate, facts.now)))
     run, acts = play_from(run, run.later(0, start_gate.passed(run.gate, facts.now)), 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
-    return run, [StartMeasuring(), *acts, LookSoon(run.score.parts), *told]
+    return run, [StartMeasuring(), *acts, CheckSoon(run.score.parts), *told]
 
 
 def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
@@ -242,7 +242,7 @@ def _wait(run: Run, facts: Facts) -> Decided:
         run = replace(run, blind=facts.now)
     else:
         what = f"paused: to let robots move, hold {first}"
-    return replace(run, continues=True), [*acts, LookLater(), *([warning_line(what)] if what else [])]
+    return replace(run, continues=True), [*acts, CheckLater(), *([warning_line(what)] if what else [])]
 
 
 def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:

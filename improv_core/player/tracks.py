@@ -183,7 +183,7 @@ class Tracks:
     def _begin_limbs(self, robot: str, beat: Exact, performed: float) -> list[Mover]:
         """Have a robot's body parts play. Return those that have nothing to do now, but may still move."""
         part, left = self.run.score.parts[robot], self.queue.movers([robot])[1:]
-        for mover in self.limbs.cast(part, self.run.tempo):
+        for mover in self.limbs.movers_of(part, self.run.tempo):
             track = self.limbs.track[mover]
             track.settle(performed)
             track.begin(part.begins)
@@ -193,7 +193,7 @@ class Tracks:
     def place_limbs(self, beat: Exact) -> None:
         """Move the joints of simulated robots to where they ideally stand at a beat."""
         parts, far = self.run.score.parts, dict[str, None]()
-        movers = [mover for part in parts.values() for mover in self.limbs.cast(part, self.run.tempo)]
+        movers = [mover for part in parts.values() for mover in self.limbs.movers_of(part, self.run.tempo)]
         for mover in movers:
             robot, track = mover.robot, self.limbs.track[mover]
             try:

@@ -81,11 +81,11 @@ class Odometry:
         """Begin a performance with its robots at their starts."""
         latest = {robot: track.latest for robot, track in self._tracks.items()}
         self._tracks = {}
-        self.cast(parts, at)
+        self.set_parts(parts, at)
         for robot, track in self._tracks.items():
             track.latest = latest.get(robot)
 
-    def cast(self, parts: Mapping[str, Part], at: float) -> None:
+    def set_parts(self, parts: Mapping[str, Part], at: float) -> None:
         """Use the parts of another score. New robots begin at their starts, and a robot that takes over the part of
         another one begins at that one's ideal pose."""
         for robot in self._tracks.keys() - parts.keys():
@@ -100,7 +100,7 @@ class Odometry:
                 if track.topic not in ("", part.topic):
                     track.place(track.legs[-1].pose_at(at), at)
                     track.latest = None  # another robot has been elsewhere, so the next pose is no jump
-                track.cast(part)
+                track.set_part(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
         """Put robots at these poses, after playback has jumped to a beat."""
@@ -207,7 +207,7 @@ class _Track:
     def __post_init__(self) -> None:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
 
-    def cast(self, part: Part) -> None:
+    def set_part(self, part: Part) -> None:
         self.topic, self.odom = part.topic, part.odom
         self.profile = profile = part.profile
         motors = motors_of(beside_robots(profile), part.robot)

@@ -15,18 +15,18 @@ from improv_core.player import acts, apply, events
 from improv_core.player.acts import (
     Act,
     Begin,
+    CheckLater,
+    CheckNow,
+    CheckSoon,
     CreatePublishers,
     Dismiss,
     DriveBack,
     Drop,
     ForgetEdges,
     Listen,
-    Look,
-    LookLater,
-    LookSoon,
     Place,
     Prepare,
-    PrepareAnew,
+    PrepareRestart,
     Report,
     ReportSenses,
     Resend,
@@ -173,7 +173,7 @@ ON = "✗ the emergency stop on /e_stop is on: release it, then save again"
         (run("playing", dance=GUARDED), real(3, held={BUTTON}), "playing", [], []),
         (run("playing", dance=GUARDED), real(3, held={GAMEPAD}), "playing", [], []),
         (run("playing", dance=GUARDED), at(3), "playing", [], []),  # the simulator needs no button
-        (run("playing", dance=GUARDED), real(3), "paused", ["Zero", "Report", "LookLater", "Tell"], [HOLD]),
+        (run("playing", dance=GUARDED), real(3), "paused", ["Zero", "Report", "CheckLater", "Tell"], [HOLD]),
         (run("paused", 3, GUARDED, continues=True), real(9), "paused", [], []),
         (
             run("paused", 3, GUARDED, continues=True),
@@ -187,7 +187,7 @@ ON = "✗ the emergency stop on /e_stop is on: release it, then save again"
             run("playing", dance=TOGETHER),
             real(3, away={"b"}),
             "paused",
-            ["Zero", "Report", "LookLater", "Tell"],
+            ["Zero", "Report", "CheckLater", "Tell"],
             ["paused until b listens again"],
         ),
         (run("playing"), real(3, away={"b"}), "playing", [], []),
@@ -207,7 +207,7 @@ def test_robots_pause_and_continue_as_their_conditions_change(
 def test_resuming_without_the_deadman_button_waits_for_it() -> None:
     then, done = decide(run("paused", 3, GUARDED), events.Resume(), real(9))
     assert (then.mode, then.continues, then.transport.origin) == ("paused", True, 3)
-    assert done == [Zero(), Report(), LookLater(), Tell({"type": "warning", "message": HOLD})]
+    assert done == [Zero(), Report(), CheckLater(), Tell({"type": "warning", "message": HOLD})]
 
 
 @pytest.mark.parametrize(
@@ -265,7 +265,7 @@ def test_real_robots_too_near_to_each_other_pause_until_somebody_resumes(mode: M
 
 def test_robots_stand_while_one_that_must_be_seen_is_not() -> None:
     then, done = decide(run("playing"), events.Changed(), real(3, unseen=["b", "a"]))
-    assert (then.mode, then.continues, names(done)) == ("paused", True, ["Zero", "Report", "LookLater", "Tell"])
+    assert (then.mode, then.continues, names(done)) == ("paused", True, ["Zero", "Report", "CheckLater", "Tell"])
     assert lines(done) == ["paused: a pose of a didn't come for 0.2 s"]
     assert decide(then, events.Resume(), real(4, unseen=["a"]))[0].mode == "paused"
     assert decide(then, events.Changed(), real(4))[0].mode == "playing"
@@ -294,14 +294,14 @@ def test_a_save_is_refused_after_an_emergency_stop(
         assert names(done) == ["Tell", "Report"]
         assert lines(done)[0].startswith(line)
     else:
-        assert done == [PrepareAnew(load), Then(events.Restarted(load))]
+        assert done == [PrepareRestart(load), Then(events.Restarted(load))]
 
 
 @pytest.mark.parametrize(
     ("mode", "when", "done"),
     [
-        *((mode, "restart", ["PrepareAnew", "Then"]) for mode in MODES),
-        *((mode, "beat", ["PrepareAnew", "Then"]) for mode in ("stopped", "waiting", "ended")),
+        *((mode, "restart", ["PrepareRestart", "Then"]) for mode in MODES),
+        *((mode, "beat", ["PrepareRestart", "Then"]) for mode in ("stopped", "waiting", "ended")),
         ("playing", "beat", ["CreatePublishers"]),
         ("paused", "beat", ["Drop", "SendUntil", "Prepare", "Then"]),
     ],
@@ -338,7 +338,7 @@ def test_a_takeover_is_prepared_before_the_run_says_so() -> None:
     assert isinstance(last, Then)
     after, what = decide(then, last.event, at(3))
     assert (after.mode, after.generation, after.score.begins("a", 0)) == ("playing", 2, 3)
-    assert names(what) == ["Dismiss", "Begin", "Report", "ReportSenses", "LookSoon"]
+    assert names(what) == ["Dismiss", "Begin", "Report", "ReportSenses", "CheckSoon"]
 
 
 def test_a_save_takes_over_from_a_score_without_robots() -> None:
@@ -367,7 +367,7 @@ def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> 
     assert isinstance(last, Then)
     after, what = decide(then, last.event, real(3))
     assert (after.mode, after.continues, after.generation) == ("paused", True, 2)
-    assert names(what) == ["Dismiss", "Zero", "Report", "LookLater", "Tell", "LookSoon"]
+    assert names(what) == ["Dismiss", "Zero", "Report", "CheckLater", "Tell", "CheckSoon"]
 
 
 def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
@@ -395,7 +395,7 @@ def test_beat_0_waits_for_listeners() -> None:
     after, what = decide(due, events.Awaited(), at(5.2))
     assert (after.mode, after.is_due, after.transport.zero) == ("playing", False, ZERO + 5.2)
     begun = Begin(OTHER.parts, 0, 0.0)
-    assert what == [StartMeasuring(), begun, Report(ZERO + 5.2), ReportSenses(0, 0.0), LookSoon(OTHER.parts)]
+    assert what == [StartMeasuring(), begun, Report(ZERO + 5.2), ReportSenses(0, 0.0), CheckSoon(OTHER.parts)]
 
 
 @pytest.mark.parametrize(("event", "mode"), [(events.Stop(), "stopped"), (events.EmergencyStop(STOP, True), "stopped")])
@@ -425,7 +425,7 @@ def test_only_start_without_begins_without_all_listeners(
     dance = replace(OTHER, safety=Safety(start_without=without))
     after, done = found(run("waiting", dance=dance), heard, at(5))
     assert after.mode == ("playing" if begins else "waiting")
-    named: list[Act] = [LookSoon(["b"]), Tell({"type": "warning", "message": WAITS})]
+    named: list[Act] = [CheckSoon(["b"]), Tell({"type": "warning", "message": WAITS})]
     assert (done == named) == says, "it is said once"
 
 
@@ -450,7 +450,7 @@ def test_the_next_scene_begins_for_all() -> None:
 def test_a_score_ends(is_real: bool) -> None:
     then, done = decide(run("playing"), Due(8.0, Rank.END), at(8.001, real=is_real))
     assert (then.mode, then.transport.origin, then.transport.since) == ("ended", 8, 8.0)
-    assert done == [Rest(), *([] if is_real else [Look(DANCE.parts)]), Report()]
+    assert done == [Rest(), *([] if is_real else [CheckNow(DANCE.parts)]), Report()]
 
 
 def test_a_robot_that_drives_back_stands_at_the_end() -> None:

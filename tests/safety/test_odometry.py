@@ -354,7 +354,7 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     odometry = Odometry()
     odometry.begin({"r": following()}, 0.0)
     odometry.take(RawPose("r", LOCALIZATION, Pose(), 1.0))
-    odometry.cast({"r": following("/spare")}, 1.1)
+    odometry.set_parts({"r": following("/spare")}, 1.1)
     found = odometry.take(RawPose("r", LOCALIZATION, Pose(0.6, 2), 1.2))
     assert found
     assert found.jump is None

@@ -12,7 +12,7 @@ import pytest
 from improv_core.ipc.arrivals import Play
 from improv_core.music.osc_in import Situation, UnclearError, request
 from improv_core.player import events
-from improv_core.player.acts import Begin, DriveBack, Listen, Prepare, PrepareAnew, Resend
+from improv_core.player.acts import Begin, DriveBack, Listen, Prepare, PrepareRestart, Resend
 from improv_core.player.decide import decide
 from improv_core.player.events import Event, Facts
 from improv_core.player.run import Run
@@ -336,7 +336,7 @@ def test_a_stage_on_which_no_person_has_played_is_not_started_by_automations() -
 # The player's decisions
 
 DANCE = replace(score(PROGRAM), safety=SAFETY, world=World(keep_apart=0.2))
-MOVES = (Begin, Resend, DriveBack, Listen, Prepare, PrepareAnew)
+MOVES = (Begin, Resend, DriveBack, Listen, Prepare, PrepareRestart)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from pathlib import Path
 from improv_core.ipc.rate_limit import MOST, Flood, Throttle
 from improv_core.music import osc_in, osc_out, osc_wire
 from improv_core.plain import message as in_plain_text
-from improv_core.preview.forecast import Outlook, WordBegins
+from improv_core.preview.forecast import Forecast, WordBegins
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
@@ -96,7 +96,7 @@ class OscDesk:
         self._out.setblocking(False)
         self._peers: list[tuple[str, int]] = []
         self._time_tags = True
-        self._voice, self._outlook, self._begins = osc_out.Voice(), Outlook(), list[WordBegins]()
+        self._voice, self._forecast, self._begins = osc_out.Voice(), Forecast(), list[WordBegins]()
         self._looks = math.inf  # when the next forecast is due
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._numbers = itertools.count()
@@ -122,7 +122,7 @@ class OscDesk:
         elif message["type"] == "plays":
             score = from_json(message["score"], self._rows)
             self._known = self._known.playing(score)
-            self._outlook.meet(score, message["generation"])
+            self._forecast.add_score(score, message["generation"])
         else:
             self._known = self._known.after(message)
             self._follow(message)
@@ -152,7 +152,7 @@ class OscDesk:
         if message["type"] == "armed":
             return
         now = self._clock()
-        self._outlook.take(message)
+        self._forecast.take(message)
         if message["type"] == "transport":
             self._voice, due = self._voice.after(message)
             now = message["monotonic"]  # from that moment on, or words that begin then would be late
@@ -163,9 +163,9 @@ class OscDesk:
             self._look(now)
 
     def _look(self, now: float) -> None:
-        self._outlook.look(now, AHEAD)
-        self._begins = list(self._outlook.words())
-        self._looks = now + LOOK_PERIOD if self._outlook.is_moving else math.inf
+        self._forecast.compute(now, AHEAD)
+        self._begins = list(self._forecast.words())
+        self._looks = now + LOOK_PERIOD if self._forecast.is_moving else math.inf
 
     def _send(self, due: Sequence[osc_out.OscDue]) -> None:
         """Send messages: all that are due at the same time in one bundle, or each by itself."""

@@ -23,7 +23,7 @@ Soon = Callable[..., None]
 class PlayedScores(Protocol):
     """The scores that a stage plays, such as `preview.begun_scores.BegunScores`."""
 
-    def meet(self, score: Score, generation: int) -> None: ...
+    def add_score(self, score: Score, generation: int) -> None: ...
 
     def knows(self, generation: int) -> bool: ...
 
@@ -106,7 +106,7 @@ class Broadcast:
 
     def show(self, score: Score, generation: int) -> None:
         """Show the score that will play, once the player's messages have this generation."""
-        self._scores.meet(score, generation)
+        self._scores.add_score(score, generation)
         self._present(score, generation)
 
     def _follow(self, message: TransportMessage) -> None:

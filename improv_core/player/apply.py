@@ -53,7 +53,7 @@ def _still(act: acts.Still, tracks: Tracks, now: float) -> None:
 
 
 def _create_publishers(act: acts.CreatePublishers, tracks: Tracks, now: float) -> None:
-    deque(tracks.sink.meet(act.score), maxlen=0)
+    deque(tracks.sink.preload(act.score), maxlen=0)
     tracks.unsettled = True
 
 

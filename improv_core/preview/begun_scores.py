@@ -18,8 +18,8 @@ PoseAt = Callable[[str, Exact], Pose | None]
 
 
 class BegunScores:
-    """Follows a stage: `meet` gets each score before it plays, and `take` each message about the playback position of a
-    score that it `knows`.
+    """Follows a stage: `add_score` gets each score before it plays, and `take` each message about the playback position
+    of a score that it `knows`.
 
     `pose` is asked where a real robot entered a scene. The reports of a stage with simulated robots say that.
     """
@@ -31,7 +31,7 @@ class BegunScores:
         self._transport: TransportMessage | None = None
         self._score: Score | None = None
 
-    def meet(self, score: Score, generation: int) -> None:
+    def add_score(self, score: Score, generation: int) -> None:
         """Add a score that may play from now on."""
         self._scores[generation] = score
 

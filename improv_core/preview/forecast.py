@@ -39,10 +39,10 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class RobotForecast:
     """A robot's ideal pose now (None if it can't be known), and the words that play, the outermost first.
 
-    Here and in paths, poses are in the robot's `Outlook.frame`.
+    Here and in paths, poses are in the robot's `Forecast.frame`.
     """
 
     pose: Pose | None
@@ -57,8 +57,8 @@ class WordBegins(NamedTuple):
     word: str
 
 
-class Outlook:
-    """Follows a stage: `meet` gets each score before it plays, and `take` the stage's messages."""
+class Forecast:
+    """Follows a stage: `add_score` gets each score before it plays, and `take` the stage's messages."""
 
     def __init__(self) -> None:
         self._scores = BegunScores(self._ideal)
@@ -70,9 +70,9 @@ class Outlook:
         self.transport: TransportMessage | None = None
         """The stage's latest transport message."""
 
-    def meet(self, score: Score, generation: int) -> None:
+    def add_score(self, score: Score, generation: int) -> None:
         """Add a score that may play from now on."""
-        self._scores.meet(score, generation)
+        self._scores.add_score(score, generation)
 
     def knows(self, generation: int) -> bool:
         """Return whether a score has this generation."""
@@ -106,8 +106,8 @@ class Outlook:
         """True while the position advances."""
         return self.transport is not None and self.transport["state"] == "playing"
 
-    def look(self, now: float, ahead: float = AHEAD) -> None:
-        """Compute the next `ahead` seconds. `sight`, `path`, and `words` use the latest result."""
+    def compute(self, now: float, ahead: float = AHEAD) -> None:
+        """Compute the next `ahead` seconds. `robot`, `path`, and `words` use the latest result."""
         self._stretches = {}
         if self._replay and self.transport:
             begin = self.beat(now)
@@ -120,10 +120,10 @@ class Outlook:
             for start, _, *_, sources in stretch["moments"]:
                 yield WordBegins(start, robot, self._word(*sources[-1]) if sources else "")
 
-    def sight(self, robot: str, now: float) -> Sight:
+    def robot(self, robot: str, now: float) -> RobotForecast:
         """A robot's pose and words now."""
-        sight = self.sight_in_world(robot, now)
-        return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
+        found = self.robot_in_world(robot, now)
+        return replace(found, pose=self.frame(robot).origin.then(found.pose)) if found.pose else found
 
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
         """A robot's next poses, with the seconds until then; none if nothing plays or the robot is silent."""
@@ -156,11 +156,11 @@ class Outlook:
     def _ideal(self, robot: str, beat: Exact) -> Pose | None:
         return self._replay.pose(robot, beat) if self._replay and robot in self._replay.score.parts else None
 
-    def sight_in_world(self, robot: str, now: float) -> Sight:
+    def robot_in_world(self, robot: str, now: float) -> RobotForecast:
         """A robot's pose and words now, in the world of the score."""
         stretch, beat = self._stretches.get(robot), near(self.beat(now))  # rounded as in the lookup of words
         if not stretch or not self.score or stretch["pose"] is None:
-            return Sight(None, ())
+            return RobotForecast(None, ())
         pose, words = Pose(*stretch["pose"]), list[str]()
         for start, beats, *velocity, sources in stretch["moments"]:
             if start > beat:
@@ -168,7 +168,7 @@ class Outlook:
             inside = beat < start + beats
             words = [self._word(*source) for source in sources] if inside else []
             pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start))).above_ground()
-        return Sight(pose, words)
+        return RobotForecast(pose, words)
 
     def _word(self, statement: int, start: int, end: int) -> str:
         """A word of the program; empty if the text was too long to send."""

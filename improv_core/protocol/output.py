@@ -101,7 +101,7 @@ class Sink:
     period: float | None = None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
-    def meet(self, score: Score) -> Iterator[None]:
+    def preload(self, score: Score) -> Iterator[None]:
         """Get to know the robots of a score that will be prepared soon, so that new ones can be sent commands at once.
         Each step takes a few milliseconds at most. Nothing changes for the robots that play."""
         return iter(())

@@ -17,14 +17,14 @@ SLICE = 0.005
 """Seconds for which the sink gets to know robots at a time."""
 
 
-class InOrder:
-    """`meet` makes the robots of a score known, a few at each step; `clock` returns the time in seconds."""
+class CommandQueue:
+    """`preload` makes the robots of a score known, a few at each step; `clock` returns the time in seconds."""
 
-    def __init__(self, meet: Callable[[Score], Iterator[None]], clock: Callable[[], float]) -> None:
-        self._meet = meet
+    def __init__(self, preload: Callable[[Score], Iterator[None]], clock: Callable[[], float]) -> None:
+        self._preload = preload
         self._clock = clock
         self._waiting: deque[Ordered] = deque()
-        self._meeting: tuple[Play, Iterator[None]] | None = None
+        self._preloading: tuple[Play, Iterator[None]] | None = None
         self.overtaking = Overtaking()
         """The stops that have overtaken arrivals: those arrivals are dropped."""
         self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
@@ -32,7 +32,7 @@ class InOrder:
     @property
     def is_busy(self) -> bool:
         """True while robots of a score are not known yet. If so, call `next` again soon."""
-        return self._meeting is not None
+        return self._preloading is not None
 
     @property
     def due(self) -> float:
@@ -45,7 +45,7 @@ class InOrder:
     @property
     def comes_now(self) -> bool:
         """True if the next arrival has waited for its time, and that has come."""
-        is_next = self._pause is not None or self._meeting is None
+        is_next = self._pause is not None or self._preloading is None
         first = self._first
         return is_next and isinstance(first, dict) and "at" in first and self.due == math.inf
 
@@ -70,8 +70,8 @@ class InOrder:
     def stop(self) -> None:
         """Drop arrivals that must not be obeyed after a stop that has itself arrived on standard input."""
         self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOID)
-        if self._meeting and self._meeting[0].moves:
-            self._meeting = None
+        if self._preloading and self._preloading[0].moves:
+            self._preloading = None
 
     def next(self) -> Ordered | None:
         """Return the next arrival to handle; None if there is none or a slice of time has passed."""
@@ -80,8 +80,8 @@ class InOrder:
             pause = self._pause if self.due == math.inf else None
             self._pause = None if pause else self._pause
             return pause
-        while self._meeting or self._waiting:
-            if not self._meeting:
+        while self._preloading or self._waiting:
+            if not self._preloading:
                 if self._awaits(self._waiting[0]):
                     return None
                 if self._is_void(self._waiting[0]):
@@ -92,15 +92,15 @@ class InOrder:
                 arrival = self._waiting.popleft()
                 if not isinstance(arrival, Play):
                     return arrival
-                self._meeting = arrival, self._meet(arrival.score)
-            play, meeting = self._meeting
+                self._preloading = arrival, self._preload(arrival.score)
+            play, steps = self._preloading
             if not self._is_void(play):
-                for _ in meeting:
+                for _ in steps:
                     if self._clock() >= end:
                         return None
-                self._meeting = None
+                self._preloading = None
                 return play
-            self._meeting = None
+            self._preloading = None
         return None
 
     def _awaits(self, arrival: Ordered) -> bool:

@@ -29,7 +29,7 @@ from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.command_queue import InOrder
+from improv_core.stage.command_queue import CommandQueue
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
@@ -131,7 +131,7 @@ class Loop:
         stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._may_move = False  # true if real robots move, or may do so by themselves
-        self._in_order = InOrder(opened.sink.meet, clock.now)
+        self._commands = CommandQueue(opened.sink.preload, clock.now)
         self._is_far = False  # true if its parent is on another machine
         self._is_one_of_many = False  # true if stages on other machines play the same score
         self._deserted = False  # true if its parent was silent, and has sent nothing to play since
@@ -140,12 +140,12 @@ class Loop:
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
-        deadline = now if self._in_order.is_busy else self.player.deadline(now)
+        deadline = now if self._commands.is_busy else self.player.deadline(now)
         keys = min(self._keys.values(), default=math.inf)
         zeros = self._opened.pending_zeros.due if self._opened.pending_zeros else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
         playing = math.inf if deadline is None else deadline
-        return min(silent, self._held_until, keys, zeros, self._in_order.due, playing)
+        return min(silent, self._held_until, keys, zeros, self._commands.due, playing)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -161,9 +161,9 @@ class Loop:
             self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
             self.hold_key(key, False, now)
-        while self._in_order.comes_now and (arrival := self._in_order.next()):
+        while self._commands.comes_now and (arrival := self._commands.next()):
             self._do(arrival, now)  # first, because setpoints that have been sent can't be taken back
-        due = self.player.deadline(now) if self._in_order.is_busy else now
+        due = self.player.deadline(now) if self._commands.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
         if self._opened.pending_zeros and now >= self._opened.pending_zeros.due:
@@ -189,18 +189,18 @@ class Loop:
                 self._halt(arrival.message, now)
         elif isinstance(arrival, First):
             message = arrival.message
-            self._in_order.overtaking = self._in_order.overtaking.hear(message["type"], arrival.number)
+            self._commands.overtaking = self._commands.overtaking.hear(message["type"], arrival.number)
             if message["type"] == "stop":
-                self._in_order.forget_pause()
+                self._commands.forget_pause()
                 self._settle(message)
             playing = self.player.state == "playing"
-            if not (message["type"] == "pause" and playing and self._in_order.pause(message)):
+            if not (message["type"] == "pause" and playing and self._commands.pause(message)):
                 self._obey(message, now)
             self._do_next()  # an arrival from standard input may have waited for it
         elif isinstance(arrival, dict) and arrival["type"] == "seen":  # it doesn't wait for earlier arrivals
             self._obey(arrival, now)
         elif isinstance(arrival, dict) and is_stop(arrival):
-            self._in_order.stop()
+            self._commands.stop()
             self._settle(arrival)
             self._do(arrival, now)
         else:
@@ -208,12 +208,12 @@ class Loop:
                 # No robot that only stands is waited for, and none is sent anything.
                 here, score = arrival.load.get("here"), arrival.score.moving()
                 arrival = replace(arrival, score=score if here is None else score.on(here))
-            self._in_order.add(arrival)
+            self._commands.add(arrival)
             self._do_next()
 
     def _do_next(self) -> None:
         """Handle as many arrivals from standard input as possible."""
-        while (arrival := self._in_order.next()) is not None:
+        while (arrival := self._commands.next()) is not None:
             self._do(arrival, self._clock.now())
 
     def _do(self, arrival: Ordered, now: float) -> None:
@@ -231,9 +231,9 @@ class Loop:
     def _obey_direct(self, direct: DirectStop, now: float) -> None:
         """Obey a stop that has come straight here, report it to the parent, and then answer it."""
         name = direct.stop["direct"]
-        if not self._in_order.overtaking.has(name):
-            self._in_order.forget_pause()
-            self._in_order.overtaking = self._in_order.overtaking.hear_direct(name)
+        if not self._commands.overtaking.has(name):
+            self._commands.forget_pause()
+            self._commands.overtaking = self._commands.overtaking.hear_direct(name)
             self.player.stop(now, direct.stop.get("by"))
             self._tell({"type": "request", "command": {**direct.stop, "at": now}})
         direct.confirm()
@@ -241,7 +241,7 @@ class Loop:
     def _settle(self, stop: Stop | Pause) -> None:
         """Note that the parent has sent a stop that may have come straight here, too."""
         if stop["type"] == "stop" and "direct" in stop:
-            self._in_order.overtaking = self._in_order.overtaking.settle(stop["direct"])
+            self._commands.overtaking = self._commands.overtaking.settle(stop["direct"])
 
     def stop(self) -> None:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
@@ -264,12 +264,12 @@ class Loop:
         self._tell({"type": "deserted", "seconds": self._parent.patience})
         self._deserted = True
         self.player.stop(now)
-        self._in_order.overtaking = self._in_order.overtaking.lose()
+        self._commands.overtaking = self._commands.overtaking.lose()
 
     def _halt(self, line: str, now: float) -> None:
         """Stop all robots, and report why. No message that the parent has sent until now may move them."""
         self.player.stop(now)
-        self._in_order.overtaking = self._in_order.overtaking.lose()
+        self._commands.overtaking = self._commands.overtaking.lose()
         self._tell({"type": "error", "message": line})
 
     def _tell(self, message: FromStage) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from improv_core.music.osc_out import OscDue, Voice
-from improv_core.preview.forecast import Outlook
+from improv_core.preview.forecast import Forecast
 from improv_core.protocol.messages import When
 from tests.player.test_player import Stage, score
 
@@ -20,7 +20,7 @@ class OscStage(Stage):
 
     def __init__(self, program: str, bar: int | None = None) -> None:
         super().__init__()
-        self.outlook, self.voice = Outlook(), Voice()
+        self.forecast, self.voice = Forecast(), Voice()
         self.said: list[tuple[float, str]] = []
         self._begins = self.now
         self._heard, self._looked = 0, self.now
@@ -28,7 +28,7 @@ class OscStage(Stage):
 
     def play(self, program: str, when: When, bar: int | None = None) -> None:
         made, generation = replace(score(program), bar=bar), len(self.told) + 1
-        self.outlook.meet(made, generation)
+        self.forecast.add_score(made, generation)
         self.player.load(made, generation, when, self.now)
         self.listen()
 
@@ -36,22 +36,22 @@ class OscStage(Stage):
         """Take the player's messages, and look ahead."""
         for message in self.told[self._heard :]:
             if message["type"] == "transport":
-                self.outlook.take(message)
+                self.forecast.take(message)
                 self.voice, due = self.voice.after(message)
                 self._note(due)
             elif message["type"] == "sensed":
-                self.outlook.take(message)
+                self.forecast.take(message)
         if self._heard < len(self.told) or self.now > self._looked + 1:
-            self.outlook.look(self.now, 2.0)
+            self.forecast.compute(self.now, 2.0)
             self._heard, self._looked = len(self.told), self.now
 
     def pass_time(self, seconds: float) -> None:
         end = self.now + seconds
         while True:
             self.listen()
-            at = min(max(self.voice.next(self.outlook.words()), self.now), end)
+            at = min(max(self.voice.next(self.forecast.words()), self.now), end)
             self.run(at - self.now)
-            self.voice, due = self.voice.due(self.outlook.words(), self.now)
+            self.voice, due = self.voice.due(self.forecast.words(), self.now)
             self._note(due)
             self.listen()
             if at == end:

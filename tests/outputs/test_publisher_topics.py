@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.outputs.ros.publisher.topics import diagnose, path_topics
-from improv_core.preview.forecast import Outlook
+from improv_core.preview.forecast import Forecast
 from improv_core.protocol.publisher_messages import Health
 from tests.player.test_player import Stage, score
 
@@ -43,18 +43,18 @@ def test_the_layout_for_foxglove_shows_existing_topics() -> None:
 
 
 def test_diagnostics_report_lateness_reach_and_limits() -> None:
-    stage, outlook = Stage(), Outlook()
+    stage, forecast = Stage(), Forecast()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
-    assert list(diagnose(outlook, health, stage.now)) == []
+    assert list(diagnose(forecast, health, stage.now)) == []
     made = score("a $ forward\nb $ forward\n")
-    outlook.meet(made, 1)
+    forecast.add_score(made, 1)
     stage.player.load(made, 1, "restart", stage.now)
     stage.player.set_silent(["b"], [], stage.now)
-    outlook.take(stage.transports[-1])
-    levels = [(each.name, each.level, each.message) for each in diagnose(outlook, health, stage.now)]
+    forecast.take(stage.transports[-1])
+    levels = [(each.name, each.level, each.message) for each in diagnose(forecast, health, stage.now)]
     assert levels == [("improv", 0, "playing"), ("improv: a", 0, "OK"), ("improv: b", 0, "OK")]
     health = {"type": "health", "late": 0.07, "missing": {"a": "gone"}, "clipped": ["a", "b"]}
-    whole, one, two = diagnose(outlook, health, stage.now + 0.5)
+    whole, one, two = diagnose(forecast, health, stage.now + 0.5)
     assert (whole.level, whole.message) == (1, "playing, 70 ms late")
     assert whole.values == {"beat": "0.50", "tempo": "60", "late (ms)": "70.0", "waits for": ""}
     assert (one.level, one.message) == (2, "gone")

@@ -32,7 +32,7 @@ class Watched(Stage):
 
     def load(self, program: str, when: When = "restart") -> None:
         made, generation = score(program), len(self.told) + 1
-        self.floor.meet(made, generation)
+        self.floor.add_score(made, generation)
         self.player.load(made, generation, when, self.now)
 
     def places(self) -> dict[str, tuple[float, float]]:

@@ -39,7 +39,7 @@ class Memory(Sink):
         self.refuses: set[str] = set()
         self.breaks_at: tuple[float, str] = (math.inf, "")  # when a robot becomes unreachable
 
-    def meet(self, score: Score) -> Iterator[None]:
+    def preload(self, score: Score) -> Iterator[None]:
         for robot in score.parts.keys() - self.met:
             self.met.add(robot)
             yield

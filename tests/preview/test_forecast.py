@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.preview.forecast import AHEAD, MOST_POSES, Outlook
+from improv_core.preview.forecast import AHEAD, MOST_POSES, Forecast
 from improv_core.protocol.messages import When
 from improv_core.score.motion import Pose
 from tests.player.test_player import Stage, score
@@ -19,30 +19,30 @@ class Watched(Stage):
     def __init__(self, program: str, *, real: bool = True) -> None:
         super().__init__()
         self.sink.real = real
-        self.outlook = Outlook()
+        self.forecast = Forecast()
         self._heard = 0
         self.load(program)
 
     def load(self, program: str, when: When = "restart") -> None:
         made, generation = score(program), len(self.told) + 1
-        self.outlook.meet(made, generation)
+        self.forecast.add_score(made, generation)
         self.player.load(made, generation, when, self.now)
 
     def see(self, robot: str = "r") -> tuple[float, float, float, str]:
         """Return x, y, and degrees of a robot now, and its movement."""
         for message in self.told[self._heard :]:
             if message["type"] == "transport" or message["type"] == "sensed":
-                self.outlook.take(message)
+                self.forecast.take(message)
         self._heard = len(self.told)
-        self.outlook.look(self.now)
-        sight = self.outlook.sight(robot, self.now)
-        assert sight.pose
-        x, y, heading = sight.pose.x, sight.pose.y, math.degrees(sight.pose.heading)
-        return round(x, 6), round(y, 6), round(heading, 6), " ".join(sight.words)
+        self.forecast.compute(self.now)
+        current = self.forecast.robot(robot, self.now)
+        assert current.pose
+        x, y, heading = current.pose.x, current.pose.y, math.degrees(current.pose.heading)
+        return round(x, 6), round(y, 6), round(heading, 6), " ".join(current.words)
 
     def path(self, robot: str = "r") -> list[tuple[float, Pose]]:
         self.see(robot)
-        return list(self.outlook.path(robot))
+        return list(self.forecast.path(robot))
 
 
 def test_the_forecast_has_a_robots_pose_and_movement() -> None:
@@ -96,8 +96,8 @@ def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
     assert stage.path()
     stage.player.stop(stage.now)
     assert stage.path() == []
-    assert stage.outlook.transport
-    assert stage.outlook.transport["state"] == "stopped"
+    assert stage.forecast.transport
+    assert stage.forecast.transport["state"] == "stopped"
 
 
 def test_a_save_continues_from_where_robots_are() -> None:
@@ -137,18 +137,18 @@ def test_in_the_frame_of_odometry() -> None:
     stage.see()
     at = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}
     robot: Any = {"frame": "r/odom", "origin": at}
-    outlook = stage.outlook
-    outlook.take({"type": "measured", "generation": 1, "robots": {"r": robot}})
+    forecast = stage.forecast
+    forecast.take({"type": "measured", "generation": 1, "robots": {"r": robot}})
     stage.run(1)
-    assert (stage.see()[:3], outlook.frame("r").name) == ((2, 0, 0), "improv")
-    assert outlook.score
-    outlook.score = replace(outlook.score, parts={"r": replace(outlook.score.parts["r"], odom="/r/odom")})
-    assert (stage.see()[:3], outlook.frame("r").name) == ((0, 7, 90), "r/odom")
+    assert (stage.see()[:3], forecast.frame("r").name) == ((2, 0, 0), "improv")
+    assert forecast.score
+    forecast.score = replace(forecast.score, parts={"r": replace(forecast.score.parts["r"], odom="/r/odom")})
+    assert (stage.see()[:3], forecast.frame("r").name) == ((0, 7, 90), "r/odom")
     last = stage.path()[-1][1]
     assert (last.x, last.y) == pytest.approx((0, 67))
 
 
 def test_nothing_is_known_before_the_first_message() -> None:
-    outlook = Outlook()
-    outlook.look(0.0)
-    assert (outlook.beat(0.0), outlook.sight("r", 0.0).pose, list(outlook.path("r"))) == (0, None, [])
+    forecast = Forecast()
+    forecast.compute(0.0)
+    assert (forecast.beat(0.0), forecast.robot("r", 0.0).pose, list(forecast.path("r"))) == (0, None, [])

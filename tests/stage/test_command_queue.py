@@ -13,7 +13,7 @@ from improv_core.protocol.messages import Load
 from improv_core.safety.stop_fence import Overtaking
 from improv_core.score.motion import STILL
 from improv_core.score.score import Score
-from improv_core.stage.command_queue import SLICE, InOrder
+from improv_core.stage.command_queue import SLICE, CommandQueue
 from tests.player.test_player import Memory, score
 from tests.stage.test_loop import PING, START, errors, perform
 
@@ -53,14 +53,14 @@ class Slow:
         self.now = 0.0
         self.met: list[str] = []
 
-    def meet(self, score: Score) -> Iterator[None]:
+    def preload(self, score: Score) -> Iterator[None]:
         for robot in score.parts:
             self.now += 0.004
             self.met.append(robot)
             yield
 
 
-def all_of(order: InOrder) -> list[Ordered | None]:
+def all_of(order: CommandQueue) -> list[Ordered | None]:
     found = []
     while (arrival := order.next()) is not None or order.is_busy:
         found.append(arrival)
@@ -69,7 +69,7 @@ def all_of(order: InOrder) -> list[Ordered | None]:
 
 def test_robots_are_prepared_in_slices_and_later_messages_wait() -> None:
     sink = Slow()
-    order = InOrder(sink.meet, lambda: sink.now)
+    order = CommandQueue(sink.preload, lambda: sink.now)
     four = play("a b c d $ forward\n", 0)
     order.add(four)
     order.add({"type": "seek", "beat": 2.0})
@@ -80,7 +80,7 @@ def test_robots_are_prepared_in_slices_and_later_messages_wait() -> None:
 
 def test_a_stop_ends_the_meeting_of_robots() -> None:
     sink = Slow()
-    order = InOrder(sink.meet, lambda: sink.now)
+    order = CommandQueue(sink.preload, lambda: sink.now)
     order.add(play("a b c d $ forward\n", 0))
     later = play("a $ forward\n", 1)
     order.add(later)
@@ -91,7 +91,7 @@ def test_a_stop_ends_the_meeting_of_robots() -> None:
 
 
 def test_a_score_that_only_stops_robots_is_never_void() -> None:
-    order = InOrder(Slow().meet, lambda: 0.0)
+    order = CommandQueue(Slow().preload, lambda: 0.0)
     order.overtaking = order.overtaking.hear("stop", 5)
     standing = play("", 1)
     order.add(standing)

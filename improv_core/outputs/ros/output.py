@@ -118,7 +118,7 @@ class Ros(Sink):
         """Publish a score to ROS 2 before it plays."""
         self._publishing.take(score, generation)
 
-    def meet(self, score: Score) -> Iterator[None]:
+    def preload(self, score: Score) -> Iterator[None]:
         """Create publishers for new topics, so that they find their listeners before the score begins."""
         for part in _here(score).values():
             if part.topic not in self._topics:
@@ -126,7 +126,7 @@ class Ros(Sink):
                 self._unprepared.add(part.topic)
                 self._standby.live()
                 yield
-            self._controllers.meet(part)
+            self._controllers.preload(part)
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Create publishers for new topics. Existing ones are kept, because discovery can take seconds.

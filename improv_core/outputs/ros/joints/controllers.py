@@ -76,7 +76,7 @@ class RosControllers:
         self._line_until = 0.0
         self._held_line_until = 0.0
 
-    def meet(self, part: Part) -> None:
+    def preload(self, part: Part) -> None:
         """Create publishers for a robot that will be prepared next."""
         for channel in channels_of(part):
             self._topic(channel, at_once=True)

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.preview.forecast import Outlook
+from improv_core.preview.forecast import Forecast
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.publisher_messages import FromPublisher, Health, ToPublisher
 from improv_core.score.score_json import RowsRead, from_json
@@ -50,19 +50,19 @@ def main() -> int:
 
 
 def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
-    outlook, read = Outlook(), RowsRead()
+    forecast, read = Forecast(), RowsRead()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
     due = 0.0  # when everything is published again
     while not lines.ended:
         select.select([0], [], [], MARKER_PERIOD)
         for message in lines.read():
             if message["type"] == "plays":
-                outlook.meet(from_json(message["score"], read), message["generation"])
+                forecast.add_score(from_json(message["score"], read), message["generation"])
             elif message["type"] == "transport" or message["type"] == "sensed":
-                outlook.take(message)
+                forecast.take(message)
                 due = 0.0
             elif message["type"] == "measured":
-                outlook.take(message)
+                forecast.take(message)
             elif message["type"] == "health":
                 health = message
             elif message["type"] == "fault":
@@ -74,8 +74,8 @@ def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
         publications.spin()
         if now >= due:
             due = now + PERIOD
-            outlook.look(now)
-            publications.publish(outlook, health, now)
+            forecast.compute(now)
+            publications.publish(forecast, health, now)
             health = {**health, "late": 0.0}
-        elif outlook.is_moving:
-            publications.publish_markers(outlook, now)
+        elif forecast.is_moving:
+            publications.publish_markers(forecast, now)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from improv_core.outputs.ros.nodes import Nodes
-from improv_core.preview.forecast import Outlook
+from improv_core.preview.forecast import Forecast
 from improv_core.protocol.messages import TransportMessage, counted, is_silent
 from improv_core.protocol.publisher_messages import Health
 from improv_core.safety.fault_rules import LATE
@@ -59,41 +59,41 @@ class Publications:
         else:
             logger.warning(line)
 
-    def publish(self, outlook: Outlook, health: Health, now: float) -> None:
+    def publish(self, forecast: Forecast, health: Health, now: float) -> None:
         """Publish everything, from the latest forecast."""
-        score, transport = outlook.score, outlook.transport
+        score, transport = forecast.score, forecast.transport
         if not score or not transport:
             return
         self._nodes.use_sim_time(any(part.use_sim_time for part in score.parts.values()))
-        self._publish_paths(outlook)
-        self.publish_markers(outlook, now)
+        self._publish_paths(forecast)
+        self.publish_markers(forecast, now)
         if is_heard(self._transport):
             from std_msgs.msg import String
 
-            position = {"beat": outlook.beat(now), **{name: transport.get(name) for name in _POSITION}}
+            position = {"beat": forecast.beat(now), **{name: transport.get(name) for name in _POSITION}}
             self._transport[0].publish(String(data=json.dumps(position)))
         if is_heard(self._diagnostics):
             from diagnostic_msgs.msg import DiagnosticArray
 
-            array = DiagnosticArray(status=[_status(each) for each in diagnose(outlook, health, now)])
+            array = DiagnosticArray(status=[_status(each) for each in diagnose(forecast, health, now)])
             array.header.stamp = self._clock.now().to_msg()
             self._diagnostics[0].publish(array)
 
-    def publish_markers(self, outlook: Outlook, now: float) -> None:
+    def publish_markers(self, forecast: Forecast, now: float) -> None:
         """Publish the ideal poses of robots and the words that they play."""
-        score = outlook.score
+        score = forecast.score
         if not score or not is_heard(self._markers):
             return
         from visualization_msgs.msg import Marker, MarkerArray
 
         stamp, markers = self._clock.now().to_msg(), []
         for number, robot in enumerate(score.parts):
-            sight = outlook.sight(robot, now)
+            current = forecast.robot(robot, now)
             marker = Marker(ns=robot, type=Marker.TEXT_VIEW_FACING, action=Marker.ADD)
-            frame = outlook.frame(robot)
+            frame = forecast.frame(robot)
             marker.header.frame_id, marker.header.stamp = frame.name, stamp
-            marker.text = f"{robot}\n{_position(outlook, now)}\n{' '.join(sight.words)}"
-            _place(marker.pose, sight.pose or frame.origin.then(score.parts[robot].start), ABOVE)
+            marker.text = f"{robot}\n{_position(forecast, now)}\n{' '.join(current.words)}"
+            _place(marker.pose, current.pose or frame.origin.then(score.parts[robot].start), ABOVE)
             marker.scale.z = TEXT_HEIGHT
             marker.color.r, marker.color.g, marker.color.b = colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.6, 1.0)
             marker.color.a = 1.0
@@ -107,13 +107,13 @@ class Publications:
         self._executor.shutdown()
         self._nodes.close()
 
-    def _publish_paths(self, outlook: Outlook) -> None:
+    def _publish_paths(self, forecast: Forecast) -> None:
         from builtin_interfaces.msg import Time
         from geometry_msgs.msg import PoseStamped
         from nav_msgs.msg import Path
 
-        assert outlook.score
-        topics = path_topics(outlook.score.parts)
+        assert forecast.score
+        topics = path_topics(forecast.score.parts)
         for topic in self._paths.keys() - topics.values():
             self._paths.pop(topic)[1]()
         for robot, topic in topics.items():
@@ -122,9 +122,9 @@ class Publications:
             if not is_heard(self._paths[topic]):
                 continue
             now = self._clock.now()
-            path, nanoseconds, frame = Path(), now.nanoseconds, outlook.frame(robot).name
+            path, nanoseconds, frame = Path(), now.nanoseconds, forecast.frame(robot).name
             path.header.frame_id, path.header.stamp = frame, now.to_msg()
-            for seconds, pose in outlook.path(robot):
+            for seconds, pose in forecast.path(robot):
                 stamped = PoseStamped()
                 stamped.header.frame_id = frame
                 sec, nanosec = divmod(nanoseconds + round(seconds * 1e9), 1_000_000_000)
@@ -150,14 +150,14 @@ class Diagnosis(NamedTuple):
     values: Mapping[str, str]
 
 
-def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis]:
+def diagnose(forecast: Forecast, health: Health, now: float) -> Iterator[Diagnosis]:
     """Diagnoses of the performance and of each robot."""
-    transport, score = outlook.transport, outlook.score
+    transport, score = forecast.transport, forecast.score
     if not transport or not score:
         return
     late = health["late"]
     values = {
-        "beat": f"{outlook.beat(now):.2f}",
+        "beat": f"{forecast.beat(now):.2f}",
         "tempo": f"{transport['tempo']:g}",
         "late (ms)": f"{late * 1000:.1f}",
         "waits for": ", ".join(transport.get("waits_for", ())),
@@ -207,10 +207,10 @@ def _status(diagnosis: Diagnosis) -> Any:
     return DiagnosticStatus(level=level, name=diagnosis.name, message=diagnosis.message, values=values)
 
 
-def _position(outlook: Outlook, now: float) -> str:
-    assert outlook.transport
-    state = outlook.transport["state"]
-    beat = counted(outlook.transport, outlook.beat(now))
+def _position(forecast: Forecast, now: float) -> str:
+    assert forecast.transport
+    state = forecast.transport["state"]
+    beat = counted(forecast.transport, forecast.beat(now))
     return beat if state == "playing" else f"{beat}, {state}"
 
 

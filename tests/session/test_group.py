@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -462,6 +463,21 @@ def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     (load,) = story.sent(PI)
     assert load["entry"] == {"beat": pytest.approx(40.2 + 2 * SPARE), "monotonic": pytest.approx(story.now + SPARE)}
     assert (load["when"], "arming" in load, load["score"]["known"]) == ("restart", False, 0)
+
+
+@pytest.mark.parametrize("sent", [False, True])
+def test_a_host_that_comes_back_stops_its_robots_if_somebody_stops_before_it_has_joined(sent: bool) -> None:
+    """They may still move as the stage before left them, and a score on its way is void."""
+    story = Story.playing()
+    story.said(PI, "gone", message="it was rebooted")
+    if not sent:
+        story.group = replace(story.group, settles=math.inf)
+    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    assert story.words == [f"{PI}: load"] * sent
+    assert story.told("stop") == [f"{PI}: load"]
+    (load,) = story.sent(PI)
+    assert (load["score"]["movements"], load["here"]) == ([], PI)
+    assert not any(part["scenes"] for part in load["score"]["parts"].values())
 
 
 def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_continue() -> None:

@@ -39,10 +39,13 @@ def told(group: GroupState, message: ToStage, now: Times) -> Decided:
     if message["type"] == "stop":
         if group.is_on:  # after a second stop, a stage that has yet to confirm the first one may still move
             group = group.with_all(group.alive, may_move=True)
+        # New stages that have yet to play along: their robots may still move as the stages before left them.
+        new = [host for host in {*group.joining, *group.entering} if not group.members[host].transport]
+        stops = _halting(group, sorted(new))
         group = group.with_all(group.alive, armed=False).stopped()
         if "mark" in message:
             group = replace(group, unobeyed={**group.unobeyed, message["mark"]: group.to_obey})
-        return replace(group, unconfirmed_at=min(group.unconfirmed_at, now.at + CONFIRM_LIMIT)), []
+        return replace(group, unconfirmed_at=min(group.unconfirmed_at, now.at + CONFIRM_LIMIT)), stops
     if message["type"] == "pause":
         group = group.without_entry()
         if group.mode == "playing":
@@ -83,8 +86,8 @@ def started(group: GroupState, host: str, now: Times) -> Decided:
     # The stage before it stopped its robots when it ended, or this one reports when it has stopped them.
     group, told = (group, []) if halts else _obeyed(group, host, group.unobeyed)
     group, acts = _join(group, host, now)
-    if halts and group.load:
-        acts = [SendTo(host, group.load_for(host, _standing(group.load)))]
+    if halts:
+        acts = _halting(group, [host])
     return group, [*kept, *told, *acts]
 
 
@@ -236,6 +239,11 @@ def _admit(group: GroupState, now: Times) -> Decided:
     group = replace(group, joining=frozenset())
     # Somebody asked for the score earlier, and nobody has stopped it: so each may know of all presses it has received.
     return group, [SendTo(host, {**group.load_for(host, load), "stops": presses[host]}) for host in hosts]
+
+
+def _halting(group: GroupState, hosts: Iterable[str]) -> list[Act]:
+    """Have stages stop their robots, even if they have yet to find them."""
+    return [SendTo(host, group.load_for(host, _standing(group.load))) for host in hosts] if group.load else []
 
 
 def _standing(load: Load) -> Load:

@@ -14,6 +14,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
+from improv_core.safety.stage_stops import stop_stages
 from improv_core.safety.stops import Stops
 from improv_core.session.group import multi_host_stage
 from improv_core.session.session import Playback
@@ -101,10 +102,15 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
         await asyncio.to_thread(there.wait, moving)
         assert any(f"{NAME}: " in message.get("message", "") for message in show.told)
 
-        show.stops.stop()
+        assert show.playback._show
+        # It goes straight to both stages, while this event loop does nothing. The new one there may be yet to listen.
+        while waits_for := stop_stages(show.playback._show, {"type": "stop", "direct": "p 1"}, LIMIT):
+            assert waits_for == [NAME]
+        assert waits_for == []
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, still)
         await show.until(lambda message: message["type"] == "transport" and message["state"] == "stopped")
+        assert show.stops.count == 1
 
     perform(test)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import http.client
 import math
 import os
 import signal
@@ -160,6 +161,25 @@ async def _send(url: str, over: threading.Event) -> None:
             beat += 1
 
 
+def _page(*, halted: bool) -> Fault:
+    """A page's stop, perhaps while the server is halted."""
+
+    def fault(listener: Listener) -> Iterator[float]:
+        with Server(ENV, backend="both") as server:
+            dances(server, listener)
+            live = urlsplit(live_behind(server.client.request("workspace/executeCommand", {"command": "improv.page"})))
+            connection = http.client.HTTPConnection(live.netloc, timeout=LIMIT)
+            connection.connect()
+            os.kill(server.pid, signal.SIGSTOP if halted else signal.SIGCONT)
+            began = time.monotonic()
+            address = f"/stop?{live.query}&page=p&number=1"
+            connection.request("POST", address, headers={"Origin": f"http://{live.netloc}"})
+            yield began
+            os.kill(server.pid, signal.SIGCONT)
+
+    return fault
+
+
 def _stop(server: Server) -> None:
     message: dict[str, Any] = {"command": "improv.stop", "arguments": []}
     threading.Thread(target=server.client.request, args=("workspace/executeCommand", message), daemon=True).start()
@@ -177,5 +197,7 @@ FAULTS: dict[str, tuple[int, Fault]] = {
     "stage SIGSTOP": (200, _stage(signal.SIGSTOP)),
     f"stop after {SAVES} saves a second": (100, _storm),
     "stop while a page floods its stage": (100, _flood),
+    "page's stop": (50, _page(halted=False)),
+    "page's stop, server halted": (50, _page(halted=True)),
 }
 """Each fault, and the goal for its worst time in milliseconds."""

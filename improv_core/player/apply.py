@@ -10,7 +10,7 @@ from typing import Any
 from improv_core.player import acts, reports
 from improv_core.player.acts import Act
 from improv_core.player.events import Event, Listened
-from improv_core.player.start_rules import may_be_brought
+from improv_core.player.start_rules import robots_to_home
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.score.path import Paths
@@ -87,7 +87,7 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     found = tracks.listeners.find(now)
     resetting = tracks.sink.resetting()
     if tracks.sink.real:
-        tracks.sink.bring_home(may_be_brought(tracks.run, tracks.facts(now), found.waits, found.deaf))
+        tracks.sink.home_joints(robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf))
     return Listened(found.listen, resetting or found.waits, act.moving, found.deaf, found.overdue)
 
 

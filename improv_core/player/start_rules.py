@@ -216,7 +216,7 @@ def waits(run: Run, facts: Facts) -> list[str]:
     return waits_for(run.score.safety, run.stops, facts.held, facts.away, facts.unseen) or clock
 
 
-def may_be_brought(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Collection[str]) -> list[str]:
+def robots_to_home(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Collection[str]) -> list[str]:
     """Return the real robots whose joints may be brought to their starts before beat 0: those that might move there."""
     if run.mode != "waiting" or waits_for_listeners or waits(run, facts):
         return []

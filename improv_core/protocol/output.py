@@ -118,7 +118,7 @@ class Sink:
         repeatedly before beat 0, and not after."""
         return False
 
-    def bring_home(self, robots: Collection[str]) -> None:
+    def home_joints(self, robots: Collection[str]) -> None:
         """Bring the joints of these robots, which may move, to their starts, if the settings ask for that; the joints
         of all others stand. Call it repeatedly before beat 0, after `resetting`, which tells how long that takes."""
 

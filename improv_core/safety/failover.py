@@ -12,33 +12,33 @@ START_LIMIT = 5.0
 READY_LIMIT = 5.0
 """Seconds that robots may move without a standby that is ready: discovery alone took up to 3.3 s."""
 STALL = 0.3
-"""Seconds between two looks after which this process itself must have stalled, which proves nothing about the
-standby."""
+"""Seconds between two calls of `note_time` after which this process itself must have stalled. That proves nothing about
+the standby."""
 
 
-class Relief:
-    """The facts about the standby, and their times in seconds. Call `look` before each decision."""
+class StandbyMonitor:
+    """The facts about the standby, and their times in seconds. Call `note_time` before each decision."""
 
     def __init__(self, now: float) -> None:
         self._looked = now
         self._lacking = math.inf  # the time since which robots move without a standby that is ready
         self._due = math.inf  # the time at which the standby counts as lost, unless it sends something before
-        self.starts(now)
+        self.note_start(now)
 
-    def starts(self, now: float) -> None:
+    def note_start(self, now: float) -> None:
         """Note that there is a new standby."""
         self._due = now + START_LIMIT
 
-    def asks(self, now: float) -> None:
+    def note_pulse(self, now: float) -> None:
         """Note that the standby was sent a pulse. Only the first one without an answer counts."""
         if self._due == math.inf:
             self._due = now + ANSWER_LIMIT
 
-    def hears(self) -> None:
+    def note_message(self) -> None:
         """Note that the standby has sent something."""
         self._due = math.inf
 
-    def look(self, now: float) -> None:
+    def note_time(self, now: float) -> None:
         """Note that everything that the standby has sent until now has been read."""
         if now > self._looked + STALL:
             self._due += now - self._looked

@@ -87,10 +87,10 @@ class Robot:
         told = {joint: JointMotion(9.0, velocity) for joint, velocity in velocities.items()}
         self.controllers.send("ada", told, at)
 
-    def bring_home(self, seconds: float) -> None:
+    def home_joints(self, seconds: float) -> None:
         for _ in range(round(seconds / PERIOD)):
             self.controllers.waits()
-            self.controllers.bring_home(["ada"])
+            self.controllers.home_joints(["ada"])
             self.now += PERIOD
 
     def _say(self, line: str) -> None:
@@ -138,11 +138,14 @@ def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
     robot = Robot(part(VELOCITY))
     robot.send(0.0, yaw=1.0, pitch=-0.5)
     robot.send(1.0, pitch=0.0)
-    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves"], "one of them still turns"
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["note_velocity", "note_velocity"], (
+        "one of them still turns"
+    )
     robot.send(1.5, yaw=0.0)
     assert [[velocity for _, velocity in motions] for _, motions in robot.sent] == [[-0.5, 1], [0, 1], [0, 0]]
-    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["moves", "moves", "stands"]
-    moved, stood = robot.pending_zeros.moves.call_args.args[0], robot.pending_zeros.stands.call_args.args[1]
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["note_velocity", "note_velocity", "note_zero"]
+    moved = robot.pending_zeros.note_velocity.call_args.args[0]
+    stood = robot.pending_zeros.note_zero.call_args.args[1]
     assert moved.name == stood.name == COMMANDS
 
 
@@ -178,7 +181,7 @@ def test_joints_get_no_commands_until_a_person_has_moved_them_to_their_starts() 
     robot = Robot(part(HEAD), yaw=0.5, pitch=0.0)
     assert robot.controllers.waits()
     robot.controllers.ask(["ada"])
-    robot.bring_home(1.0)
+    robot.home_joints(1.0)
     assert (robot.asked, robot.sent) == ([], [])
     robot.joints["yaw"] = 0.0
     assert not robot.controllers.waits()
@@ -190,7 +193,7 @@ def test_joints_are_brought_to_their_starts_slowly() -> None:
     """A controller obeys: yaw turns by 0.3 rad at 0.4 rad/s."""
     robot = Robot(part(HEAD, home="move"), yaw=-0.3, pitch=0.0)
     while robot.controllers.waits():
-        robot.bring_home(PERIOD)
+        robot.home_joints(PERIOD)
         robot.joints["yaw"] = min(robot.joints["yaw"] + 0.4 * PERIOD, 0.0)
     assert robot.sent[0] == (TOPIC, [(0, 0), (-0.3, 0.4)])
     assert robot.sent[-1] == (TOPIC, [(0, 0), (0, 0)])
@@ -202,22 +205,22 @@ def test_joints_are_named_before_they_move() -> None:
     """The position of pitch arrives 2.9 s later. A line about the missing position would come only after 5 s."""
     yaw, pitch = (replace(HEAD, name=name, joints=(name,)) for name in ("yaw", "pitch"))
     robot = Robot(part(yaw, pitch, home="move"), yaw=-1.5)
-    robot.bring_home(PERIOD)
+    robot.home_joints(PERIOD)
     assert robot.happened == ["said", "sent"]
     assert [topic for topic, _ in robot.sent] == ["/ada/yaw_controller/joint_trajectory"]
     assert robot.said == ["joints move to their starts first: yaw of ada by +86°"]
     for _ in range(58):
         robot.joints["yaw"] += 0.4 * PERIOD
-        robot.bring_home(PERIOD)
+        robot.home_joints(PERIOD)
     robot.joints["pitch"] = 0.5
-    robot.bring_home(PERIOD)
+    robot.home_joints(PERIOD)
     assert [topic for topic, _ in robot.sent].count("/ada/pitch_controller/joint_trajectory") == 1
     assert robot.said[1:] == ["joints move to their starts first: pitch of ada by -29°"]
 
 
 def test_a_stop_holds_joints_on_their_way_to_their_starts() -> None:
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
-    robot.bring_home(PERIOD)
+    robot.home_joints(PERIOD)
     robot.controllers.halt("ada")
     assert [velocity for _, velocity in robot.sent[-1][1]] == [0, 0]
     assert robot.controllers.waits()
@@ -226,19 +229,19 @@ def test_a_stop_holds_joints_on_their_way_to_their_starts() -> None:
 def test_joints_that_were_halted_on_their_way_are_named_again_when_they_continue() -> None:
     """The deadman button was released for a moment."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
-    robot.bring_home(PERIOD)
-    robot.controllers.bring_home([])
+    robot.home_joints(PERIOD)
+    robot.controllers.home_joints([])
     robot.now += 1.0
-    robot.bring_home(PERIOD)
+    robot.home_joints(PERIOD)
     assert robot.said == ["joints move to their starts first: yaw of ada by +86°"] * 2
 
 
 def test_joints_that_are_held_back_on_their_way_stay_where_they_are() -> None:
     """They must not jump to their starts when released: a person has to move them there."""
     robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
-    robot.bring_home(3.0)
+    robot.home_joints(3.0)
     assert robot.sent[-1] == (TOPIC, [(0, 0), (-1.5, 0)])
     count = len(robot.sent)
-    robot.bring_home(5.0)
+    robot.home_joints(5.0)
     assert len(robot.sent) == count
     assert robot.said[-1] == "nothing moves until all joints are at their starts: turn yaw of ada by +86°"

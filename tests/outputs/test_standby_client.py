@@ -51,7 +51,7 @@ class Stage:
         self.standby.publish(TOPIC, "Twist", False, lambda: 1)
         self.started[0].says = [FOUND]
         self.standby.look()
-        self.standby.moves(TOPIC, "base_link")
+        self.standby.note_velocity(TOPIC, "base_link")
 
     def live(self, seconds: float) -> None:
         """Let time pass. The latest process answers nothing."""

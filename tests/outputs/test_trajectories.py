@@ -15,18 +15,18 @@ from improv_core.outputs.ros.joints.trajectories import (
     Channel,
     Course,
     channels_of,
-    homeward,
+    current_course,
+    homing_channel,
+    homing_course,
     joint_states_of,
     let_go,
     message_of,
     needs_base,
     paced,
-    present,
     standing,
     stopped,
     trajectory,
     turned,
-    way_home,
 )
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -232,22 +232,22 @@ NOWHERE: dict[str, float] = {}
     [
         (None, {"yaw": 1, "pitch": 0.5}, "", course((1, 0), (0.5, 0))),
         (None, {"yaw": 1}, "", None),
-        (None, NOWHERE, "begins anew", None),
+        (None, NOWHERE, "begins from measured", None),
         (HERE, {"yaw": 1, "pitch": 0.5}, "", HERE),  # an arm that hangs must not sink
         (HERE, {"yaw": 1, "pitch": 0.2}, "begins", course((1, 0), (0.2, 0))),  # a person turned it
         (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins", HERE),  # it hangs by 3°
-        (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins anew", course((0.15, 0), (0.2, 0))),
-        (HERE, {"yaw": 0.15, "pitch": 0.2}, "anew", course((0.15, 0), (0.2, 0))),
-        (HERE, {"yaw": 1, "pitch": 0.2}, "begins anew moved", HERE),  # it isn't at rest yet
-        (HERE, NOWHERE, "begins anew", HERE),
-        (course((0, 1), (0, 0)), {"yaw": 1, "pitch": 1}, "begins anew", course((0, 1), (0, 0))),
+        (HERE, {"yaw": 0.15, "pitch": 0.2}, "begins from measured", course((0.15, 0), (0.2, 0))),
+        (HERE, {"yaw": 0.15, "pitch": 0.2}, "from measured", course((0.15, 0), (0.2, 0))),
+        (HERE, {"yaw": 1, "pitch": 0.2}, "begins from measured moved", HERE),  # it isn't at rest yet
+        (HERE, NOWHERE, "begins from measured", HERE),
+        (course((0, 1), (0, 0)), {"yaw": 1, "pitch": 1}, "begins from measured", course((0, 1), (0, 0))),
     ],
 )
 def test_a_course_starts_at_measured_or_commanded_positions(
     before: Course | None, measured: dict[str, float], how: str, after: Course | None
 ) -> None:
-    flags = {"begins": "begins" in how, "anew": "anew" in how, "rests": "moved" not in how}
-    assert present(HEAD, before, measured, **flags) == after
+    flags = {"begins": "begins" in how, "from_measured": "from measured" in how, "rests": "moved" not in how}
+    assert current_course(HEAD, before, measured, **flags) == after
 
 
 @pytest.mark.parametrize(
@@ -289,9 +289,9 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
     """Pitch is at its start, and has no highest speed."""
     joints = replace(YAW, start=-0.5), PITCH
     channel, now = Channel(joints, "trajectory", "/t"), course((0.3, 0), (0, 0))
-    way = way_home(channel, now)
+    way = homing_channel(channel, now)
     assert way
-    now = homeward(way, now, 7.0)
+    now = homing_course(way, now, 7.0)
     assert now == course((0.3, -0.8), (0, 0), since=7)
     now = turned(way, now, {}, 7.5)
     assert [*now.motions[0]] == pytest.approx([-0.1, -0.8])
@@ -304,5 +304,5 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
 
 def test_some_joints_have_no_way_home() -> None:
     """They lack a highest speed, or have a velocity controller, which doesn't stop by itself."""
-    assert way_home(HEAD, course((0, 0), (0.1, 0))) is None
-    assert way_home(Channel((YAW,), "velocity", "/t"), Course((JointMotion(0.1, 0),))) is None
+    assert homing_channel(HEAD, course((0, 0), (0.1, 0))) is None
+    assert homing_channel(Channel((YAW,), "velocity", "/t"), Course((JointMotion(0.1, 0),))) is None

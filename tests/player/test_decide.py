@@ -44,7 +44,7 @@ from improv_core.player.decide import _RULES, SEEN, decide, trouble
 from improv_core.player.events import Event, Facts
 from improv_core.player.run import Mode, Run, Silenced
 from improv_core.player.start_gate import Gate, is_ready, message
-from improv_core.player.start_rules import NOT_READY, WAITS, may_be_brought
+from improv_core.player.start_rules import NOT_READY, WAITS, robots_to_home
 from improv_core.protocol.messages import When
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.fault_rules import FaultBegan, FaultOver, Worst
@@ -691,8 +691,8 @@ def test_joints_are_brought_to_their_starts_only_if_their_robots_may_move(
     before: Run, known: Mapping[str, Any], deaf: Sequence[str], brought: Sequence[str]
 ) -> None:
     facts = Facts(ZERO, real=True, **known)
-    assert may_be_brought(before, facts, False, deaf) == brought
-    assert may_be_brought(before, facts, True, deaf) == []
+    assert robots_to_home(before, facts, False, deaf) == brought
+    assert robots_to_home(before, facts, True, deaf) == []
 
 
 @pytest.mark.parametrize(("real", "mode"), [(True, "stopped"), (False, "waiting")])

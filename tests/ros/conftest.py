@@ -392,7 +392,7 @@ def driver(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Sink]:
 @pytest.fixture
 def sink(driver: Sink) -> Iterator[Sink]:
     """A new sink, in a process that already runs."""
-    driver.description = driver("anew")
+    driver.description = driver("renew")
     yield driver
     driver("leave")
 

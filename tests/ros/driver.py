@@ -219,7 +219,7 @@ def leave() -> None:
             heard.get()
 
 
-def anew() -> str:
+def renew() -> str:
     """Replace this sink by another one. Return its description."""
     global sink, is_there
     leave()

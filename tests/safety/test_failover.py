@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, Relief
+from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, StandbyMonitor
 
 PERIOD = 0.1
 
@@ -12,15 +12,15 @@ PERIOD = 0.1
 def lost_at(answers_until: float, pulses_from: float = 0.0, stalls_at: float | None = None) -> float | None:
     """Return the time at which a standby that answers pulses only up to a time counts as lost; None if not within 10
     s."""
-    relief, now = Relief(0.0), 0.0
+    monitor, now = StandbyMonitor(0.0), 0.0
     while now < 10:
         if now <= answers_until:
-            relief.hears()
-        relief.look(now)
-        if relief.is_lost():
+            monitor.note_message()
+        monitor.note_time(now)
+        if monitor.is_lost():
             return round(now, 6)
         if now >= pulses_from:
-            relief.asks(now)
+            monitor.note_pulse(now)
         now = round(now + (3.0 if now == stalls_at else PERIOD), 6)
     return None
 
@@ -46,10 +46,10 @@ def test_a_standby_that_does_not_answer_is_lost(
 def stops(*story: tuple[bool, bool]) -> list[float]:
     """Return the times at which robots are stopped, given for each second whether they move, and whether a standby is
     ready."""
-    relief, found = Relief(0.0), []
+    monitor, found = StandbyMonitor(0.0), []
     for second, (moving, ready) in enumerate(story):
-        relief.look(float(second))
-        if relief.must_stop(moving, ready):
+        monitor.note_time(float(second))
+        if monitor.must_stop(moving, ready):
             found.append(float(second))
     return found
 

@@ -93,7 +93,7 @@ class Ros(Sink):
         self._controllers = RosControllers(self._node, self._advertise_for, where, self.pending_zeros, tell, now)
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
-        self._may_bring = False  # True once only joints hold back beat 0
+        self._may_home = False  # True once only joints hold back beat 0
         self._unprepared: set[str] = set()  # topics whose robots aren't prepared yet
         self._cast: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
@@ -158,7 +158,7 @@ class Ros(Sink):
                 part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
             )
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
-                self.pending_zeros.inherits(robot, self._topics[part.topic], part.frame)
+                self.pending_zeros.note_inherited(robot, self._topics[part.topic], part.frame)
         self._unprepared.clear()
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
@@ -174,11 +174,11 @@ class Ros(Sink):
     def resetting(self) -> bool:
         # Each call makes progress, so none may be skipped.
         waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
-        self._may_bring = not any([*waits, self._reader.under_way()])
-        return any([self._controllers.waits(), not self._may_bring])
+        self._may_home = not any([*waits, self._reader.under_way()])
+        return any([self._controllers.waits(), not self._may_home])
 
-    def bring_home(self, robots: Collection[str]) -> None:
-        self._controllers.bring_home(self._ours(robots) if self._may_bring else ())
+    def home_joints(self, robots: Collection[str]) -> None:
+        self._controllers.home_joints(self._ours(robots) if self._may_home else ())
 
     def _awaits_standby(self) -> bool:
         """Return whether the standby has yet to start or to find a listener that this process has found; it gets a few
@@ -257,11 +257,11 @@ class Ros(Sink):
         message = known.message_of(twist)
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
-            self.pending_zeros.moves(known.topic, known.part.frame)
+            self.pending_zeros.note_velocity(known.topic, known.part.frame)
         known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._controllers.halt(robot)
-            self.pending_zeros.stands(robot, known.topic, known.part.frame)
+            self.pending_zeros.note_zero(robot, known.topic, known.part.frame)
         if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 

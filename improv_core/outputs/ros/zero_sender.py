@@ -37,15 +37,15 @@ class PendingZeros:
         self._moved: set[str] = set()  # topics on which robots were sent a velocity after the last zero
         self._pending: dict[str, _Entry] = {}  # by topic, the one that was checked longest ago first
 
-    def moves(self, topic: RosTopic, frame: str) -> None:
+    def note_velocity(self, topic: RosTopic, frame: str) -> None:
         """Note that a robot is about to be sent a velocity, in this frame."""
-        self._standby.moves(topic.name, frame)
+        self._standby.note_velocity(topic.name, frame)
         self._moved.add(topic.name)
         self._pending.pop(topic.name, None)
 
-    def stands(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
+    def note_zero(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot was sent this zero."""
-        self._standby.stands(topic.name)
+        self._standby.note_zero(topic.name)
         now, entry = self._now(), self._pending.get(topic.name)
         if entry:
             entry.state = entry.state.sent(now)
@@ -54,9 +54,9 @@ class PendingZeros:
             state = pending_zero(now, topic.count_listeners(), topic.was_heard)
             self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 
-    def inherits(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
+    def note_inherited(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot that an earlier stage may have moved is sent a zero."""
-        self._standby.owes(topic.name, frame)
+        self._standby.note_pending(topic.name, frame)
         state = pending_zero(self._now(), topic.count_listeners(), topic.was_heard, inherited=True)
         self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 
@@ -74,7 +74,7 @@ class PendingZeros:
             if found.pending:
                 self._pending[name] = replace(entry, state=found.pending)
             else:
-                self._standby.paid(name)
+                self._standby.note_confirmed(name)
             if found.sends:
                 self._send(entry.topic, entry.zero, frame_field(entry.frame))
             if found.warns:

@@ -12,15 +12,15 @@ from improv_core.outputs.ros.joints.trajectories import (
     Channel,
     Course,
     channels_of,
-    homeward,
+    current_course,
+    homing_channel,
+    homing_course,
     joint_states_of,
     let_go,
     message_of,
     paced,
-    present,
     stopped,
     turned,
-    way_home,
 )
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
@@ -84,29 +84,33 @@ class RosControllers:
     def take(self, parts: Mapping[str, Part], restart: bool) -> None:
         """Use the controllers of these parts. Controllers that a robot doesn't have anymore get a command to stand."""
         for robot, part in parts.items():
-            before = {arm.channel: arm for arm in self._robots[robot].arms} if robot in self._robots else {}
+            old = self._robots[robot].controllers if robot in self._robots else []
+            before = {controller.channel: controller for controller in old}
             channels = channels_of(part)
-            arms = [before.get(each) or _Arm(each, self._topic(each, at_once=not restart)) for each in channels]
+            controllers = [
+                before.get(each) or _Controller(each, self._topic(each, at_once=not restart)) for each in channels
+            ]
             for channel in before.keys() - channels:
                 self._leave(robot, before[channel])
-            self._robots[robot] = _Robot(part, arms)
-            for arm in arms:
-                arm.anew, arm.tried = arm.anew or restart, arm.tried and not restart
+            self._robots[robot] = _Robot(part, controllers)
+            for controller in controllers:
+                controller.from_measured = controller.from_measured or restart
+                controller.homing_tried = controller.homing_tried and not restart
                 if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
-                    zero = numbers_message([0.0] * len(arm.channel.joints))
-                    self._pending_zeros.inherits(robot, arm.topic, "", zero)
+                    zero = numbers_message([0.0] * len(controller.channel.joints))
+                    self._pending_zeros.note_inherited(robot, controller.topic, "", zero)
         self._current = [*parts]
         self._begins = restart
         self._waits_since, self._line = self._now(), ""
 
     def topics(self, robots: Collection[str]) -> set[str]:
         """The topics of these robots' controllers."""
-        return {arm.topic.name for robot in robots for arm in self._robots[robot].arms}
+        return {controller.topic.name for robot in robots for controller in self._robots[robot].controllers}
 
     def waits(self) -> bool:
         """Return whether beat 0 must wait until the joints' positions are known and the joints are at their starts."""
         found = [each for robot in self._current for each in self._off(robot)]
-        moving = any(arm.way for robot in self._current for arm in self._robots[robot].arms)
+        moving = any(controller.homing for robot in self._current for controller in self._robots[robot].controllers)
         self._begins = bool(found) or moving
         line, now = line_of(found, moving=moving), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
@@ -122,50 +126,50 @@ class RosControllers:
         for robot in robots:
             if self._begins and not self._moves_home(robot) and any(self._off(robot)):
                 continue
-            for arm in self._robots[robot].arms:
-                if course := self._course(robot, arm, begins=False):
-                    arm.topic.ask(message_of(arm.channel, course), self._node.get_clock(), b"")
+            for controller in self._robots[robot].controllers:
+                if course := self._course(robot, controller, begins=False):
+                    controller.topic.ask(message_of(controller.channel, course), self._node.get_clock(), b"")
 
-    def bring_home(self, robots: Collection[str]) -> None:
+    def home_joints(self, robots: Collection[str]) -> None:
         """Bring the joints of these robots to their starts, if `improv.toml` says so; the joints of all other robots
         stand. People get a line with the joints before these begin to move."""
-        told, begin = list[_Arm](), list[JointOff]()
+        told, begin = list[_Controller](), list[JointOff]()
         for robot in self._current:
             if robot not in robots or not self._moves_home(robot):
                 self.halt(robot)
                 continue
-            for arm in self._robots[robot].arms:
-                stood = arm.way is None
-                if self._steers_home(robot, arm):
-                    told.append(arm)
-                    begin += self._off_in(robot, arm) if stood else ()
+            for controller in self._robots[robot].controllers:
+                stood = controller.homing is None
+                if self._steers_home(robot, controller):
+                    told.append(controller)
+                    begin += self._off_in(robot, controller) if stood else ()
         if begin:
             self._tell(line_of_moving(begin))
-        for arm in told:
-            self._publish(arm)
-            if arm.moves:
-                arm.moved = self._now()
+        for controller in told:
+            self._publish(controller)
+            if controller.moves:
+                controller.moved = self._now()
             else:
-                arm.tried, arm.way = True, None
+                controller.homing_tried, controller.homing = True, None
 
     def halt(self, robot: str) -> None:
         """Stop a robot's joints that are on their way to their starts."""
-        for arm in self._robots[robot].arms:
-            self._halt(arm)
+        for controller in self._robots[robot].controllers:
+            self._halt(controller)
 
     def missing(self, robot: str) -> str | None:
         """The reason why one of a robot's controllers would not receive a command now, or None; "" while listeners and
         publishers still find each other."""
-        lines = [arm.topic.missing(arm.moves) for arm in self._robots[robot].arms]
+        lines = [controller.topic.missing(controller.moves) for controller in self._robots[robot].controllers]
         found = [line for line in lines if line is not None]
         return max(found, key=bool) if found else None
 
     def warning(self, robot: str, others: Callable[[RosTopic, bool], Collection[str]]) -> str | None:
         """A line if other nodes publish on the topic of one of a robot's controllers. `others` lists them; its second
         argument says whether the standby also has a publisher there."""
-        for arm in self._robots[robot].arms:
-            if found := others(arm.topic, arm.channel.interface == "velocity"):
-                line = f"other nodes also publish to {arm.topic.name}: {', '.join(found)}; "
+        for controller in self._robots[robot].controllers:
+            if found := others(controller.topic, controller.channel.interface == "velocity"):
+                line = f"other nodes also publish to {controller.topic.name}: {', '.join(found)}; "
                 return f"{line}joints obey all of them: stop the others"
         return None
 
@@ -175,38 +179,42 @@ class RosControllers:
         and what rclpy raises."""
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
-        for arm in self._robots[robot].arms:
-            if any(joint.name in joints for joint in arm.channel.joints):
-                self._send(robot, arm, joints, at, pace)
+        for controller in self._robots[robot].controllers:
+            if any(joint.name in joints for joint in controller.channel.joints):
+                self._send(robot, controller, joints, at, pace)
 
-    def _send(self, robot: str, arm: _Arm, joints: Mapping[str, JointMotion], at: float, pace: float) -> None:
-        self._halt(arm)
-        begins = any(joint.name in joints and joints[joint.name].velocity for joint in arm.channel.joints)
-        before = self._course(robot, arm, begins=begins)
+    def _send(
+        self, robot: str, controller: _Controller, joints: Mapping[str, JointMotion], at: float, pace: float
+    ) -> None:
+        self._halt(controller)
+        begins = any(joint.name in joints and joints[joint.name].velocity for joint in controller.channel.joints)
+        before = self._course(robot, controller, begins=begins)
         if before is None:
             return
-        arm.anew = arm.anew and not begins
-        arm.course = course = self._without_jump(robot, arm, before, turned(arm.channel, before, joints, at))
+        controller.from_measured = controller.from_measured and not begins
+        controller.course = course = self._without_jump(
+            robot, controller, before, turned(controller.channel, before, joints, at)
+        )
         if (
             course.moves
             and course.velocities == before.velocities
-            and self._now() < arm.sent + OFTEN * self._period(robot)
+            and self._now() < controller.sent + OFTEN * self._period(robot)
         ):
             return  # the same command was just sent for another body part
-        topic, message = arm.topic, message_of(arm.channel, paced(course, pace))
-        needs_zeros = arm.channel.interface == "velocity"
+        topic, message = controller.topic, message_of(controller.channel, paced(course, pace))
+        needs_zeros = controller.channel.interface == "velocity"
         if course.moves and needs_zeros:
-            self._pending_zeros.moves(topic, "")
+            self._pending_zeros.note_velocity(topic, "")
         topic.publish(message, self._node.get_clock(), b"")
-        arm.sent = self._now()
+        controller.sent = self._now()
         if course.moves:
-            arm.moved = arm.sent
+            controller.moved = controller.sent
         elif needs_zeros:
-            self._pending_zeros.stands(robot, topic, "", message)
+            self._pending_zeros.note_zero(robot, topic, "", message)
 
-    def _without_jump(self, robot: str, arm: _Arm, before: Course, course: Course) -> Course:
-        now, free = self._now(), let_go(arm.channel, before, course, self._recent(robot))
-        pairs = zip(arm.channel.joints, course.motions, free.motions, strict=True)
+    def _without_jump(self, robot: str, controller: _Controller, before: Course, course: Course) -> Course:
+        now, free = self._now(), let_go(controller.channel, before, course, self._recent(robot))
+        pairs = zip(controller.channel.joints, course.motions, free.motions, strict=True)
         held = [joint.name for joint, motion, other in pairs if motion.position != other.position]
         if held and course.moves and now >= self._held_line_until:
             self._held_line_until = now + AGAIN
@@ -215,38 +223,44 @@ class RosControllers:
             )
         return free
 
-    def _homing_without_jump(self, robot: str, way: Channel, before: Course, now: float) -> Course:
+    def _homing_without_jump(self, robot: str, homing: Channel, before: Course, now: float) -> Course:
         """The course of joints on their way to their starts. If something holds one back, they all stay where they
         are."""
-        course = turned(way, before, {}, now)
-        free = let_go(way, before, course, self._recent(robot))
-        return course if free == course else stopped(way, free, 0.0)
+        course = turned(homing, before, {}, now)
+        free = let_go(homing, before, course, self._recent(robot))
+        return course if free == course else stopped(homing, free, 0.0)
 
-    def _steers_home(self, robot: str, arm: _Arm) -> bool:
+    def _steers_home(self, robot: str, controller: _Controller) -> bool:
         """Update the course of joints that move to their starts, and return whether to send it now. They try only once,
         because something may block them."""
         now = self._now()
-        if arm.tried or now < arm.sent + PERIOD or arm.topic.missing(arm.moves) is not None:
+        if (
+            controller.homing_tried
+            or now < controller.sent + PERIOD
+            or controller.topic.missing(controller.moves) is not None
+        ):
             return False
-        if arm.way and arm.course:
-            arm.course = self._homing_without_jump(robot, arm.way, arm.course, now)
+        if controller.homing and controller.course:
+            controller.course = self._homing_without_jump(robot, controller.homing, controller.course, now)
             return True
-        course = self._course(robot, arm, begins=False)
-        if not course or not (way := way_home(arm.channel, course)):
+        course = self._course(robot, controller, begins=False)
+        if not course or not (homing := homing_channel(controller.channel, course)):
             return False
-        arm.way, arm.course = way, homeward(way, course, now)
+        controller.homing, controller.course = homing, homing_course(homing, course, now)
         return True
 
-    def _halt(self, arm: _Arm) -> None:
-        if arm.way and arm.course:
-            arm.course = stopped(arm.way, arm.course, self._now() - arm.course.since)
-            arm.way = None
-            self._publish(arm)
+    def _halt(self, controller: _Controller) -> None:
+        if controller.homing and controller.course:
+            controller.course = stopped(controller.homing, controller.course, self._now() - controller.course.since)
+            controller.homing = None
+            self._publish(controller)
 
-    def _publish(self, arm: _Arm) -> None:
-        assert arm.course
-        arm.topic.publish(message_of(arm.way or arm.channel, arm.course), self._node.get_clock(), b"")
-        arm.sent = self._now()
+    def _publish(self, controller: _Controller) -> None:
+        assert controller.course
+        controller.topic.publish(
+            message_of(controller.homing or controller.channel, controller.course), self._node.get_clock(), b""
+        )
+        controller.sent = self._now()
 
     def _moves_home(self, robot: str) -> bool:
         body = self._robots[robot].part.profile.body
@@ -255,20 +269,27 @@ class RosControllers:
     def _period(self, robot: str) -> float:
         return 1 / self._robots[robot].part.profile.command_rate
 
-    def _leave(self, robot: str, arm: _Arm) -> None:
+    def _leave(self, robot: str, controller: _Controller) -> None:
         """Stop joints that another controller moves from now on."""
-        if arm.course:
-            course = stopped(arm.channel, arm.course, max(self._now() - arm.sent, 0.0))
+        if controller.course:
+            course = stopped(controller.channel, controller.course, max(self._now() - controller.sent, 0.0))
             for _ in range(LAST_ZEROS):
-                arm.topic.publish(message_of(arm.channel, course), self._node.get_clock(), b"")
-            if arm.channel.interface == "velocity":
-                self._pending_zeros.stands(robot, arm.topic, "", message_of(arm.channel, course))
+                controller.topic.publish(message_of(controller.channel, course), self._node.get_clock(), b"")
+            if controller.channel.interface == "velocity":
+                self._pending_zeros.note_zero(robot, controller.topic, "", message_of(controller.channel, course))
 
-    def _course(self, robot: str, arm: _Arm, *, begins: bool) -> Course | None:
+    def _course(self, robot: str, controller: _Controller, *, begins: bool) -> Course | None:
         """The current course of a controller's joints, before a new command; None if unknown."""
-        rests = self._now() >= arm.moved + SETTLED
-        arm.course = present(arm.channel, arm.course, self._fresh(robot), begins=begins, anew=arm.anew, rests=rests)
-        return arm.course
+        rests = self._now() >= controller.moved + SETTLED
+        controller.course = current_course(
+            controller.channel,
+            controller.course,
+            self._fresh(robot),
+            begins=begins,
+            from_measured=controller.from_measured,
+            rests=rests,
+        )
+        return controller.course
 
     def _fresh(self, robot: str) -> dict[str, float]:
         """The known current positions of a robot's joints."""
@@ -285,16 +306,16 @@ class RosControllers:
 
     def _off(self, robot: str) -> Iterator[JointOff]:
         """The joints that aren't at their starts or whose positions are unknown."""
-        for arm in self._robots[robot].arms:
-            yield from self._off_in(robot, arm)
+        for controller in self._robots[robot].controllers:
+            yield from self._off_in(robot, controller)
 
-    def _off_in(self, robot: str, arm: _Arm) -> Iterator[JointOff]:
+    def _off_in(self, robot: str, controller: _Controller) -> Iterator[JointOff]:
         """The joints of one controller that aren't at their starts or whose positions are unknown."""
         part = self._robots[robot].part
-        topic, needed = joint_states_of(part), arm.channel.needs_positions
+        topic, needed = joint_states_of(part), controller.channel.needs_positions
         if part.scenes and (topic or needed):
-            brought = self._moves_home(robot) and not arm.tried and needed
-            yield from joints_off(robot, arm.channel.joints, topic, self._fresh(robot), brought)
+            brought = self._moves_home(robot) and not controller.homing_tried and needed
+            yield from joints_off(robot, controller.channel.joints, topic, self._fresh(robot), brought)
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
         key = channel.topic, channel.interface, len(channel.joints)
@@ -305,7 +326,7 @@ class RosControllers:
 
 
 @dataclass(slots=True)
-class _Arm:
+class _Controller:
     """A controller of a robot and its latest course; None until the positions of its joints are known."""
 
     channel: Channel
@@ -314,11 +335,11 @@ class _Arm:
     sent: float = -math.inf
     moved: float = -math.inf
     """The time at which it last got a command to move."""
-    anew: bool = True
+    from_measured: bool = True
     """True if its next course starts at the measured positions of its joints."""
-    way: Channel | None = None
+    homing: Channel | None = None
     """The channel that brings its joints to their starts, while they move there."""
-    tried: bool = False
+    homing_tried: bool = False
     """True after it has tried to bring its joints to their starts."""
 
     @property
@@ -329,4 +350,4 @@ class _Arm:
 @dataclass(slots=True)
 class _Robot:
     part: Part
-    arms: list[_Arm] = field(default_factory=list)
+    controllers: list[_Controller] = field(default_factory=list)

@@ -127,20 +127,30 @@ def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
     return Course(tuple(JointMotion(positions[joint.name], 0.0) for joint in channel.joints))
 
 
-def present(
-    channel: Channel, course: Course | None, measured: Mapping[str, float], *, begins: bool, anew: bool, rests: bool
+def current_course(
+    channel: Channel,
+    course: Course | None,
+    measured: Mapping[str, float],
+    *,
+    begins: bool,
+    from_measured: bool,
+    rests: bool,
 ) -> Course | None:
     """The current course of joints; None if unknown. `measured` has their recent positions.
 
     When joints at rest begin to move, their course starts at the measured positions if these are off: somebody else
-    moved the joints, or they never arrived. With `anew`, such as for beat 0, it always starts there. Joints that stand
-    never follow their measured positions: an arm that hangs a little would sink further and further.
+    moved the joints, or they never arrived. With `from_measured`, such as for beat 0, it always starts there. Joints
+    that stand never follow their measured positions: an arm that hangs a little would sink further and further.
     """
-    if course and (course.moves or not rests or not (begins or anew)):
+    if course and (course.moves or not rests or not (begins or from_measured)):
         return course
     if all(joint.name in measured for joint in channel.joints):
         told = course and [motion.position for motion in course.motions]
-        return standing(channel, measured) if not told or anew or adrift(channel.joints, measured, told) else course
+        return (
+            standing(channel, measured)
+            if not told or from_measured or adrift(channel.joints, measured, told)
+            else course
+        )
     if course or channel.needs_positions:
         return course
     return standing(channel, {joint.name: joint.start for joint in channel.joints})
@@ -174,7 +184,7 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
     return turned(channel, Course(tuple(motions), course.since), {}, course.since)
 
 
-def way_home(channel: Channel, course: Course) -> Channel | None:
+def homing_channel(channel: Channel, course: Course) -> Channel | None:
     """The controller with joints that stop at their starts and move at a fifth of their highest speed; None if a
     joint that has to move has no highest speed. Velocity controllers don't come to rest by themselves, so they can't
     do this."""
@@ -188,13 +198,13 @@ def way_home(channel: Channel, course: Course) -> Channel | None:
     return replace(channel, joints=tuple(joints)) if channel.needs_positions else None
 
 
-def homeward(way: Channel, course: Course, now: float) -> Course:
+def homing_course(homing: Channel, course: Course, now: float) -> Course:
     """The course of joints that stand until now and then move to their starts."""
     told = {
         joint.name: JointMotion(at, math.copysign(joint.max_velocity or 0.0, joint.start - at))
-        for joint, (at, _) in zip(way.joints, course.motions, strict=True)
+        for joint, (at, _) in zip(homing.joints, course.motions, strict=True)
     }
-    return turned(way, replace(course, since=now), told, now)
+    return turned(homing, replace(course, since=now), told, now)
 
 
 def stopped(channel: Channel, course: Course, passed: float) -> Course:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from improv_core.ipc.child import Child, Policy
 from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper
 from improv_core.protocol.standby_messages import FromStandby, Publish, ToStandby
-from improv_core.safety.failover import READY_LIMIT, START_LIMIT, Relief
+from improv_core.safety.failover import READY_LIMIT, START_LIMIT, StandbyMonitor
 
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
@@ -50,7 +50,7 @@ class Standby:
         self._moving: dict[str, str] = {}  # topics, and the frames of velocities on them
         self._pending: dict[str, str] = {}  # the same for robots that may not have received their zeros
         self._pulse = 0.0  # when the next sign of life is due
-        self._relief = Relief(clock())
+        self._monitor = StandbyMonitor(clock())
         self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
         self._has_spoken = False
         self._closing = threading.Event()
@@ -91,10 +91,10 @@ class Standby:
         now = self._clock()
         self._adopt(now)
         ended = not self._hear()
-        self._relief.look(now)
-        if self._child and (ended or self._relief.is_lost()):
+        self._monitor.note_time(now)
+        if self._child and (ended or self._monitor.is_lost()):
             self._replace("has ended" if ended else "does not answer")
-        if self._relief.must_stop(bool(self._moving), self.is_ready(self._moving)):
+        if self._monitor.must_stop(bool(self._moving), self.is_ready(self._moving)):
             self._alarm(
                 f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
                 "save to play again, or turn off `ros.standby`"
@@ -114,26 +114,26 @@ class Standby:
         del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
-    def moves(self, topic: str, frame: str) -> None:
+    def note_velocity(self, topic: str, frame: str) -> None:
         """Note that the robot on a topic is about to get a velocity, in this frame."""
         if self._moving.get(topic) != frame:
             self._moving[topic] = frame
             self._pending.pop(topic, None)
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
-    def stands(self, topic: str) -> None:
+    def note_zero(self, topic: str) -> None:
         """Note that the robot on a topic got a zero."""
         if topic in self._moving:
             self._pending[topic] = self._moving.pop(topic)
             if not self._moving:
                 self._tell({"type": "stands"})
 
-    def owes(self, topic: str, frame: str) -> None:
+    def note_pending(self, topic: str, frame: str) -> None:
         """Note that the robot on a topic gets a zero because an earlier stage may have moved it."""
         self._pending[topic] = frame
         self._tell({"type": "owes", "topic": topic, "frame": frame})
 
-    def paid(self, topic: str) -> None:
+    def note_confirmed(self, topic: str) -> None:
         """Note that a topic needs no more zeros: its robot has confirmed them, or there is another reason."""
         self._pending.pop(topic, None)
         self._tell({"type": "paid", "topic": topic})
@@ -163,7 +163,7 @@ class Standby:
         now = self._clock()
         self._pulse = now + PULSE_PERIOD
         self.look()
-        self._relief.asks(now)
+        self._monitor.note_pulse(now)
 
     def _tell(self, message: ToStandby) -> None:
         if self._child:
@@ -184,7 +184,7 @@ class Standby:
             if message["type"] == "found":
                 self._found.add((message["topic"], message["kind"]))
             self._has_spoken = True
-            self._relief.hears()
+            self._monitor.note_message()
 
     def _adopt(self, now: float) -> None:
         """Use the process that replaces a lost one, and send it everything that the lost one knew."""
@@ -195,7 +195,7 @@ class Standby:
             self._replace(f"can't start ({new})")
             return
         self._child = new
-        self._relief.starts(now)
+        self._monitor.note_start(now)
         for message, _ in self._publishers.values():
             self._tell(message)
         for topic, frame in self._moving.items():

@@ -18,7 +18,7 @@ from improv_core.commands.programs import read_to_play
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.routines.place_plan import Plan, Traveler, next_ways, too_near
+from improv_core.routines.place_plan import Plan, Traveler, next_paths, too_near
 from improv_core.routines.place_score import LEG, driving, looking, undrivable
 from improv_core.safety.interlocks import pose_of
 from improv_core.score.braking import slow_coasting
@@ -111,12 +111,12 @@ class _Placing:
     async def _drive_all(self) -> int | None:
         """Drive until all robots are in their places or can't get there. Return the exit code if a stop ended that."""
         left = {robot: TRIES + math.ceil(2 * each.off[0] / LEG) for robot, each in self._travelers().items()}
-        while (plan := self._plan(left)).ways:
-            self._say(f"{_names(plan.ways)} {'drives' if len(plan.ways) == 1 else 'drive'}")
+        while (plan := self._plan(left)).paths:
+            self._say(f"{_names(plan.paths)} {'drives' if len(plan.paths) == 1 else 'drive'}")
             poses = {robot: each.pose for robot, each in self._travelers().items()}
-            if (code := await self._play(driving(self._score, poses, plan.ways))) is not None:
+            if (code := await self._play(driving(self._score, poses, plan.paths))) is not None:
                 return code
-            left = {robot: count - (robot in plan.ways) for robot, count in left.items()}
+            left = {robot: count - (robot in plan.paths) for robot, count in left.items()}
         for robot, thing in plan.blocked.items():
             self._say(f"{robot} can't get to its place, because {thing} is in its way: move one of them by hand")
         return None
@@ -127,7 +127,7 @@ class _Placing:
             robot: each if left[robot] > 0 else replace(each, place=each.pose)
             for robot, each in self._travelers().items()
         }
-        return next_ways(travelers, self._score.world)
+        return next_paths(travelers, self._score.world)
 
     def _travelers(self) -> Mapping[str, Traveler]:
         """Return the poses and the places of all robots. Raises CommandError if the poses are not in one frame."""

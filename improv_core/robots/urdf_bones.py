@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector
-from improv_core.score.skeleton import BASE, MOST_BONES, Bone, Way
+from improv_core.score.skeleton import BASE, MOST_BONES, Bone, JointKind
 
 
 def bones(urdf: Urdf) -> tuple[Bone, ...]:
@@ -17,7 +17,7 @@ def bones(urdf: Urdf) -> tuple[Bone, ...]:
 
 
 def _bone(joint: UrdfJoint, carrier: int) -> Bone:
-    way: Way = "turns" if joint.kind in TURNING else "slides" if joint.kind == "prismatic" else "stays"
+    way: JointKind = "turns" if joint.kind in TURNING else "slides" if joint.kind == "prismatic" else "stays"
     least, most = (
         (-math.inf if joint.lower is None else joint.lower),
         (math.inf if joint.upper is None else joint.upper),

@@ -61,7 +61,7 @@ class Traveler:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class DrivePath:
     """A path: the points to which a robot drives in turn, and the heading to which it then turns, if any. Without
     points, it only turns."""
 
@@ -73,11 +73,11 @@ class Way:
 class Plan:
     """The robots that can drive at the same time, and the obstacle of each robot that can't drive by itself."""
 
-    ways: Mapping[str, Way]
+    paths: Mapping[str, DrivePath]
     blocked: Mapping[str, str] = field(default_factory=dict)
 
 
-def next_ways(travelers: Mapping[str, Traveler], world: World) -> Plan:
+def next_paths(travelers: Mapping[str, Traveler], world: World) -> Plan:
     """Plan which robots drive next, while all others stand.
 
     A robot drives straight to its place, or around whatever stands between. A robot whose place blocks others lets them
@@ -85,15 +85,15 @@ def next_ways(travelers: Mapping[str, Traveler], world: World) -> Plan:
     """
     floor = _Floor(travelers, [*obstacles(world)], world)
     away = [robot for robot, each in travelers.items() if not each.is_there]
-    free = {robot: way for robot in away if (way := floor.way(robot))}
-    ways: dict[str, Way] = {}
+    free = {robot: path for robot in away if (path := floor.path(robot))}
+    paths: dict[str, DrivePath] = {}
     hindered = {robot: floor.hindered(robot, away) for robot in free}
     for robot in sorted(free, key=lambda each: hindered[each]):
-        if not ways or (not hindered[robot] and floor.are_apart(robot, free[robot], ways)):
-            ways[robot] = free[robot]
-    if away and not ways:
-        ways = next(floor.ways_aside(away), {})
-    return Plan(ways, {robot: floor.in_the_way(robot) for robot in away if robot not in free and not ways})
+        if not paths or (not hindered[robot] and floor.are_apart(robot, free[robot], paths)):
+            paths[robot] = free[robot]
+    if away and not paths:
+        paths = next(floor.paths_aside(away), {})
+    return Plan(paths, {robot: floor.in_the_way(robot) for robot in away if robot not in free and not paths})
 
 
 def too_near(travelers: Mapping[str, Traveler], keep_apart: float | None) -> list[tuple[str, str, float]]:
@@ -116,16 +116,16 @@ class _Floor:
     things: Sequence[Obstacle]
     world: World
 
-    def way(self, robot: str) -> Way | None:
+    def path(self, robot: str) -> DrivePath | None:
         """The path of a robot to its place while all others stand; None if there is none."""
         checkpoint()
         traveler = self.travelers[robot]
         if traveler.off[0] <= THERE:
-            return Way((), traveler.place.heading)
+            return DrivePath((), traveler.place.heading)
         begin, end = _point(traveler.pose), _point(traveler.place)
         for points in ([end], *([via, end] for via in _detours(begin, end))):
             if self._blocker(robot, points) is None:
-                return Way(points, traveler.place.heading)
+                return DrivePath(points, traveler.place.heading)
         return None
 
     def in_the_way(self, robot: str) -> str:
@@ -136,9 +136,9 @@ class _Floor:
         """The number of robots whose straight paths this robot's place blocks."""
         return sum(other != robot and self._blocks(robot, _point(self.travelers[robot].place), other) for other in away)
 
-    def are_apart(self, robot: str, way: Way, others: Mapping[str, Way]) -> bool:
+    def are_apart(self, robot: str, path: DrivePath, others: Mapping[str, DrivePath]) -> bool:
         """Return whether a robot on this path keeps apart from all robots that drive at the same time."""
-        mine = self._legs(robot, way.points)
+        mine = self._legs(robot, path.points)
         return all(
             _between(one, two) >= self._needed(robot, other, self.travelers[other].coasting)
             for other, each in others.items()
@@ -146,7 +146,7 @@ class _Floor:
             for two in self._legs(other, each.points)
         )
 
-    def ways_aside(self, away: Collection[str]) -> Iterator[dict[str, Way]]:
+    def paths_aside(self, away: Collection[str]) -> Iterator[dict[str, DrivePath]]:
         """Paths on which one of the robots that are away makes room for another."""
         for robot in away:
             x, y = begin = _point(self.travelers[robot].pose)
@@ -159,7 +159,7 @@ class _Floor:
                     point = x + far * math.cos(angle), y + far * math.sin(angle)
                     is_out = all(other == robot or not self._blocks(robot, point, other) for other in away)
                     if is_out and self._blocker(robot, [point]) is None:
-                        yield {robot: Way([point])}
+                        yield {robot: DrivePath([point])}
 
     def _blocks(self, robot: str, point: Point, other: str) -> bool:
         """Return whether a robot at a point blocks another one's straight path to its place."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from improv_core.routines.place_plan import Point, Way
+from improv_core.routines.place_plan import DrivePath, Point
 from improv_core.score.algebra import hold, series, stand
 from improv_core.score.faults import FaultRules
 from improv_core.score.following import refusal
@@ -40,10 +40,10 @@ def looking(score: Score) -> Score:
     return _placing(score, {robot: part.start for robot, part in score.parts.items()}, {}, LOOK, ANYWHERE)
 
 
-def driving(score: Score, poses: Mapping[str, Pose], ways: Mapping[str, Way]) -> Score:
+def driving(score: Score, poses: Mapping[str, Pose], paths: Mapping[str, DrivePath]) -> Score:
     """A score in which robots drive their paths from where they are, and all others stand."""
     movements = {
-        robot: series([*_movements(score.parts[robot].profile, poses[robot], way)]) for robot, way in ways.items()
+        robot: series([*_movements(score.parts[robot].profile, poses[robot], path)]) for robot, path in paths.items()
     }
     return _placing(score, poses, movements, max(float(each.duration) for each in movements.values()), RULES)
 
@@ -77,12 +77,12 @@ def _placing(
     return Score(TEMPO, parts, world=score.world, safety=safety, publish=score.publish)
 
 
-def _movements(profile: Profile, pose: Pose, way: Way) -> Iterator[Movement]:
+def _movements(profile: Profile, pose: Pose, path: DrivePath) -> Iterator[Movement]:
     """Yield movements that turn toward each point and drive to it, and then turn to the heading. Lengths here are in
     meters and seconds; movements are in steps and quarter turns."""
     speed, turning = slow_speeds(profile)
     linear, angular = speed / profile.step, turning / profile.quarter_turn
-    points = _shortened(pose, way.points, math.inf if refusal(profile) is None else LEG)
+    points = _shortened(pose, path.points, math.inf if refusal(profile) is None else LEG)
     x, y, heading = pose.x, pose.y, pose.heading
     for to_x, to_y in points:
         far, toward = math.hypot(to_x - x, to_y - y), math.atan2(to_y - y, to_x - x)
@@ -93,8 +93,8 @@ def _movements(profile: Profile, pose: Pose, way: Way) -> Iterator[Movement]:
         yield from _moved("yaw", turn / profile.quarter_turn, angular)
         yield from _moved("x", (-far if back else far) / profile.step, linear)
         x, y, heading = to_x, to_y, heading + turn
-    if way.heading is not None and points == [*way.points]:
-        yield from _moved("yaw", math.remainder(way.heading - heading, math.tau) / profile.quarter_turn, angular)
+    if path.heading is not None and points == [*path.points]:
+        yield from _moved("yaw", math.remainder(path.heading - heading, math.tau) / profile.quarter_turn, angular)
 
 
 def _moved(direction: str, amount: float, speed: float) -> Iterator[Movement]:

@@ -12,7 +12,7 @@ BASE = -1
 """The carrier of the first joints of a skeleton."""
 MOST_BONES = 1_000
 Vector = Annotated[Sequence[float], Long(3, 3)]
-Way = Literal["turns", "slides", "stays"]
+JointKind = Literal["turns", "slides", "stays"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Bone:
     place: Vector
     turn: Vector
     axis: Vector
-    way: Way
+    way: JointKind
     rest: float = 0.0
     follows: str | None = None
     ratio: float = 1.0

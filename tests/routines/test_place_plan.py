@@ -9,7 +9,7 @@ from itertools import combinations
 
 import pytest
 
-from improv_core.routines.place_plan import SLACK, THERE, Plan, Point, Traveler, next_ways, too_near
+from improv_core.routines.place_plan import SLACK, THERE, Plan, Point, Traveler, next_paths, too_near
 from improv_core.score.motion import Pose
 from improv_core.score.world import Box, Circle, Wall, World
 
@@ -31,10 +31,10 @@ def standing(x: float, y: float) -> Traveler:
 def driven(travelers: dict[str, Traveler], plan: Plan) -> dict[str, Traveler]:
     """The robots after they have driven their paths."""
     moved = dict(travelers)
-    for robot, way in plan.ways.items():
+    for robot, path in plan.paths.items():
         before = travelers[robot]
-        x, y = way.points[-1] if way.points else (before.pose.x, before.pose.y)
-        heading = before.pose.heading if way.heading is None else way.heading
+        x, y = path.points[-1] if path.points else (before.pose.x, before.pose.y)
+        heading = before.pose.heading if path.heading is None else path.heading
         moved[robot] = replace(before, pose=Pose(x, y, heading=heading))
     return moved
 
@@ -42,8 +42,8 @@ def driven(travelers: dict[str, Traveler], plan: Plan) -> dict[str, Traveler]:
 def check(travelers: dict[str, Traveler], rounds: list[str], blocked: str = "", world: World = FREE) -> None:
     """Check which robots drive in each round, and what blocks the others in the end."""
     found = []
-    while (plan := next_ways(travelers, world)).ways:
-        found.append(" ".join(sorted(plan.ways)))
+    while (plan := next_paths(travelers, world)).paths:
+        found.append(" ".join(sorted(plan.paths)))
         travelers = driven(travelers, plan)
     assert (found, " ".join(f"{robot}<{thing}" for robot, thing in plan.blocked.items())) == (rounds, blocked)
 
@@ -58,13 +58,13 @@ def test_robots_drive_together_or_one_after_another() -> None:
 
 def test_a_robot_in_its_place_stays_or_only_turns() -> None:
     travelers = {"a": going((0, 0), (THERE / 2, 0)), "b": going((1, 0), (1, 0), heading=1.0)}
-    plan = next_ways(travelers, FREE)
-    assert {robot: ([*way.points], way.heading) for robot, way in plan.ways.items()} == {"b": ([], 1.0)}
+    plan = next_paths(travelers, FREE)
+    assert {robot: ([*path.points], path.heading) for robot, path in plan.paths.items()} == {"b": ([], 1.0)}
 
 
 def test_a_robot_drives_around_one_that_stands_in_its_way() -> None:
-    plan = next_ways({"a": going((0, 0), (2, 0)), "b": standing(1, 0)}, FREE)
-    via, end = plan.ways["a"].points
+    plan = next_paths({"a": going((0, 0), (2, 0)), "b": standing(1, 0)}, FREE)
+    via, end = plan.paths["a"].points
     assert end == (2, 0)
     assert math.dist(via, (1, 0)) >= NEEDED
 
@@ -89,7 +89,7 @@ def test_robots_that_would_be_paused_beside_each_other_drive_one_after_another(
     beside = 2 * RADIUS + 0.3 + SLACK + 0.1
     travelers = {"a": going((0, 0), (2, 0)), "b": going((0, beside), (2, beside))}
     travelers = {robot: replace(each, coasting=coasting) for robot, each in travelers.items()}
-    assert [*next_ways(travelers, World(keep_apart=0.3)).ways] == together
+    assert [*next_paths(travelers, World(keep_apart=0.3)).paths] == together
 
 
 def test_robots_that_begin_or_end_near_each_other_still_drive() -> None:
@@ -113,12 +113,12 @@ def test_scattered_robots_keep_apart_all_the_way(seed: int) -> None:
             points.append(point)
     travelers = {f"r{number}": going(point, (number % 3, number // 3)) for number, point in enumerate(points)}
     for _ in range(40):
-        plan = next_ways(travelers, FREE)
+        plan = next_paths(travelers, FREE)
         for one, other in combinations(travelers, 2):
             for mine in _along(travelers[one], plan, one):
                 for others in _along(travelers[other], plan, other):
                     assert math.dist(mine, others) >= NEEDED + SLACK - 0.04
-        if not plan.ways:
+        if not plan.paths:
             break
         travelers = driven(travelers, plan)
     assert plan.blocked == {}
@@ -128,7 +128,7 @@ def test_scattered_robots_keep_apart_all_the_way(seed: int) -> None:
 def _along(traveler: Traveler, plan: Plan, robot: str) -> list[Point]:
     """Points along the path of a robot, at most 4 cm apart."""
     found = [(traveler.pose.x, traveler.pose.y)]
-    for to in plan.ways[robot].points if robot in plan.ways else ():
+    for to in plan.paths[robot].points if robot in plan.paths else ():
         (x, y), steps = found[-1], math.ceil(math.dist(found[-1], to) / 0.04)
         found += [(x + (to[0] - x) * step / steps, y + (to[1] - y) * step / steps) for step in range(1, steps + 1)]
     return found

@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.routines.place_plan import Way
+from improv_core.routines.place_plan import DrivePath
 from improv_core.routines.place_score import LEG, LOOK, driving, looking, undrivable
 from improv_core.score.motion import Pose
 from improv_core.score.path import pose_at
@@ -35,7 +35,7 @@ def dance(profile: Profile = WHEELS) -> Score:
 
 def drives(points: Sequence[tuple[float, float]], heading: float | None = 0.0, profile: Profile = WHEELS) -> Score:
     """The score with which `a` drives along these points, while `b` stands 9 m away."""
-    return driving(dance(profile), POSES, {"a": Way(points, heading)})
+    return driving(dance(profile), POSES, {"a": DrivePath(points, heading)})
 
 
 def end(part: Part) -> Pose:

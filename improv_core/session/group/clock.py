@@ -17,7 +17,7 @@ from improv_core.score.outside_clock import LOST, Following
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, Times, warning
 from improv_core.session.group.state import HERE, GroupState, beat_at
-from improv_core.session.group.synced_start import EARLY, begin, go, instant
+from improv_core.session.group.synced_start import EARLY, begin, instant, resume_at
 
 LOOK = 0.25
 """The fewest seconds between two bends."""
@@ -96,7 +96,7 @@ def waited(group: GroupState, now: Times) -> Decided:
         clock = clock.aligned(group.speed, beat, at)
         bends: list[Act] = [SendTo(host, told) for host in group.alive]  # while nothing plays, only the pace counts
         group = replace(group.without_entry(), clock=clock, bent={**told, "at": at}, looks=at + LOOK)
-        group, acts = begin(group, at) if group.mode == "armed" else go(group, group.alive, beat, at)
+        group, acts = begin(group, at) if group.mode == "armed" else resume_at(group, group.alive, beat, at)
         return group, [*bends, *acts]
     if clock and now.at >= _lost_at(group) and (position := group.position):
         line = f"nothing is heard of {clock.name}: the dance goes on at {position['tempo']:.1f} beats per minute"

@@ -20,7 +20,15 @@ from improv_core.protocol.play_again import STOPPED, stop_of
 from improv_core.session.group import clock, shared_poses
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.session.group.state import HERE, GroupState, beat_at
-from improv_core.session.group.synced_start import DRIFT_PERIOD, EARLY, begin, go, going_on, instant, settling
+from improv_core.session.group.synced_start import (
+    DRIFT_PERIOD,
+    EARLY,
+    begin,
+    instant,
+    playing_from,
+    resume_at,
+    settling,
+)
 
 CONFIRM_LIMIT = 1.0
 """Seconds within which stages confirm a stop. Then a line names the robots that may still be moving."""
@@ -188,7 +196,7 @@ def _load(group: GroupState, load: Load, now: Times) -> Decided:
     told += [warning(line)] if lost else []
     if continues:
         if group.mode == "paused":  # each continues as soon as it has this, so they soon need the lead's position
-            group = replace(going_on(group, now.at), drifts=now.at)
+            group = replace(playing_from(group, now.at), drifts=now.at)
         at: Load = {**load, "at": instant(group, now)} if group.mode == "playing" else load
         sent = [SendTo(host, group.load_for(host, at)) for host in group.alive if host not in group.joining]
         return settling(group, now), [*told, *sent]
@@ -281,7 +289,7 @@ def _resume(group: GroupState, resume: Resume | Anyway, now: Times) -> Decided:
     if group.is_led and not anyway:
         return clock.enter(group, position["beat"], now)
     # The lead may have yet to report that it has paused.
-    return go(group, group.alive, beat_at(position, now.at), now.at + group.ahead, resume)
+    return resume_at(group, group.alive, beat_at(position, now.at), now.at + group.ahead, resume)
 
 
 def _armed(group: GroupState, host: str, said: Armed, now: Times) -> Decided:
@@ -374,7 +382,7 @@ def _continue_with(group: GroupState, host: str, transport: TransportMessage, no
         pause: Pause = {"type": "pause"}
         return replace(group, paused_by=left), [SendTo(host, pause)]
     at = now.at + group.ahead
-    group, acts = go(group, others, beat_at(transport, at), at)
+    group, acts = resume_at(group, others, beat_at(transport, at), at)
     return group, [*acts, Say(transport)]
 
 

@@ -20,9 +20,11 @@ EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on all are sent that time."""
 
 
-def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = RESUME) -> Decided:
+def resume_at(
+    group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = RESUME
+) -> Decided:
     """Have paused stages continue from one beat, all at the same time."""
-    group = going_on(group, at)
+    group = playing_from(group, at)
     acts, timed = list[Act](), resume.copy()
     timed["at"] = at
     for host in hosts:
@@ -35,7 +37,7 @@ def go(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: 
     return group, acts
 
 
-def going_on(group: GroupState, at: float) -> GroupState:
+def playing_from(group: GroupState, at: float) -> GroupState:
     """Return it with all that are paused playing from this time on."""
     # The pause may have made void what stages that are about to enter were sent: they join again.
     joining = group.joining | group.entering.keys()

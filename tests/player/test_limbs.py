@@ -146,6 +146,15 @@ def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are(
     assert stage.turns()[-1][1:] == (30, -30)
 
 
+@pytest.mark.parametrize(("beat", "position"), [(1.5, 45), (0.25, 7.5)])
+def test_after_a_jump_joints_stand_where_they_ideally_are(beat: float, position: float) -> None:
+    stage = Bodies("a $ head (left left to start right)")
+    stage.run(0.5)
+    stage.player.seek(beat, stage.now)
+    stage.run(0.1)
+    assert stage.turns() == [(0, 0, 30), (0.5, position, 0), (0.5, position, 30)]
+
+
 def suite() -> list[tuple[str, Score]]:
     groups = [SUITE, SUITE["poses"]]
     return [

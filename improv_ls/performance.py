@@ -13,6 +13,7 @@ from typing import NamedTuple
 from improv_core.ide.rehearsal import rehearse, scenes_named
 from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.ipc.stage_process import StageError
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
@@ -295,6 +296,7 @@ class Performance:
             settings.backend,
             settings.page_port,
             settings.ros_python,
+            find_ros_python,
             settings.ros_discovery,
             settings.ros_standby,
             takes_start_poses=True,

@@ -43,7 +43,7 @@ ROWS: dict[str, Sequence[str]] = {
     "page": ["stage", "outputs.simulator", "ipc", "safety", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
     "music": ["ipc", "preview", *PLAYING, "plain"],
     "hosts": ["outputs.ros.setup", "outputs.ros.discovery", "ipc", *PLAYING, "plain"],
-    "session": ["music", "ipc", "outputs.ros.setup.interpreter", *PLAYING],
+    "session": ["music", "ipc", *PLAYING],
     "storage": ["protocol", "safety.stops", "program", *BELOW_PROGRAM],
     "routines": ["protocol", "robots", "score", "slices"],
     "website": ["page", "session", "stage", "outputs.simulator", "ipc", *PLAYING, "program", *BELOW_PROGRAM],

@@ -59,6 +59,7 @@ backend = click.option(
 
 def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -> Options:
     """Return the options for playing a program, with the arguments after `--ros-args`."""
+    from improv_core.outputs.ros.setup.interpreter import find_ros_python
     from improv_core.program.files import ReadError, robots_near
     from improv_core.session.start import Options
 
@@ -66,7 +67,14 @@ def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -
     with suppress(ReadError):  # an error about the program itself comes when it is read
         node = robots_near(file.absolute().parent).node
     arguments = click.get_current_context().obj or ()
-    return Options(backend, port, node=node, ros_arguments=arguments, osc="network" if osc_network else "here")
+    return Options(
+        backend,
+        port,
+        find_python=find_ros_python,
+        node=node,
+        ros_arguments=arguments,
+        osc="network" if osc_network else "here",
+    )
 
 
 MOST_SECONDS = 1e12

@@ -8,11 +8,10 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 from improv_core.ipc.stage_process import Hear, Heard, Stage, StageError
 from improv_core.music.osc_link import Reach
-from improv_core.outputs.ros.setup.interpreter import InterpreterError, find_ros_python
 from improv_core.protocol.limits import FOLDER, STOP_SOCKETS
 from improv_core.safety import stage_stops
 from improv_core.safety.stops import Stops
@@ -26,24 +25,39 @@ PAGE = FOLDER.parent / "page"
 """The path that Python gets to run the page's server."""
 SinkName = Literal["simulator", "ros", "page"]
 """The stages of a session. `page` only shows what the others play."""
+FindPython = Callable[[str | None], "RosPython | None"]
+"""Finds a Python with rclpy, given the setting; None if there is none. Called on a thread. Raises StageError if the
+user named one that can't be used."""
 HearAny = Callable[[Stage | Ensemble, Heard, int], None]
+
+
+class RosPython(Protocol):
+    """A Python that can import rclpy, and the environment it needs."""
+
+    @property
+    def python(self) -> str: ...
+
+    @property
+    def env(self) -> Mapping[str, str]: ...
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
     """The options of a performance.
 
-    `backend` is auto, sim, ros, or both; the ROS fields are as in the settings. `node` is the name of the node in ROS 2
-    (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With `report_sent`, stages report every
-    velocity they send. With `page`, real robots have one even without the simulator. `takes_start_poses` is for a
-    listener that handles `place` requests: only then does the page have start poses written into the program. `hosts`
-    are machines that have a stage of their own. `osc` has the addresses for OSC messages. `show` is the path with which
-    the names of the stages' stop sockets begin; without it, they have none.
+    `backend` is auto, sim, ros, or both; the ROS fields are as in the settings. Without `find_python`, there is no
+    Python with rclpy. `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own,
+    after `--ros-args`. With `report_sent`, stages report every velocity they send. With `page`, real robots have one
+    even without the simulator. `takes_start_poses` is for a listener that handles `place` requests: only then does the
+    page have start poses written into the program. `hosts` are machines that have a stage of their own. `osc` has the
+    addresses for OSC messages. `show` is the path with which the names of the stages' stop sockets begin; without it,
+    they have none.
     """
 
     backend: str = "auto"
     port: int = 0
     ros_python: str | None = None
+    find_python: FindPython | None = None
     discovery: str | None = None
     standby: bool = True
     report_sent: bool = False
@@ -87,11 +101,7 @@ async def start_stage(
 
 async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:
     """Return the stage of the robots that this machine moves; None if it isn't needed and no Python has rclpy."""
-    try:
-        found = await asyncio.to_thread(find_ros_python, options.ros_python)
-    except InterpreterError as error:
-        raise StageError(str(error)) from None
-    if found:
+    if options.find_python and (found := await asyncio.to_thread(options.find_python, options.ros_python)):
         discovery = ["--discovery", options.discovery] if options.discovery else []
         alone = [] if options.standby else ["--no-standby"]
         named = ["--node", options.node] if options.node else []

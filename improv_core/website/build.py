@@ -37,7 +37,7 @@ PACKAGES = {
         *(f"outputs/ros/{name}/" for name in ("joints", "publisher", "sensors", "standby")),
         *(f"outputs/ros/{name}.py" for name in ("base", "buttons", "clock", "graph", "lazy", "nodes", "output")),
         *(f"outputs/ros/{name}.py" for name in ("requests", "reset", "topic", "zero_sender")),
-        *(f"outputs/ros/setup/{name}.py" for name in ("environment", "proof", "setup")),
+        "outputs/ros/setup/",
         "website/docs/",
         "website/examples/",
         "website/guide.py",

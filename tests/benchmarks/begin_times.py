@@ -9,6 +9,7 @@ import asyncio
 import time
 from statistics import median
 
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.safety.stops import Stops
@@ -33,7 +34,7 @@ async def measure(backend: str, starts: int) -> list[float]:
         elif message["type"] == "transport" and leads and message["state"] == "ended":
             ended.set()
 
-    playback = Playback(Options(backend, report_sent=True), hear, Stops())
+    playback = Playback(Options(backend, find_python=find_ros_python, report_sent=True), hear, Stops())
     late = []
     try:
         for number in range(starts):

@@ -10,6 +10,7 @@ import json
 import sys
 import time
 
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -47,7 +48,7 @@ async def perform(robots: int, seconds: float, hosts: bool, patience: float) -> 
             print(json.dumps({**message, "now": time.monotonic()}), flush=True)
 
     stops = Stops()
-    playback = Playback(Options("ros"), hear, stops)
+    playback = Playback(Options("ros", find_python=find_ros_python), hear, stops)
 
     async def save(dance: str, when: str) -> None:
         await playback.play(PlayScore(score(robots, hosts, patience, dance), "dance", stops.count, when))  # type: ignore[arg-type]

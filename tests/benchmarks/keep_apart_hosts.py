@@ -19,6 +19,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -162,7 +163,7 @@ async def perform(hosts: bool) -> None:
     toml = TOML + "".join(ROBOT.format(number, x, lines[number]) for number, x in enumerate(PLACES))
     score = score_of(analyze("r0 r1 $ repeat scale 1/100 (forward backward)\n", read_robots(toml)))
     stops = Stops()
-    playback = Playback(Options("ros"), hear, stops)
+    playback = Playback(Options("ros", find_python=find_ros_python), hear, stops)
     try:
         await playback.play(PlayScore(score, "dance", stops.count, "restart"))
         while await asyncio.to_thread(sys.stdin.readline):

@@ -9,6 +9,7 @@ import pytest
 
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.finding import Mark
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Safety
 from improv_core.session.start import Options, start_stage
@@ -35,7 +36,9 @@ def folder(pid: int) -> Path:
 
 def test_the_stage_and_its_standby_import_nothing_from_the_folder(traps: Traps) -> None:
     async def start_and_stop() -> None:
-        stage = await start_stage("ros", Options(), "token", lambda stage, heard, asked: None, Stops())
+        stage = await start_stage(
+            "ros", Options(find_python=find_ros_python), "token", lambda stage, heard, asked: None, Stops()
+        )
         assert stage
         processes = ours("improv_core/stage\0")
         assert len(processes) == 2

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -55,7 +56,7 @@ class Show:
         self.told: list[Any] = []
         self.changed = asyncio.Event()
         self.stops = Stops()
-        self.playback = Playback(Options("ros"), self._hear, self.stops)
+        self.playback = Playback(Options("ros", find_python=find_ros_python), self._hear, self.stops)
 
     def _hear(self, message: Any, leads: bool) -> None:
         self.told.append(message)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.ipc.child import output
+from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.discovery import unsourced
 
 VARIABLE = "IMPROV_ROS_PYTHON"
@@ -23,7 +24,7 @@ PROBE_LIMIT = 30.0
 """Seconds that an interpreter may take to import rclpy from a cold disk."""
 
 
-class InterpreterError(Exception):
+class InterpreterError(StageError):
     """The requested interpreter can't be used. The message is one line that says what to do."""
 
 

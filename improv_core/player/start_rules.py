@@ -31,12 +31,12 @@ from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
 from improv_core.protocol.messages import refused_by
-from improv_core.protocol.play_again import STOPPED
+from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.safety import preflight
 from improv_core.safety.interlocks import pose_of, waits_for
 from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
-from improv_core.score.outside_clock import followed
+from improv_core.score.outside_clock import followed, waiting_line
 from improv_core.score.score import Score
 from improv_core.score.takeover import Takeover, joined
 from improv_core.score.transport import Transport
@@ -48,7 +48,6 @@ WAITS = "nothing moves until all robots listen: start them, or set `start_withou
 QUIET = 10.0
 """Seconds after a pause for an unseen robot in which people get no line about another one: poses may be late again and
 again."""
-NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
 def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
@@ -236,7 +235,7 @@ def _wait(run: Run, facts: Facts) -> Decided:
     if first in facts.away:
         what = f"paused until {first} listens again"
     elif run.clock and first == run.clock.name:
-        what = f"paused until {first} goes on"
+        what = waiting_line(run.clock)
     elif first in map(pose_of, facts.unseen):
         what = "" if facts.now < run.blind + QUIET else f"paused: {first} didn't come for {OLDEST} s"
         run = replace(run, blind=facts.now)

@@ -20,13 +20,11 @@ from improv_core.player.stop_rules import Decided, warning_line
 from improv_core.protocol.fields import FASTEST, SLOWEST
 from improv_core.score.ceiling import ceiling
 from improv_core.score.movement import near
-from improv_core.score.outside_clock import Following
+from improv_core.score.outside_clock import NOTICED, Following, found_line, lost_line
 from improv_core.score.peer_clock import bent
 
 LOOK = 0.25
 """Seconds until the next look at the clock if no message comes from it: a bend must not last too long."""
-NOTICED = 0.005
-"""The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 SOON = 0.95
 """The share of the tempo at which a robot would be too fast, from which on people get a warning."""
 
@@ -39,7 +37,7 @@ def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
     clock = replace(before, anchor=event.anchor, silent=False)
     run, acts = replace(run, clock=clock), list[Act]()
     if before.silent and before.is_music:
-        acts.append(warning_line(f"{clock.name} is heard again"))
+        acts.append(warning_line(found_line(clock)))
     if run.mode == "waiting":
         return _at_bar(run, clock, facts), acts
     if run.mode == "paused" and run.continues and clock.is_music:
@@ -71,8 +69,7 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
         run = replace(run, clock=clock)
         if not clock.is_music:
             return _stood_still(run, clock, facts)
-        line = f"nothing is heard of {clock.name}: the dance goes on at {float(run.tempo):.1f} beats per minute"
-        acts.append(warning_line(line))
+        acts.append(warning_line(lost_line(clock, float(run.tempo))))
     run, more = _bend(run, due.at, facts)
     return run, [*acts, *more]
 

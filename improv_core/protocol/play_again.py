@@ -14,6 +14,8 @@ from improv_core.protocol.messages import FromStage, State, TransportMessage
 
 STOPPED = "robots were stopped: play again on the page, in the editor, or by saving"
 """The reason why an automation can't have robots move."""
+NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
+"""The answer to a command to begin before all robots are ready."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,8 @@ STOPPED = 0.2
 """Seconds without a later time after which the time of a simulation counts as stopped, and at least `MISSED` times as
 long as usual passes between two."""
 MISSED = 4.0
+NOTICED = 0.005
+"""The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,21 @@ class Following:
             return math.inf
         ours = self.beat(now) if self.slope == slope else self.anchor.phase_at(now) * float(slope)
         return (beat - ours) % bar / float(slope) / self.rate
+
+
+def lost_line(clock: Following, tempo: float) -> str:
+    """Return the line for people when a clock of music is lost. `tempo` is in beats per minute."""
+    return f"nothing is heard of {clock.name}: the dance goes on at {tempo:.1f} beats per minute"
+
+
+def found_line(clock: Following) -> str:
+    """Return the line for people when a clock that was lost is heard again."""
+    return f"{clock.name} is heard again"
+
+
+def waiting_line(clock: Following) -> str:
+    """Return the line for people when robots pause because the clock stands."""
+    return f"paused until {clock.name} goes on"
 
 
 def followed(before: Following | None, wanted: OutsideClock | None, real: bool) -> Following | None:

@@ -44,8 +44,9 @@ from improv_core.player.decide import _RULES, SEEN, decide, trouble
 from improv_core.player.events import Event, Facts
 from improv_core.player.run import Mode, Run, Silenced
 from improv_core.player.start_gate import Gate, is_ready, message
-from improv_core.player.start_rules import NOT_READY, WAITS, robots_to_home
+from improv_core.player.start_rules import WAITS, robots_to_home
 from improv_core.protocol.messages import When
+from improv_core.protocol.play_again import NOT_READY
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.fault_rules import FaultBegan, FaultOver, Worst
 from improv_core.safety.interlocks import GAMEPAD, OLDER, EmergencyStops

@@ -12,7 +12,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import State
-from improv_core.protocol.play_again import STOPPED
+from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
 from improv_core.score.score_json import RowsWritten, from_json, to_json
@@ -144,7 +144,7 @@ def test_an_armed_dance_begins_on_a_persons_request_or_at_its_time() -> None:
     for begins in (None, NOW + 60):
         story = Story(HERE, PI)
         story.plays(arming={} if begins is None else {"begins": begins})
-        assert story.told("resume") == [f"say {rules.NOT_READY}"]
+        assert story.told("resume") == [f"say {NOT_READY}"]
         story.said(HERE, "armed", generation=1, armed=True, begins=None)
         assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["say armed"]
         assert (story.waits() if begins else story.told("resume")) == ["here: resume", f"{PI}: resume"]

@@ -13,7 +13,7 @@ from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Pause
 from improv_core.protocol.fields import within_reach
 from improv_core.protocol.messages import Load
-from improv_core.score.outside_clock import LOST, Following
+from improv_core.score.outside_clock import LOST, NOTICED, Following, found_line, lost_line, waiting_line
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, Times, warning
 from improv_core.session.group.state import HERE, GroupState, beat_at
@@ -21,8 +21,6 @@ from improv_core.session.group.synced_start import EARLY, begin, instant, resume
 
 LOOK = 0.25
 """The fewest seconds between two bends."""
-NOTICED = 0.005
-"""The share by which the pace has to change: smaller changes aren't worth a message to each robot."""
 
 
 def taken(group: GroupState, load: Load) -> tuple[GroupState, Load, list[Act]]:
@@ -46,7 +44,7 @@ def anchored(group: GroupState, heard: AnchorMessage, now: Times) -> Decided:
     assert before
     anchor = Anchor(heard["at"], heard["beat"], heard["tempo"] / 60, heard["period"], heard["jumps"])
     group = replace(group, clock=replace(before, anchor=anchor, silent=False))
-    acts: list[Act] = [warning(f"{before.name} is heard again")] if before.silent else []
+    acts: list[Act] = [warning(found_line(before))] if before.silent else []
     if not anchor.rate:
         group, more = _stands(group, now)
     elif group.mode == "armed" and (group.arming is None or group.stands) and group.enters == math.inf:
@@ -99,8 +97,7 @@ def waited(group: GroupState, now: Times) -> Decided:
         group, acts = begin(group, at) if group.mode == "armed" else resume_at(group, group.alive, beat, at)
         return group, [*bends, *acts]
     if clock and now.at >= _lost_at(group) and (position := group.position):
-        line = f"nothing is heard of {clock.name}: the dance goes on at {position['tempo']:.1f} beats per minute"
-        return replace(group, clock=replace(clock, silent=True)), [warning(line)]
+        return replace(group, clock=replace(clock, silent=True)), [warning(lost_line(clock, position["tempo"]))]
     return group, []
 
 
@@ -117,7 +114,7 @@ def _stands(group: GroupState, now: Times) -> Decided:
     pause: Pause = {"type": "pause", "at": instant(group, now)}
     pauses: list[Act] = [SendTo(host, pause) for host in group.alive]
     assert group.clock
-    line = f"paused until {group.clock.name} goes on"
+    line = waiting_line(group.clock)
     return replace(group, mode="paused", paused_by=frozenset(), stands=True), [*pauses, warning(line)]
 
 

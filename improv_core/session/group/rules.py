@@ -16,7 +16,7 @@ from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import COMMANDS, Anyway, Pause, Resume, Stop
 from improv_core.protocol.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
-from improv_core.protocol.play_again import STOPPED, stop_of
+from improv_core.protocol.play_again import NOT_READY, STOPPED, stop_of
 from improv_core.session.group import clock, shared_poses
 from improv_core.session.group.acts import Act, Decided, Say, SendTo, StartHost, Times, warning
 from improv_core.session.group.state import HERE, GroupState, beat_at
@@ -36,7 +36,6 @@ CLOSE = 0.005
 """Seconds by which two stages' reports of the same instant may differ."""
 MOST_PRESSES = 20
 """The counts of presses that are remembered. Hosts refuse a score that somebody asked for longer ago."""
-NOT_READY = "not begun: robots are still waited for; begin once it says `armed`"
 
 
 def told(group: GroupState, message: ToStage, now: Times) -> Decided:

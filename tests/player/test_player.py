@@ -350,6 +350,19 @@ def test_a_robot_that_stands_after_it_was_away_is_asked_whether_it_hears() -> No
     assert all(asked == {"r"} for asked in stage.sink.asked)
 
 
+def test_all_wait_for_a_robot_that_went_away() -> None:
+    stage = Guarded(Safety(rejoin="pause"))
+    stage.load("r s $ forward left")
+    stage.run(0.4)
+    stage.sink.deaf = GONE
+    stage.run(20)
+    assert (stage.states[-1], stage.transports[-1]["waits_for"]) == ("paused", ["r"])
+    stage.sink.deaf = {}
+    stage.run(5)
+    assert stage.states == ["playing", "paused", "playing", "ended"]
+    assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
+
+
 def numbered(dance: Score) -> Score:
     parts = {name: replace(part, editions=(index,)) for index, (name, part) in enumerate(dance.parts.items(), 1)}
     return replace(dance, parts=parts)

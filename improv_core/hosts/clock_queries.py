@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from improv_core.hosts.clock_offset import Clocks, Estimated, Exchange, Exchanges, estimate, is_known, noted, steered
 from improv_core.hosts.frames import TimeThere
-from improv_core.hosts.time_translation import SECOND, Border
+from improv_core.hosts.time_translation import SECOND, TimeTranslation
 
 OFTEN, MOVING, RESTING = 0.05, 0.1, 0.5
 """Seconds between two questions: at first, while robots may move, and otherwise."""
@@ -78,10 +78,10 @@ def lag(asking: Asking) -> float:
     return max(max(asking.ways) - offset, 0.0)
 
 
-def border(asking: Asking, now: int, wall: int, asleep: float) -> Border | None:
-    """Return the border between the clocks; None if the one there isn't known yet. Times here are in nanoseconds, as
+def translation(asking: Asking, now: int, wall: int, asleep: float) -> TimeTranslation | None:
+    """Return how to translate times; None if the one there isn't known yet. Times here are in nanoseconds, as
     those of the answers; `asleep` is in seconds."""
     if not asking.clocks or not asking.latest:
         return None
     there = asking.latest
-    return Border(asking.clocks, wall - now, there.wall - there.answered, there.asleep / SECOND - asleep)
+    return TimeTranslation(asking.clocks, wall - now, there.wall - there.answered, there.asleep / SECOND - asleep)

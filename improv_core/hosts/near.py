@@ -19,10 +19,10 @@ from typing import Any
 
 from improv_core.hosts import texts
 from improv_core.hosts.allowed import who
-from improv_core.hosts.clock_queries import RESTING, Asking, asked, border, estimated, lag, period, told
+from improv_core.hosts.clock_queries import RESTING, Asking, asked, estimated, lag, period, told, translation
 from improv_core.hosts.connect import ConnectError, connect
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
-from improv_core.hosts.time_translation import Border, to_here, to_there
+from improv_core.hosts.time_translation import TimeTranslation, to_here, to_there
 from improv_core.ipc.child import Child
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
@@ -61,7 +61,7 @@ class NearEnd:
         self._outgoing = Outgoing()
         now = time.monotonic()
         self._asking = Asking(now)
-        self._border: Border | None = None
+        self._translation: TimeTranslation | None = None
         self._seen: dict[str, Any] = {}  # poses of others' robots that the stage there has yet to get
         self._held: list[Mapping[str, Any]] = []  # messages of the stage from before its clock is known
         self._heard = self._looked = now
@@ -126,9 +126,9 @@ class NearEnd:
         found = self._asking.found
         if not found or found.at < self._linked:
             return
-        known = border(self._asking, time.monotonic_ns(), time.time_ns(), asleep())
-        if known and (not self._border or found.at > self._linked):
-            self._linked, self._border = found.at, known
+        known = translation(self._asking, time.monotonic_ns(), time.time_ns(), asleep())
+        if known and (not self._translation or found.at > self._linked):
+            self._linked, self._translation = found.at, known
             held, self._held = self._held, []
             for message in held:
                 self._pass_up(message)
@@ -156,8 +156,8 @@ class NearEnd:
             self._put(line)
             return
         with self._changed:
-            self._changed.wait_for(lambda: self._border or self._gone.is_set())
-            known = self._border
+            self._changed.wait_for(lambda: self._translation or self._gone.is_set())
+            known = self._translation
         if known and message["type"] == "seen":
             with self._changed:
                 self._seen |= to_there(message, known)["robots"]
@@ -175,8 +175,8 @@ class NearEnd:
                 message, number = read_first(line)
                 if message["type"] == "ping":
                     self._tell_parent({"type": "pong", "number": number})
-                elif "at" in message and self._border:
-                    line = dumps(to_there(message, self._border)) + b"\n"
+                elif "at" in message and self._translation:
+                    line = dumps(to_there(message, self._translation)) + b"\n"
                 self._send_first(b"s" + line)
         self._end()
 
@@ -277,11 +277,11 @@ class NearEnd:
                 answer(OBEYED)
         if message["type"] in ("error", "stopped"):
             self._explained = self._explained or message["type"] == "error" or "message" in message
-        if message["type"] == "error" and not self._border:
+        if message["type"] == "error" and not self._translation:
             self._tell_parent(message)  # the stage has not started, so it has no times to translate
-        elif self._border is None:
+        elif self._translation is None:
             self._held.append(message)
-        elif (crossed := to_here(message, self._border)) is not None:
+        elif (crossed := to_here(message, self._translation)) is not None:
             self._ready = self._ready or message["type"] == "ready"
             self._tell_parent(crossed)
 

@@ -18,7 +18,7 @@ SECOND = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Border:
+class TimeTranslation:
     """The monotonic clock there, and the lead of Unix time over monotonic time on both sides: `wall` here, `wall_there`
     there, in nanoseconds. `asleep` are the seconds by which the machine there has slept longer."""
 
@@ -55,24 +55,26 @@ class Border:
         return monotonic + round(ahead * SECOND) + self.wall_there
 
 
-def to_there(message: Mapping[str, Any], border: Border) -> dict[str, Any]:
+def to_there(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any]:
     """Return a checked message to the stage, with the times of its machine."""
-    crossed = _with(message, {"at": border.at_there})
+    crossed = _with(message, {"at": translation.at_there})
     if crossed["type"] == "load":
-        crossed = _with(crossed, {"asleep": lambda slept: slept + border.asleep})
+        crossed = _with(crossed, {"asleep": lambda slept: slept + translation.asleep})
         for name, change in _LOADED.items():
             if name in crossed:
-                crossed[name] = change(crossed[name], border)
+                crossed[name] = change(crossed[name], translation)
     elif crossed["type"] == "armed":
-        _set_begins(crossed, border.unix_there)
+        _set_begins(crossed, translation.unix_there)
     else:
-        crossed = _with(crossed, {"wall": border.nanoseconds_there})
+        crossed = _with(crossed, {"wall": translation.nanoseconds_there})
         if "robots" in crossed and isinstance(crossed["robots"], Mapping):
-            crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_there, "at": border.at_there})
+            crossed["robots"] = _each(
+                crossed["robots"], {"wall": translation.nanoseconds_there, "at": translation.at_there}
+            )
     return crossed
 
 
-def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None:
+def to_here(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any] | None:
     """Return a message from the stage, with the times of this machine; None for messages that no stage of real robots
     sends.
 
@@ -82,22 +84,22 @@ def to_here(message: Mapping[str, Any], border: Border) -> dict[str, Any] | None
     kind = message["type"]
     if kind == "request":
         row = COMMANDS.get(message["command"]["type"])
-        command = _with(message["command"], {"at": border.at_here})
+        command = _with(message["command"], {"at": translation.at_here})
         return {**message, "command": command} if row and "ros" in row.by else None
     if kind == "ready":
         return {name: message[name] for name in ("type", "protocol", "sink", "real")}
     if kind == "link":
         return None
-    crossed = _with(message, {"monotonic": border.at_here})
+    crossed = _with(message, {"monotonic": translation.at_here})
     if kind == "transport":
-        return _with(crossed, {"wall": border.unix_here})
+        return _with(crossed, {"wall": translation.unix_here})
     if kind == "armed":
-        _set_begins(crossed, border.unix_here)
+        _set_begins(crossed, translation.unix_here)
     elif kind == "measured":
-        crossed["robots"] = _each(crossed["robots"], {"wall": border.nanoseconds_here})
+        crossed["robots"] = _each(crossed["robots"], {"wall": translation.nanoseconds_here})
     elif kind == "seen":
-        crossed["robots"] = _each(crossed["robots"], {"at": border.at_here})
-    return _with(crossed, {"wall": border.nanoseconds_here})
+        crossed["robots"] = _each(crossed["robots"], {"at": translation.at_here})
+    return _with(crossed, {"wall": translation.nanoseconds_here})
 
 
 def _with(message: Mapping[str, Any], changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
@@ -113,9 +115,9 @@ def _set_begins(message: dict[str, Any], change: Callable[[float], float]) -> No
         message["begins"] = change(message["begins"])
 
 
-_LOADED: Mapping[str, Callable[[Any, Border], Any]] = {
-    "entry": lambda entry, border: _with(entry, {"monotonic": border.at_there}),
-    "arming": lambda arming, border: _with(arming, {"begins": border.unix_there}),
-    "senses": lambda senses, border: [_with(each, {"wall": border.nanoseconds_there}) for each in senses],
+_LOADED: Mapping[str, Callable[[Any, TimeTranslation], Any]] = {
+    "entry": lambda entry, translation: _with(entry, {"monotonic": translation.at_there}),
+    "arming": lambda arming, translation: _with(arming, {"begins": translation.unix_there}),
+    "senses": lambda senses, translation: [_with(each, {"wall": translation.nanoseconds_there}) for each in senses],
 }
 """The fields of a score that hold times."""

@@ -21,7 +21,7 @@ MOST_ROBOTS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class PlayAction:
     """An action that moves or stops robots. Its `kind` is for code actions; `command` follows `improv.` in the
     command's name.
 
@@ -35,33 +35,35 @@ class Deed:
     robot: str | None = None
 
 
-STOP = Deed("Stop all robots", "improv.stop", "stop")
+STOP = PlayAction("Stop all robots", "improv.stop", "stop")
 
 
-def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: Collection[str] = ()) -> Iterator[Deed]:
+def play_actions(
+    analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: Collection[str] = ()
+) -> Iterator[PlayAction]:
     """Yield the actions at the cursor, given the muted and soloed robots: the one that plays the least comes first."""
     placed = analysis.statement_at(cursor)
     if tried := _tried(analysis, cursor, placed):
         name = tried.statement.heads[0].text
-        yield Deed(f"Try {name}{_lasting(analysis, tried)}", "improv.play.name", "play", _head(tried))
+        yield PlayAction(f"Try {name}{_lasting(analysis, tried)}", "improv.play.name", "play", _head(tried))
     if analysis.plays_nothing:
         return
     if placed and placed.meaning.robots and len(analysis.played) > 1:
-        yield Deed(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
+        yield PlayAction(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
     if analysis.breaks:
         scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
         called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"
-        yield Deed(f"Play only {called}", "improv.play.scene", "play", Scenes(scene, scene))
+        yield PlayAction(f"Play only {called}", "improv.play.scene", "play", Scenes(scene, scene))
         last = analysis.scene_count - 1
         if 0 < scene < last:
             from_here = f"Play from {scene_called(analysis, scene)} on"
-            yield Deed(from_here, "improv.play.from", "play", Scenes(scene, last))
-    yield Deed("Play the program", "improv.play", "play")
+            yield PlayAction(from_here, "improv.play.from", "play", Scenes(scene, last))
+    yield PlayAction("Play the program", "improv.play", "play")
     yield STOP
     if placed and len(analysis.robots) > 1:
         for robot in placed.meaning.robots[:MOST_ROBOTS]:
-            yield Deed(f"{'Unmute' if robot in muted else 'Mute'} {robot}", "improv.mute", "mute", robot=robot)
-            yield Deed(f"{'Unsolo' if robot in soloed else 'Solo'} {robot}", "improv.solo", "solo", robot=robot)
+            yield PlayAction(f"{'Unmute' if robot in muted else 'Mute'} {robot}", "improv.mute", "mute", robot=robot)
+            yield PlayAction(f"{'Unsolo' if robot in soloed else 'Solo'} {robot}", "improv.solo", "solo", robot=robot)
 
 
 def lasting(parts: Iterable[Lengths], tempo: Fraction) -> str:

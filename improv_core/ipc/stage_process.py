@@ -21,7 +21,7 @@ from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
 from improv_core.protocol.sliced_json import dumps
-from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, Watch
+from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, StageWatchdog
 from improv_core.safety.stop_fence import MOST
 from improv_core.safety.stops import Stops
 
@@ -77,7 +77,7 @@ class Stage:
         self._before = 0  # the number of the latest message on that channel
         self._awake = threading.Event()  # the stage may no longer rest
         self._over = threading.Event()  # it has ended, or is about to
-        self._watch = Watch(time.monotonic(), hang_limit)
+        self._watch = StageWatchdog(time.monotonic(), hang_limit)
         self._looking = True  # true once it is ready
         self._moves = False  # by the reader: true if it moved in its latest report
         for work in (self._write, self._keep_pinging, self._read):

@@ -78,7 +78,7 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     tracks.sensing.forget_announced()
     tracks.sensing.announce(senses or ())
     tracks.listeners.forget()
-    tracks.guard.forget()
+    tracks.separation.forget()
     tracks.listeners.begin(score, both, now)
     tracks.listeners.expect(new, now)
 
@@ -93,7 +93,7 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:
     tracks.odometry.begin(tracks.run.score.parts, now)
-    tracks.watches.restart()
+    tracks.faults.restart()
 
 
 def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:
@@ -170,8 +170,8 @@ def _readmit_robots(act: acts.ReadmitRobots, tracks: Tracks, now: float) -> None
 
 def _drive_back(act: acts.DriveBack, tracks: Tracks, now: float) -> None:
     tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
-    tracks.watches.tell(act.robot, act.twist, now)
-    tracks.guard.tell(tracks.run, act.robot, act.twist, now)
+    tracks.faults.tell(act.robot, act.twist, now)
+    tracks.separation.tell(tracks.run, act.robot, act.twist, now)
 
 
 def _rejoin(act: acts.Rejoin, tracks: Tracks, now: float) -> None:

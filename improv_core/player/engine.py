@@ -27,7 +27,7 @@ LOOK_WHILE_ARMED = 0.1
 """Seconds between two looks at the wall clock while beat 0 waits for a person, or for a time that is not yet near."""
 
 
-class Machine:
+class Engine:
     """A run, which only this loop replaces, and the tracks that play it on a sink."""
 
     def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
@@ -48,11 +48,11 @@ class Machine:
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
-            guard = self._tracks.guard
-            at = min(self.run.transport.clock(due), guard.deadline(self.run), guard.due, self._returns_due)
+            separation = self._tracks.separation
+            at = min(self.run.transport.clock(due), separation.deadline(self.run), separation.due, self._returns_due)
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
-            return max(min(self._tracks.listeners.next_look, self._tracks.watches.next_look), now)
+            return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
         return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
 
     @property
@@ -66,7 +66,7 @@ class Machine:
             self._take(events.Awaited(), now)
         else:
             self._tracks.unsettled = True
-            is_seen = now < self._tracks.guard.deadline(self.run)
+            is_seen = now < self._tracks.separation.deadline(self.run)
             self._take(None if is_seen else events.Changed(), now)
 
     def _catch_up(self, now: float) -> None:
@@ -108,7 +108,7 @@ class Machine:
         tracks.unsettled = False
         if self._sink.real and (line := tracks.queue.repeats.news()):
             tracks.tell({"type": "warning", "message": line})
-        if now >= tracks.guard.due and (event := tracks.guard.look(self.run, now)):
+        if now >= tracks.separation.due and (event := tracks.separation.look(self.run, now)):
             return event
         if now >= self._returns_due:
             return events.Returning(self._steps(now))
@@ -127,7 +127,7 @@ class Machine:
         ideal = {robot: each.ideal for robot, each in tracks.odometry.places(now).items()}
         doubtful = [robot for robot in back if tracks.odometry.is_doubtful(robot, now)]
         ends = run.transport.clock(run.transport.end(run.ends(over)))
-        seen = Sightings(now, run.beat(now, over), tracks.guard.poses(run, now), ideal, doubtful, ends)
+        seen = Sightings(now, run.beat(now, over), tracks.separation.poses(run, now), ideal, doubtful, ends)
         return tracks.returns.look(run, back, seen)
 
     def _look_around(self, now: float) -> Event | None:

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from improv_core.player import events
-from improv_core.player.engine import Machine
+from improv_core.player.engine import Engine
 from improv_core.player.run import Mode
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
@@ -25,7 +25,7 @@ from improv_core.score.takeover import Takeover
 from improv_core.score.transport import BEATS_PER_BAR
 
 
-class Player(Machine):
+class Player(Engine):
     """Plays one score at a time on a sink and reports what it does in messages (see docs/protocol.md)."""
 
     @property
@@ -221,7 +221,7 @@ class Player(Machine):
             self._take(events.Stood(), now)
         if self.run.mode == "paused" and self.run.continues and self.run.score.safety.sight:
             self._take(events.Changed(), now)
-        if event := self._tracks.guard.look(self.run, now):
+        if event := self._tracks.separation.look(self.run, now):
             self._take(event, now)
 
     def measure_joints(self, joints: RawJoints, now: float) -> None:

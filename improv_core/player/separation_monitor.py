@@ -29,7 +29,7 @@ QUIET = 10.0
 link, that changes all the time."""
 
 
-class Guard:
+class SeparationMonitor:
     """The latest poses of robots, and the unguarded robots that people know about. Only real robots are guarded."""
 
     def __init__(self, sink: Sink) -> None:

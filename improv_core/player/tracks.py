@@ -19,7 +19,7 @@ from improv_core.player.reports import Told
 from improv_core.player.return_state import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
-from improv_core.player.separation_monitor import Guard
+from improv_core.player.separation_monitor import SeparationMonitor
 from improv_core.player.setpoint_queue import SetpointQueue
 from improv_core.player.setpoints import Velocity, zeros
 from improv_core.player.start_rules import waits
@@ -27,7 +27,7 @@ from improv_core.player.subscribers import Listeners
 from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import SIMULATED, Poses
 from improv_core.protocol.output import RawJoints, RawPose, Sink
-from improv_core.safety.fault_monitor import RobotNews, Watches
+from improv_core.safety.fault_monitor import FaultMonitor, RobotNews
 from improv_core.safety.odometry import Odometry
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.joints import JointMotion
@@ -64,8 +64,8 @@ class Tracks:
         self.paths = Paths()
         self.listeners = Listeners(sink)
         self.odometry = Odometry()
-        self.watches = Watches()
-        self.guard = Guard(sink)
+        self.faults = FaultMonitor()
+        self.separation = SeparationMonitor(sink)
         self.returns = Returns()
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
@@ -308,8 +308,8 @@ class Tracks:
         pace = self.run.simulated_pace
         self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
         self.odometry.tell(robot, twist, at)
-        self.watches.tell(robot, twist, at)
-        self.guard.tell(self.run, robot, told, max(at, self.reached))
+        self.faults.tell(robot, twist, at)
+        self.separation.tell(self.run, robot, told, max(at, self.reached))
 
     def _send_joints(self, robot: str, joints: Mapping[str, JointMotion], performed: float) -> None:
         if (pace := self.run.simulated_pace) == 1:
@@ -342,8 +342,8 @@ class Tracks:
             poses,
             {robot: each for robot, each in places.items() if robot not in self.listeners.returning},
             self.wall() if self.run.gate else 0.0,
-            self.guard.unseen(self.run, now),
-            self.watches.unreached if self.sink.real else (),
+            self.separation.unseen(self.run, now),
+            self.faults.unreached if self.sink.real else (),
             self.paths,
         )
 
@@ -375,11 +375,11 @@ class Tracks:
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
-        self.guard.hear(run, taken)
-        if seen := self.guard.shared(run, taken):
+        self.separation.hear(run, taken)
+        if seen := self.separation.shared(run, taken):
             self.tell(seen)
         for comparison in found if self.sink.real else ():
-            self.watches.take(comparison)
+            self.faults.take(comparison)
         if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
             robots = {
                 each.raw.robot: reports.compared(run, self.active_parts.over, each, self.wall() - (now - each.raw.at))
@@ -401,10 +401,10 @@ class Tracks:
         noticed = self.sink.noticed()
         if now >= self._vitals_due:
             self._vitals_due = now + VITALS_PERIOD
-            posed = {robot: self.run.transport.performed(at) for robot, at in self.watches.posed.items()}
+            posed = {robot: self.run.transport.performed(at) for robot, at in self.faults.posed.items()}
             away = self.listeners.standing, self.returns.driving
             self.tell(reports.vitals(self.run, posed, noticed.batteries, *away))
-        return list(self.watches.look_around(self.run.score, self.listeners.gone, noticed, now))
+        return list(self.faults.look_around(self.run.score, self.listeners.gone, noticed, now))
 
     def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
         """Report news about the faults of robots."""
@@ -423,5 +423,5 @@ class Tracks:
 
     def tell_unguarded(self, now: float) -> None:
         """Report real robots that aren't guarded, or are seen too late, unless people know that."""
-        for line in self.guard.lines(self.run, self.odometry, now):
+        for line in self.separation.lines(self.run, self.odometry, now):
             self.tell({"type": "warning", "message": line})

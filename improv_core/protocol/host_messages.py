@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 
-class Deserted(TypedDict):
+class ParentLost(TypedDict):
     """The stage of a host has stopped its robots, since it has received nothing from its parent for this long."""
 
     type: Literal["deserted"]

@@ -14,7 +14,7 @@ from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.fields import Moment, Patience, PoseJson
-from improv_core.protocol.host_messages import Deserted, Link
+from improv_core.protocol.host_messages import Link, ParentLost
 from improv_core.protocol.robot_messages import (
     FaultMessage,
     Instant,
@@ -366,7 +366,7 @@ FromStage = (
     | Pressed
     | StageWarning
     | ErrorLine
-    | Deserted
+    | ParentLost
     | Link
     | Pong
     | Obeyed

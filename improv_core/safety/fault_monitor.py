@@ -30,7 +30,7 @@ class RobotNews(NamedTuple):
     news: News
 
 
-class Watches:
+class FaultMonitor:
     """The facts about each robot since the last look at it."""
 
     def __init__(self) -> None:

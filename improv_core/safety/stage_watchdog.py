@@ -17,7 +17,7 @@ PULSE_LIMIT = 3.0
 """Seconds our event loop may stall, for example on a huge document, before we count as hung ourselves."""
 
 
-class Watch:
+class StageWatchdog:
     """The pings and answers of one stage. Times are monotonic, in seconds.
 
     Several threads use it without a lock, because only one thread writes each field: the one that pings (`ping`), the

@@ -16,7 +16,7 @@ from improv_core.protocol.limits import FOLDER, STOP_SOCKETS
 from improv_core.safety import stage_stops
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host
-from improv_core.session.group.multi_host_stage import Ensemble
+from improv_core.session.group.multi_host_stage import MultiHostStage
 from improv_core.session.group.state import HERE
 
 REMOTE = FOLDER.parent / "hosts"
@@ -28,7 +28,7 @@ SinkName = Literal["simulator", "ros", "page"]
 FindPython = Callable[[str | None], "RosPython | None"]
 """Finds a Python with rclpy, given the setting; None if there is none. Called on a thread. Raises StageError if the
 user named one that can't be used."""
-HearAny = Callable[[Stage | Ensemble, Heard, int], None]
+HearAny = Callable[[Stage | MultiHostStage, Heard, int], None]
 
 
 class RosPython(Protocol):
@@ -72,7 +72,7 @@ class Options:
 
 async def start_stage(
     sink: SinkName, options: Options, token: str, hear: HearAny, stops: Stops
-) -> Stage | Ensemble | None:
+) -> Stage | MultiHostStage | None:
     """Start a stage and return it when it is ready. `token` opens the page. Raises StageError.
 
     Real robots have several stages if some have hosts. None if the backend is auto and no Python has rclpy.
@@ -96,7 +96,7 @@ async def start_stage(
         if options.show:
             stage_stops.forget(options.show, host or stage_stops.HERE)
 
-    return await Ensemble.start([HERE, *(host.name for host in options.hosts)], start_member, hear, forget)
+    return await MultiHostStage.start([HERE, *(host.name for host in options.hosts)], start_member, hear, forget)
 
 
 async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:

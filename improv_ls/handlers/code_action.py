@@ -10,7 +10,7 @@ from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
-from improv_core.ide.code_action_play import Deed, deeds
+from improv_core.ide.code_action_play import PlayAction, play_actions
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.references import symbol_at
 from improv_core.ide.robots_file.trial import trials
@@ -46,7 +46,9 @@ def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeA
         if not only or _is_one_of(action.kind, only)
     ]
     done = [
-        _command(ls, document, deed) for deed in _deeds(ls, document, span) if not only or _is_one_of(deed.kind, only)
+        _command(ls, document, action)
+        for action in _play_actions(ls, document, span)
+        if not only or _is_one_of(action.kind, only)
     ]
     return edits + done
 
@@ -113,24 +115,24 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
         yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
 
 
-def _deeds(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[Deed]:
+def _play_actions(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[PlayAction]:
     """Yield actions that play, silence, or stop something there."""
     if isinstance(document, RobotsFile):
         return trials(document.lines.text, span)
-    return deeds(document.analysis, span.start, *ls.performance.silenced)
+    return play_actions(document.analysis, span.start, *ls.performance.silenced)
 
 
-def _command(ls: Session, document: Document | RobotsFile, deed: Deed) -> types.CodeAction:
-    arguments: list[Any] = [document.uri] if deed.command == "play" else []
-    if isinstance(deed.only, Scenes):
-        arguments.append(to_scenes(deed.only))
-    elif deed.only:
-        arguments.append(to_range(document.lines, deed.only, ls.editor.encoding))
-    if deed.robot:
-        arguments.append(deed.robot)
-    title = message_without_links(deed.title)
-    command = types.Command(title, f"improv.{deed.command}", arguments=arguments)
-    return types.CodeAction(title=title, kind=deed.kind, command=command)
+def _command(ls: Session, document: Document | RobotsFile, action: PlayAction) -> types.CodeAction:
+    arguments: list[Any] = [document.uri] if action.command == "play" else []
+    if isinstance(action.only, Scenes):
+        arguments.append(to_scenes(action.only))
+    elif action.only:
+        arguments.append(to_range(document.lines, action.only, ls.editor.encoding))
+    if action.robot:
+        arguments.append(action.robot)
+    title = message_without_links(action.title)
+    command = types.Command(title, f"improv.{action.command}", arguments=arguments)
+    return types.CodeAction(title=title, kind=action.kind, command=command)
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:

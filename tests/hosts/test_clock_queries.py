@@ -11,11 +11,11 @@ from improv_core.hosts.clock_queries import (
     RESTING,
     Asking,
     asked,
-    border,
     estimated,
     lag,
     period,
     told,
+    translation,
 )
 from improv_core.hosts.frames import TimeThere
 from improv_core.hosts.time_translation import SECOND
@@ -71,8 +71,8 @@ def test_a_message_nearly_always_arrives_within_the_longest_way_of_the_latest_qu
 
 
 def test_the_border_has_both_walls_and_how_much_longer_the_machine_there_slept() -> None:
-    known = border(exchanged(5), now=5 * SECOND, wall=1_000 * SECOND, asleep=3.0)
+    known = translation(exchanged(5), now=5 * SECOND, wall=1_000 * SECOND, asleep=3.0)
     assert known
     assert (known.wall, known.wall_there, known.asleep) == (995 * SECOND, 50 * SECOND, ASLEEP - 3.0)
     assert known.unix_there(1_000.0) == pytest.approx(5 + AHEAD + 50, abs=1e-6)
-    assert border(Asking(0.0), now=0, wall=0, asleep=0.0) is None
+    assert translation(Asking(0.0), now=0, wall=0, asleep=0.0) is None

@@ -8,14 +8,14 @@ from typing import Any, get_args, get_origin
 import pytest
 
 from improv_core.hosts.clock_offset import Clocks
-from improv_core.hosts.time_translation import SECOND, Border, to_here, to_there
+from improv_core.hosts.time_translation import SECOND, TimeTranslation, to_here, to_there
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.score.fits import hints_of
 
 AHEAD, WALL_AHEAD, ASLEEP = 1_000.0, 50.0, 20.0
 """Seconds by which the monotonic and the Unix clock there are ahead, and for which that machine slept longer."""
-BORDER = Border(
+TRANSLATION = TimeTranslation(
     Clocks(0.0, AHEAD),
     wall=1_700_000_000 * SECOND,
     wall_there=round((1_700_000_000 - AHEAD + WALL_AHEAD) * SECOND),
@@ -25,18 +25,18 @@ BORDER = Border(
 
 def test_numbers_in_scores_are_no_times() -> None:
     load: Any = {"type": "load", "at": 1.0, "score": {"at": 1}}
-    assert to_there(load, BORDER) == {"type": "load", "at": 1.0 + AHEAD, "score": {"at": 1}}
+    assert to_there(load, TRANSLATION) == {"type": "load", "at": 1.0 + AHEAD, "score": {"at": 1}}
     armed: Any = {"type": "armed", "generation": 1, "armed": True, "begins": None}
-    assert to_here(armed, BORDER) == armed
+    assert to_here(armed, TRANSLATION) == armed
 
 
 def test_a_machine_there_opens_no_page_here_and_sends_only_requests_that_ros_may() -> None:
     ready = {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True}
-    assert to_here({**ready, "page": "http://example.org"}, BORDER) == ready
+    assert to_here({**ready, "page": "http://example.org"}, TRANSLATION) == ready
     asked = [{"type": "request", "command": {"type": kind}} for kind in ("editing", "place", "form", "seek", "watched")]
-    assert [to_here(each, BORDER) for each in asked] == [None] * 5
+    assert [to_here(each, TRANSLATION) for each in asked] == [None] * 5
     stop = {"type": "request", "command": {"type": "stop"}}
-    assert to_here(stop, BORDER) == stop
+    assert to_here(stop, TRANSLATION) == stop
 
 
 TIMES = {"at": AHEAD, "monotonic": AHEAD, "wall": WALL_AHEAD, "begins": WALL_AHEAD, "asleep": ASLEEP}
@@ -75,7 +75,7 @@ def test_every_time_in_every_message_is_translated(union: Any, cross: Any, sign:
     in_beats = {".begins.r", ".scene.begins", ".entry.begins.r", ".entry.scene.begins"}
     for kind, message in by_type(union).items():
         before = example(message)
-        after = None if kind == "request" else cross(before, BORDER)
+        after = None if kind == "request" else cross(before, TRANSLATION)
         if after is None:
             continue
         expected = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.code_action_play import MOST_ROBOTS, Deed, deeds
+from improv_core.ide.code_action_play import MOST_ROBOTS, PlayAction, play_actions
 from improv_core.ide.scenes import Scenes
 from improv_core.program.analysis import analyze
 
@@ -12,14 +12,14 @@ ALL = ["Play the program", "Stop all robots"]
 def check(program: str, *expected: str, muted: str = "", soloed: str = "") -> None:
     """Check the titles; an action that plays only a part of the program shows it: `title → text`."""
     cursor, text = program.index("|"), program.replace("|", "", 1)
-    found = deeds(analyze(text), cursor, muted.split(), soloed.split())
-    assert [_shown(deed, text) for deed in found] == list(expected)
+    found = play_actions(analyze(text), cursor, muted.split(), soloed.split())
+    assert [_shown(action, text) for action in found] == list(expected)
 
 
-def _shown(deed: Deed, text: str) -> str:
-    if isinstance(deed.only, Scenes):
-        return f"{deed.title} → scenes {deed.only.first} to {deed.only.last}"
-    return f"{deed.title} → {text[slice(*deed.only)]}" if deed.only else deed.title
+def _shown(action: PlayAction, text: str) -> str:
+    if isinstance(action.only, Scenes):
+        return f"{action.title} → scenes {action.only.first} to {action.only.last}"
+    return f"{action.title} → {text[slice(*action.only)]}" if action.only else action.title
 
 
 def test_a_line_plays_alone_if_there_are_others() -> None:
@@ -65,5 +65,5 @@ def test_each_of_several_robots_can_be_muted_and_soloed() -> None:
     program = "r $ up\ns t $ |up"
     check(program, f"{this}s t $", *ALL, "Mute s", "Solo s", "Mute t", "Solo t")
     check(program, f"{this}s t $", *ALL, "Unmute s", "Solo s", "Mute t", "Unsolo t", muted="s", soloed="t")
-    many = list(deeds(analyze("a b c d e $ up"), 3))
+    many = list(play_actions(analyze("a b c d e $ up"), 3))
     assert len(many) == len(ALL) + 2 * MOST_ROBOTS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.ide.code_action_play import deeds
+from improv_core.ide.code_action_play import play_actions
 from improv_core.ide.code_lens import lenses, scene_ids
 from improv_core.ide.completion_item import Item
 from improv_core.ide.hover import hover
@@ -187,7 +187,9 @@ def test_scenes_are_called_by_their_names() -> None:
     analysis = analyze("--- meet\nr $ left\n--- bow\nr $ left\n---\nr $ left")
     texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, scene_ids(analysis))]
     assert texts == ["▶ play", "▶ scene bow", "▶ from here", "▶ scene 3"]
-    played = [[deed.title for deed in deeds(analysis, at) if "only scene" in deed.title] for at in (0, 20, 40)]
+    played = [
+        [action.title for action in play_actions(analysis, at) if "only scene" in action.title] for at in (0, 20, 40)
+    ]
     assert played == [
         ["Play only scene meet (1 beat, 1.0 s)"],
         ["Play only scene bow (1 beat, 1.0 s)"],

@@ -16,7 +16,7 @@ import pytest
 
 from improv_core.ipc.stage_process import Heard, Stage
 from improv_core.protocol.messages import ToStage
-from improv_core.safety.stage_watchdog import Watch
+from improv_core.safety.stage_watchdog import StageWatchdog
 from improv_core.safety.stops import Stops
 from tests.ls.client import Client
 from tests.processes import ours, wait_until_gone
@@ -86,7 +86,7 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Even if the pinging thread is held up: a stage without a ping would not notice that we hang."""
-    monkeypatch.setattr(Watch, "may_ping", lambda watch, now: False)
+    monkeypatch.setattr(StageWatchdog, "may_ping", lambda watch, now: False)
     lines, first = received({"type": "stop"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
     assert first == [{"type": "stop", "number": 1}, {"type": "ping", "number": 2}]
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]

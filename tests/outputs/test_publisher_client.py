@@ -9,7 +9,7 @@ from fractions import Fraction
 import pytest
 
 from improv_core.outputs.ros.publisher import client
-from improv_core.outputs.ros.publisher.client import Publishing
+from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.score.score import Score
 
 LIMIT = 60.0
@@ -27,13 +27,13 @@ own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
 def test_a_process_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
     command = ["/nowhere/python"] if script is None else [sys.executable, "-c", script]
     monkeypatch.setattr(client, "helper", lambda name, *arguments: command)
-    publishing = Publishing("node", [], time.monotonic)
-    publishing.take(Score(Fraction(60), {}, publish=True), 1)
+    publisher = PublisherClient("node", [], time.monotonic)
+    publisher.take(Score(Fraction(60), {}, publish=True), 1)
     end = time.monotonic() + LIMIT
-    while not publishing.problem:  # the thread that writes sets it
-        publishing.show({"type": "warning", "message": "still here"})
+    while not publisher.problem:  # the thread that writes sets it
+        publisher.show({"type": "warning", "message": "still here"})
         assert time.monotonic() < end
         time.sleep(0.001)
-    publishing.close()
-    assert publishing.problem.startswith(f"the process that publishes the dance {why}")
-    assert publishing.problem.endswith(": the next play starts another one")
+    publisher.close()
+    assert publisher.problem.startswith(f"the process that publishes the dance {why}")
+    assert publisher.problem.endswith(": the next play starts another one")

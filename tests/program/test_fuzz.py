@@ -19,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.ide.code_action import fixes
-from improv_core.ide.code_action_play import deeds
+from improv_core.ide.code_action_play import play_actions
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.code_lens import lenses, scene_ids
 from improv_core.ide.completion import complete
@@ -96,7 +96,7 @@ def use(text: str, offset: int) -> Analysis:
     hover(analysis, offset, pictures=True)
     complete(analysis, offset)
     list(lenses(analysis, scene_ids(analysis)))
-    list(deeds(analysis, offset))
+    list(play_actions(analysis, offset))
     use_in_editor(analysis, offset)
     compiled(analysis, 100)
     summary(analysis)

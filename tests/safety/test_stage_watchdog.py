@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
-from improv_core.safety.stage_watchdog import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
+from improv_core.safety.stage_watchdog import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, StageWatchdog
 
 
 class Turned:
@@ -13,7 +13,7 @@ class Turned:
 
     def __init__(self, real: bool = True, plays: bool = True) -> None:
         self.now = 0.0
-        self.watch = Watch(self.now)
+        self.watch = StageWatchdog(self.now)
         self.watch.moving(plays, False, self.now)
         self._real = real
         self._number = 0

@@ -13,7 +13,7 @@ from improv_core.ipc.stage_process import StageError
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.session.group import multi_host_stage, rules
-from improv_core.session.group.multi_host_stage import Ensemble
+from improv_core.session.group.multi_host_stage import MultiHostStage
 from improv_core.session.group.state import HERE
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
@@ -47,7 +47,7 @@ class Members:
         self.stages[host] = Fake("ros", Options(), hear, Stops())
         return self.stages[host]
 
-    def hear(self, stage: Ensemble, message: Any, stops: int) -> None:
+    def hear(self, stage: MultiHostStage, message: Any, stops: int) -> None:
         self.heard.append(message)
         self.news.set()
 
@@ -69,7 +69,7 @@ def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], C
 
     async def perform(test: Callable[..., Awaitable[None]]) -> None:
         members = Members({*unreachable})
-        all_ = await Ensemble.start([HERE, PI], members.start, members.hear)
+        all_ = await MultiHostStage.start([HERE, PI], members.start, members.hear)
         await test(members, all_)
         await all_.close()
         assert not any(stage.alive for stage in members.stages.values())
@@ -85,7 +85,7 @@ def _short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @performed()
 async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy(
-    members: Members, all_: Ensemble
+    members: Members, all_: MultiHostStage
 ) -> None:
     stopping = threading.Thread(target=all_.send, args=({"type": "stop"},))
     stopping.start()
@@ -94,12 +94,14 @@ async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is
 
 
 @performed()
-async def test_stages_are_one_stage_of_real_robots(members: Members, all_: Ensemble) -> None:
+async def test_stages_are_one_stage_of_real_robots(members: Members, all_: MultiHostStage) -> None:
     assert all_.ready == {"type": "ready", "protocol": 2, "sink": f"ros; ros on {PI}", "real": True}
 
 
 @performed(PI)
-async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(members: Members, all_: Ensemble) -> None:
+async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(
+    members: Members, all_: MultiHostStage
+) -> None:
     await members.until(lambda: members.failed > 2)
     members.problem = "ssh refuses {}"
     seen = members.failed
@@ -114,7 +116,7 @@ async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(members
 @pytest.mark.parametrize("closes", [False, True])
 def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> None:
     @performed()
-    async def test(members: Members, all_: Ensemble) -> None:
+    async def test(members: Members, all_: MultiHostStage) -> None:
         load(all_)
         for stage in members.stages.values():
             stage.say(at("playing", 1))
@@ -129,7 +131,7 @@ def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> N
     test()
 
 
-def load(all_: Ensemble) -> None:
+def load(all_: MultiHostStage) -> None:
     score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
     all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
 
@@ -142,7 +144,7 @@ def test_the_others_begin_without_a_host_that_does_not_answer(then: str, monkeyp
     async def perform() -> None:
         members = Members({PI} if then == "it fails" else set())
         members.silent = PI
-        all_ = await Ensemble.start([HERE, PI], members.start, members.hear)
+        all_ = await MultiHostStage.start([HERE, PI], members.start, members.hear)
         load(all_)
         assert [*members.stages] == [HERE]
         if then != "it stays silent":
@@ -160,7 +162,7 @@ def test_the_others_begin_without_a_host_that_does_not_answer(then: str, monkeyp
 
 
 @performed()
-async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members, all_: Ensemble) -> None:
+async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members, all_: MultiHostStage) -> None:
     load(all_)
     members.stages[PI].say(at("playing", 1))
     assert all_.moving("apqo") == ["p", "q"], "whatever has become of the others"
@@ -177,11 +179,11 @@ def test_nothing_starts_if_there_can_be_no_stage_at_all() -> None:
         return None
 
     with pytest.raises(StageError, match="no stage could be started"):
-        asyncio.run(Ensemble.start([HERE, PI], none, lambda *_: None))
+        asyncio.run(MultiHostStage.start([HERE, PI], none, lambda *_: None))
 
 
 @performed()
-async def test_a_request_on_a_robot_is_passed_on(members: Members, all_: Ensemble) -> None:
+async def test_a_request_on_a_robot_is_passed_on(members: Members, all_: MultiHostStage) -> None:
     members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
     assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
 

@@ -28,7 +28,7 @@ FIND_LIMIT = 5.0
 """Seconds that beat 0 waits for a publisher of the emergency stop, which may already be pressed."""
 
 
-class Listening:
+class Buttons:
     """Subscribes to the buttons that a score names, and passes on each change as an edge, on the thread of the node's
     executor."""
 

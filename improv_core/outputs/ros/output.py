@@ -11,13 +11,13 @@ from typing import Any
 from improv_core.ipc.arrivals import End
 from improv_core.outputs.cdr import frame_field
 from improv_core.outputs.ros.base import RosBase
-from improv_core.outputs.ros.buttons import Listening
+from improv_core.outputs.ros.buttons import Buttons
 from improv_core.outputs.ros.clock import SimulatedTime
 from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.joints.controllers import RosControllers
 from improv_core.outputs.ros.joints.trajectories import Channel, joint_states_of, needs_base
 from improv_core.outputs.ros.nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
-from improv_core.outputs.ros.publisher.client import Publishing
+from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
 from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
@@ -84,9 +84,9 @@ class Ros(Sink):
         self._now = now
         self._resets = Resets(self._node, now)
         self._simulated_time = SimulatedTime(self._node, hear, now)
-        self._listening = Listening(self._node, hear, now)
+        self._buttons = Buttons(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
-        self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
+        self._publisher = PublisherClient(node_name() + PUBLISHER, arguments, now)
         self.pending_zeros = PendingZeros(self._standby, self._send_zero, self._others, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
@@ -109,14 +109,14 @@ class Ros(Sink):
     def show(self, message: FromStage) -> None:
         """Pass a message of the stage on to ROS 2."""
         self._requests.show(message)
-        self._publishing.show(message)
+        self._publisher.show(message)
         if message["type"] == "transport":
             zero = message["monotonic"] - message["performed"]
-            self._publishing.health.zero = zero if message["state"] == "playing" else None
+            self._publisher.health.zero = zero if message["state"] == "playing" else None
 
     def announce(self, score: Score, generation: int) -> None:
         """Publish a score to ROS 2 before it plays."""
-        self._publishing.take(score, generation)
+        self._publisher.take(score, generation)
 
     def preload(self, score: Score) -> Iterator[None]:
         """Create publishers for new topics, so that they find their listeners before the score begins."""
@@ -134,12 +134,12 @@ class Ros(Sink):
         With `restart`, stop the robots that have a reset service and call the service.
         """
         self._standby.renew()
-        self._listening.take(score.safety)
+        self._buttons.take(score.safety)
         parts = _here(score)
         self._elsewhere = score.parts.keys() - parts.keys()
-        self._publishing.health.keep(parts.keys())
+        self._publisher.health.keep(parts.keys())
         if restart:
-            self._publishing.health.zero = None  # performance time starts over
+            self._publisher.health.zero = None  # performance time starts over
         odometry = {name: part.odom for name, part in parts.items() if part.odom}
         batteries = {name: part.battery for name, part in parts.items() if part.battery}
         joint_states = {name: topic for name, part in parts.items() if (topic := joint_states_of(part))}
@@ -169,11 +169,11 @@ class Ros(Sink):
 
     def guard(self, topics: Collection[str]) -> None:
         """Listen for the release of these emergency stops, which are on, even if no score names them."""
-        self._listening.guard(topics)
+        self._buttons.guard(topics)
 
     def resetting(self) -> bool:
         # Each call makes progress, so none may be skipped.
-        waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
+        waits = [self._resets.under_way(), self._buttons.under_way(), self._awaits_standby()]
         self._may_home = not any([*waits, self._reader.under_way()])
         return any([self._controllers.waits(), not self._may_home])
 
@@ -209,7 +209,7 @@ class Ros(Sink):
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
                 )
-        self._publishing.health.asked(asked, found)
+        self._publisher.health.asked(asked, found)
         return found
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -217,8 +217,8 @@ class Ros(Sink):
         found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
         if self._standby.problem:
             found[self._standby.problem] = self._standby.problem
-        found |= self._listening.warnings()
-        for problem in (self._reader.problem, self._publishing.problem):
+        found |= self._buttons.warnings()
+        for problem in (self._reader.problem, self._publisher.problem):
             if problem:
                 found[problem] = problem
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
@@ -262,7 +262,7 @@ class Ros(Sink):
         if stands:
             self._controllers.halt(robot)
             self.pending_zeros.note_zero(robot, known.topic, known.part.frame)
-        if (late := self._publishing.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
+        if (late := self._publisher.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
@@ -271,13 +271,13 @@ class Ros(Sink):
         if robot in self._elsewhere:
             return
         self._controllers.send(robot, joints, at, pace)
-        if (late := self._publishing.health.sent(robot, at, self._now(), False)) > 0:
+        if (late := self._publisher.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
     def advance(self, to: float) -> None:
         """Send the standby a sign of life, and the publisher a report of how well commands reach robots."""
         self._standby.live()
-        self._publishing.report()
+        self._publisher.report()
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}
@@ -286,7 +286,7 @@ class Ros(Sink):
     def close(self) -> None:
         self._standby.close()
         self._reader.close()
-        self._publishing.close()
+        self._publisher.close()
         time.sleep(LINGER)
         self._closing.set()
         self._executor.shutdown()

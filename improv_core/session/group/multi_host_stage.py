@@ -29,12 +29,12 @@ LATEST = 15.0
 HearMember = Callable[[Stage, Heard, int], None]
 StartMember = Callable[[str, HearMember], Awaitable[Stage | None]]
 """Starts the stage of a host. None if there can be none here. Raises StageError."""
-HearAll = Callable[["Ensemble", Heard, int], None]
+HearAll = Callable[["MultiHostStage", Heard, int], None]
 Forget = Callable[[str], None]
 """Is called with a host before a stage starts there that replaces none whose robots may still move."""
 
 
-class Ensemble:
+class MultiHostStage:
     """Several stages, by their hosts. Made by `start`. `send` may be called on any thread for stops and pauses."""
 
     def __init__(self, hosts: Sequence[str], start: StartMember, hear: HearAll, forget: Forget) -> None:
@@ -52,7 +52,7 @@ class Ensemble:
     @classmethod
     async def start(
         cls, hosts: Sequence[str], start: StartMember, hear: HearAll, forget: Forget = lambda host: None
-    ) -> Ensemble:
+    ) -> MultiHostStage:
         """Start the stages of all hosts. One that can't be reached is tried again later, and the wait for one that
         doesn't answer is limited. Raises StageError if none can be started, or if the one here fails."""
         made = cls(hosts, start, hear, forget)

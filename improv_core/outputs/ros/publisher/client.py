@@ -24,7 +24,7 @@ POLICY = Policy(20.0)
 """Allows 20 seconds to exit while the stage keeps running, about as long as a killed process stays in the graph."""
 
 
-class Publishing:
+class PublisherClient:
     """Has another process publish the forecast while a score asks for that. A thread of its own writes to it.
 
     Nothing waits for that process. If it fails, `problem` says so, and the next score that asks for it starts another.

@@ -25,8 +25,11 @@ from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import Ros
 from improv_core.protocol.output import Alarm, Edge, RawPoses
 from improv_core.score import senses
-from improv_core.score.algebra import stand
+from improv_core.score.algebra import hold, stand
+from improv_core.score.body import Body, BodyPart, Controller, Drive, Joint
+from improv_core.score.by_part import by_part
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import Velocity
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, OutsideClock, Part, Safety, Score
@@ -61,6 +64,29 @@ def prepare(
     safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
     clock = OutsideClock("ros") if follows_time else None
     sink.prepare(Score(Fraction(60), parts, safety=safety, clock=clock), restart)
+
+
+def prepare_body(controller: dict[str, Any], **joint: Any) -> None:
+    """Prepare a robot ada that turns its head by a joint, whose start it has to move to."""
+    head = BodyPart("head", [Drive("yaw", "yaw", 1.0)])
+    body = Body([head], (), [Joint("yaw", **joint)], [Controller(**controller)], "joint_states", "move")
+    scene, profile = by_part(hold(Velocity(0, 0, 0, 1), 1), "head"), replace(TURTLESIM, body=body)
+    part = Part("ada", (scene,), profile, Pose(), "/ada/cmd_vel", namespace="/ada")
+    sink.prepare(Score(Fraction(60), {"ada": part}), True)
+
+
+def stop_on_the_way_home() -> None:
+    """Move ada's joint toward its start until it moves, then stop ada."""
+
+    def moves() -> bool:
+        sink.resetting()
+        if missing := sink.missing():
+            sink.ask(missing)
+        sink.home_joints([] if missing else ["ada"])
+        return any(controller.moves for controller in sink._controllers._robots["ada"].controllers)
+
+    until(moves)
+    sink.send("ada", STILL, 0.0)
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { labels, outline, CodePointReader, runs, shapes, starts } from "../../../improv_core/page/static/score/items.js"
+import { CodePointReader, labels, outline, runs, shapes, wordStarts } from "../../../improv_core/page/static/score/items.js"
 
 const WORDS = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1], rest: [0, 0, 0, 0] }
 const TEXT = "r $ forward left"
@@ -94,6 +94,6 @@ test("a pose is one voice of two words, also under a name", () => {
   const pose = { velocity: { x: 0, y: 0, z: 2, yaw: 0 }, words: [[9, 13], [14, 22]] }
   const [{ word, at, rests, names }] = reader.voices(pose)
   assert.deepEqual([word, at, rests, names], ["to  high", 14, false, [{ word: "wave", at: 9 }]])
-  assert.deepEqual(starts(Array.from("r $ to  high"), [4, 12]), [4, 8])
-  assert.deepEqual(starts(Array.from("r $ left right"), [4, 8]), [4])
+  assert.deepEqual(wordStarts(Array.from("r $ to  high"), [4, 12]), [4, 8])
+  assert.deepEqual(wordStarts(Array.from("r $ left right"), [4, 8]), [4])
 })

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { words } from "../../../improv_core/page/static/score/clock.js"
+import { formatPosition } from "../../../improv_core/page/static/score/clock.js"
 import { paintRuler } from "../../../improv_core/page/static/timeline/ruler.js"
 
 const COLORS = { grid: "thin", "grid-strong": "thick", quiet: "quiet", panel: "panel", ink: "ink" }
@@ -51,6 +51,6 @@ test("the name of a scene covers no number, and is left out where it has no room
 })
 
 test("a position is said in bars and beats, which count from 1", () => {
-  assert.deepEqual([0, 2, 3, 7].map((beat) => words(beat, 3)), ["bar 1, beat 1", "bar 1, beat 3", "bar 2, beat 1", "bar 3, beat 2"])
-  assert.equal(words(7, null), "beat 8")
+  assert.deepEqual([0, 2, 3, 7].map((beat) => formatPosition(beat, 3)), ["bar 1, beat 1", "bar 1, beat 3", "bar 2, beat 1", "bar 3, beat 2"])
+  assert.equal(formatPosition(7, null), "beat 8")
 })

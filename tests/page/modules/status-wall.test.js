@@ -32,7 +32,7 @@ test("without real robots there is no line, and one line says that all is well",
 test("robots in trouble come first, the worst trouble first, then all by their names", () => {
   const robots = Object.fromEntries(["r1", "r2", "r10", "r3", "r4"].map((name) => [name, well]))
   const made = wall({ ...robots, r4: { ...well, battery: 0.1 } }, fault("r10", "late"), fault("r3", "gone"))
-  assert.deepEqual(made.bricks.map(({ name }) => name), ["r3", "r10", "r4", "r1", "r2"])
+  assert.deepEqual(made.tiles.map(({ name }) => name), ["r3", "r10", "r4", "r1", "r2"])
   assert.equal(made.summary, "3 of 5 robots in trouble: r3 gone; r10 late; r4 battery low")
 })
 
@@ -44,9 +44,9 @@ test("a line names three robots, and counts the others", () => {
 
 test("a robot has several faults until each is over, and none after a restart", () => {
   const made = wall({ ada: well }, fault("ada", "stuck"), fault("ada", "gone"))
-  assert.equal(made.bricks[0].state, "gone, stuck")
+  assert.equal(made.tiles[0].state, "gone, stuck")
   made.takeFault(fault("ada", "gone", true))
-  assert.equal(made.bricks[0].state, "stuck")
+  assert.equal(made.tiles[0].state, "stuck")
   made.restart()
   assert.equal(made.summary, "1 robot, all well")
 })
@@ -54,29 +54,29 @@ test("a robot has several faults until each is over, and none after a restart", 
 test("how old a pose is; one is told of once a second, so those of a moment ago are as good as new", () => {
   const ages = { 11.5: "now", 10.1: "now", 9.4: "2.6 s", "-20": "32 s" }
   for (const [posed, age] of Object.entries(ages)) {
-    assert.equal(wall({ ada: { ...well, posed: Number(posed) } }).bricks[0].age, age)
+    assert.equal(wall({ ada: { ...well, posed: Number(posed) } }).tiles[0].age, age)
   }
-  assert.equal(wall({ ada: { ...well, posed: null } }).bricks[0].age, "none yet")
-  assert.equal(wall({ ada: { odom: false, posed: null, battery: null } }).bricks[0].age, "not measured")
+  assert.equal(wall({ ada: { ...well, posed: null } }).tiles[0].age, "none yet")
+  assert.equal(wall({ ada: { odom: false, posed: null, battery: null } }).tiles[0].age, "not measured")
 })
 
 test("a pose that the page was sent counts before it is told of again", () => {
   const made = new StatusWall(clock(), measured(11.9, "0.10 m, 3° off, following"), () => {})
   made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
-  assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["now", "0.10 m, 3° off, following"])
+  assert.deepEqual([made.tiles[0].age, made.tiles[0].off], ["now", "0.10 m, 3° off, following"])
 })
 
 test("how far off a robot was when it was last seen is no news, and nobody knows whether it follows its path", () => {
   const made = new StatusWall(clock(), measured(3, "0.10 m, 3° off, following"), () => {})
   made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
-  assert.deepEqual([made.bricks[0].age, made.bricks[0].off], ["9.0 s", "0.10 m, 3° off then"])
+  assert.deepEqual([made.tiles[0].age, made.tiles[0].off], ["9.0 s", "0.10 m, 3° off then"])
 })
 
 test("nobody looks for poses after the end", () => {
   const ended = clock({ playing: false, transport: { state: "ended", performed: 10, wall: 100 } })
   const made = new StatusWall(ended, measured(), () => {})
   made.takeVitals({ robots: { ada: well } })
-  assert.equal(made.bricks[0].age, "–")
+  assert.equal(made.tiles[0].age, "–")
 })
 
 for (const [kind, posed, lost] of [
@@ -95,14 +95,14 @@ for (const [kind, posed, lost] of [
 test("a robot that is muted stands, and that is no trouble", () => {
   const made = new StatusWall(clock({ isSilent: () => true }), measured(11.9, "0.10 m, 3° off"), () => {})
   made.takeVitals({ robots: { ada: well } })
-  const [{ state, kind, off, battery }] = made.bricks
+  const [{ state, kind, off, battery }] = made.tiles
   assert.deepEqual({ state, kind, off, battery }, { state: "muted", kind: "still", off: "0.10 m, 3° off", battery: "80%" })
   assert.equal(made.summary, "1 robot, all well")
 })
 
-test("a hundred robots are a hundred bricks", () => {
+test("a hundred robots are a hundred tiles", () => {
   const robots = Object.fromEntries([...Array(100).keys()].map((number) => [`r${number}`, well]))
-  assert.equal(wall(robots).bricks.length, 100)
+  assert.equal(wall(robots).tiles.length, 100)
 })
 
 test("a host says how exactly its robots dance with the others, and when nothing more is heard from it", () => {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { heights, movedBy, rounded, shapeOf } from "../../../improv_core/page/static/sound/wave.js"
+import { firstBeatAfter, loudness, rounded, shapeOf } from "../../../improv_core/page/static/sound/wave.js"
 
 /** A song of two channels, whose samples are 0 except at these times, in seconds. */
 function song(seconds, times) {
@@ -13,7 +13,7 @@ function song(seconds, times) {
 }
 
 /** The pixels at which a song is loud. */
-const loudAt = (shape, fit, stretch) => [...heights(shape, fit, stretch)].flatMap((height, x) => (height > 0.4 ? [x] : []))
+const loudAt = (shape, fit, stretch) => [...loudness(shape, fit, stretch)].flatMap((height, x) => (height > 0.4 ? [x] : []))
 
 test("what is at a beat is at its line, whatever the first beat and the tempo", () => {
   const shape = shapeOf(song(10, [0.5, 1, 1.5, 2]))
@@ -24,7 +24,7 @@ test("what is at a beat is at its line, whatever the first beat and the tempo", 
 
 test("before and after the song, there is nothing", () => {
   const shape = shapeOf(song(1, [0.5]))
-  const found = [...heights(shape, { firstBeat: -1, tempo: 60 }, { left: 0, scale: 10, width: 30 })]
+  const found = [...loudness(shape, { firstBeat: -1, tempo: 60 }, { left: 0, scale: 10, width: 30 })]
   assert.deepEqual(found.map((height) => height >= 0), Array.from({ length: 30 }, (_, x) => x >= 10 && x < 20))
 })
 
@@ -34,9 +34,9 @@ test("no loud moment is lost where a pixel is a long time", () => {
 })
 
 test("dragging the song to the right makes its beat 0 earlier in it, to the millisecond", () => {
-  assert.equal(movedBy({ firstBeat: 0.5, tempo: 120 }, 40, 8), 0.4)
-  assert.equal(movedBy({ firstBeat: 0.5, tempo: 120 }, 40, -8), 0.6)
-  assert.equal(movedBy({ firstBeat: 0.5, tempo: 90 }, 37, 1), 0.482)
-  assert.ok(Object.is(movedBy({ firstBeat: 0.1, tempo: 60 }, 10, 1), 0))
+  assert.equal(firstBeatAfter({ firstBeat: 0.5, tempo: 120 }, 40, 8), 0.4)
+  assert.equal(firstBeatAfter({ firstBeat: 0.5, tempo: 120 }, 40, -8), 0.6)
+  assert.equal(firstBeatAfter({ firstBeat: 0.5, tempo: 90 }, 37, 1), 0.482)
+  assert.ok(Object.is(firstBeatAfter({ firstBeat: 0.1, tempo: 60 }, 10, 1), 0))
   assert.deepEqual([rounded(5000), rounded(-5000)], [3600, -3600])
 })

@@ -106,7 +106,7 @@ export class StatusWall {
   }
 
   /** All robots that are real, those in trouble first. @returns {Brick[]} */
-  get bricks() {
+  get tiles() {
     const found = Object.entries(this.#vitals).map(([name, { odom, battery, instead }]) => {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
       const low = battery !== null && battery < LOW
@@ -118,7 +118,7 @@ export class StatusWall {
       const kind = wrong.length ? "fault" : silent || instead || !this.#clock.playing ? "still" : "well"
       const age = this.#age(name)
       const off = this.#measured.off(name)
-      const brick = {
+      const tile = {
         name,
         state: wrong.length ? `${wrong.join(", ")}${silent ? " (muted)" : ""}` : does,
         kind,
@@ -126,17 +126,17 @@ export class StatusWall {
         age: odom ? age || "none yet" : "not measured",
         battery: battery === null ? "" : `${Math.round(battery * 100)}%`,
       }
-      return { brick, worst: faults.length ? ORDER.indexOf(faults[0]) : low ? ORDER.length : ORDER.length + 1 }
+      return { tile, worst: faults.length ? ORDER.indexOf(faults[0]) : low ? ORDER.length : ORDER.length + 1 }
     })
-    return found.sort((a, b) => a.worst - b.worst || compare(a.brick.name, b.brick.name)).map(({ brick }) => brick)
+    return found.sort((a, b) => a.worst - b.worst || compare(a.tile.name, b.tile.name)).map(({ tile }) => tile)
   }
 
   /** The state of all robots, in a line; empty without real robots. */
   get summary() {
-    const { bricks } = this
-    if (!bricks.length) return ""
-    const robots = bricks.length === 1 ? "1 robot" : `${bricks.length} robots`
-    const wrong = bricks.filter(({ kind }) => kind === "fault")
+    const { tiles } = this
+    if (!tiles.length) return ""
+    const robots = tiles.length === 1 ? "1 robot" : `${tiles.length} robots`
+    const wrong = tiles.filter(({ kind }) => kind === "fault")
     if (!wrong.length) return `${robots}, all well`
     const named = wrong.slice(0, NAMED).map(({ name, state }) => `${name} ${state}`)
     const more = wrong.length > NAMED ? `, and ${wrong.length - NAMED} more` : ""
@@ -151,16 +151,16 @@ export class StatusWall {
   show(now) {
     if (now < this.#looked + PERIOD) return false
     this.#looked = now
-    const { bricks, summary } = this
+    const { tiles, summary } = this
     const button = find("show-wall")
     button.hidden = !summary
     write(button, summary)
-    const trouble = bricks[0]?.kind === "fault"
+    const trouble = tiles[0]?.kind === "fault"
     if (button.classList.contains("trouble") !== trouble) {
       button.classList.toggle("trouble", trouble)
       this.#resize() // it must not cover robots
     }
-    const isLost = bricks.some(({ name }) => this.lost(name))
+    const isLost = tiles.some(({ name }) => this.lost(name))
     const lost = isLost || this.#hadLost
     this.#hadLost = isLost
     if (!find("wall").hasAttribute("open")) return lost
@@ -172,12 +172,12 @@ export class StatusWall {
       this.#rows.delete(name)
     }
     const body = find("wall-rows")
-    for (const [place, brick] of bricks.entries()) {
-      const row = this.#rows.get(brick.name) ?? this.#row(brick.name)
-      row.dataset.kind = brick.kind
-      const texts = [brick.name, brick.state, brick.off, brick.age, brick.battery]
+    for (const [place, tile] of tiles.entries()) {
+      const row = this.#rows.get(tile.name) ?? this.#row(tile.name)
+      row.dataset.kind = tile.kind
+      const texts = [tile.name, tile.state, tile.off, tile.age, tile.battery]
       texts.forEach((text, column) => write(row.cells[column], text))
-      row.title = [...(this.#faults.get(brick.name)?.values() ?? [])].join("\n")
+      row.title = [...(this.#faults.get(tile.name)?.values() ?? [])].join("\n")
       if (body.children[place] !== row) body.insertBefore(row, body.children[place] ?? null)
     }
     return lost

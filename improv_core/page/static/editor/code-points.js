@@ -15,12 +15,12 @@ export class CodePoints {
 
   /** @param {number} units */
   toPoints(units) {
-    return units - count(this.#astral.length, (i) => this.#astral[i] < units)
+    return units - partitionPoint(this.#astral.length, (i) => this.#astral[i] < units)
   }
 
   /** @param {number} points */
   toUnits(points) {
-    return points + count(this.#astral.length, (i) => this.#astral[i] - i < points)
+    return points + partitionPoint(this.#astral.length, (i) => this.#astral[i] - i < points)
   }
 }
 
@@ -29,7 +29,7 @@ export class CodePoints {
  * @param {number} length
  * @param {(index: number) => boolean} fits
  */
-export function count(length, fits) {
+export function partitionPoint(length, fits) {
   let low = 0
   let high = length
   while (low < high) {

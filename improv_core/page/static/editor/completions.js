@@ -3,7 +3,7 @@
 // On phones and tablets, they stand in the row of words to tap instead.
 
 import { find, syncChildren } from "../base/elements.js"
-import { WORDS, key } from "./word-row.js"
+import { WORDS, wordButton } from "./word-row.js"
 
 const MOST_TO_TAP = 12 // words
 
@@ -55,7 +55,7 @@ export class Completions {
     this.#list.hidden = false
     this.#chosen = -1
     this.#owner.removeAttribute("aria-activedescendant")
-    beside(this.#list, place)
+    placeBeside(this.#list, place)
   }
 
   /**
@@ -65,12 +65,12 @@ export class Completions {
    */
   tap(words, begun) {
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
-    syncChildren(this.#row, offered.slice(0, MOST_TO_TAP), key)
+    syncChildren(this.#row, offered.slice(0, MOST_TO_TAP), wordButton)
   }
 
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */
   move(place) {
-    beside(this.#list, place)
+    placeBeside(this.#list, place)
   }
 
   hide() {
@@ -127,7 +127,7 @@ function option(word) {
  * @param {HTMLElement} box
  * @param {{ left: number, top: number, bottom: number }} place
  */
-export function beside(box, { left, top, bottom }) {
+export function placeBeside(box, { left, top, bottom }) {
   const { width, height } = box.getBoundingClientRect()
   box.style.left = `${Math.max(4, Math.min(left, innerWidth - width - 4))}px`
   box.style.top = `${bottom + height + 4 < innerHeight || top < height + 4 ? bottom + 4 : top - height - 4}px`

@@ -2,7 +2,7 @@
 // The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
 // up to date: colors, diagnostics, completions, hovers, and the words that play.
 
-import { apply, difference, moved } from "./edits.js"
+import { applyEdits, difference, marksAfter } from "./edits.js"
 import { find, findA } from "../base/elements.js"
 import { Highlight } from "./highlight.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
@@ -207,7 +207,7 @@ export class Editor {
   #edit(edits) {
     const focus = document.activeElement
     const inUnits = edits.map(({ start, end, text }) => ({ start: this.#codePoints.toUnits(start), end: this.#codePoints.toUnits(end), text }))
-    this.#replace(apply(this.#text, inUnits))
+    this.#replace(applyEdits(this.#text, inUnits))
     if (focus instanceof HTMLElement) focus.focus()
   }
 
@@ -234,9 +234,9 @@ export class Editor {
       this.#text = text
       this.#codePoints = new CodePoints(text)
       this.#number++
-      this.#colors = moved(this.#colors, edit)
-      this.#diagnostics = moved(this.#diagnostics, edit)
-      this.#shown = moved(this.#shown, edit)
+      this.#colors = marksAfter(this.#colors, edit)
+      this.#diagnostics = marksAfter(this.#diagnostics, edit)
+      this.#shown = marksAfter(this.#shown, edit)
       this.#analyze()
       this.saving.edited()
     }
@@ -290,7 +290,7 @@ export class Editor {
         this.#count,
         this.#text,
         (offset) => this.#go(offset),
-        (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
+        (edits) => number === this.#number && this.#replace(applyEdits(this.#text, edits)),
       )
     }
     this.#listed = listed // the same rows stay, so that a button that is being pressed is not replaced

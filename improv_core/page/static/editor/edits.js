@@ -24,7 +24,7 @@ export function difference(before, after) {
  * @param {string} text
  * @param {Edit[]} edits in order
  */
-export function apply(text, edits) {
+export function applyEdits(text, edits) {
   return edits.reduceRight((now, { start, end, text: put }) => now.slice(0, start) + put + now.slice(end), text)
 }
 
@@ -35,7 +35,7 @@ export function apply(text, edits) {
  * @param {Edit} edit
  * @returns {T[]}
  */
-export function moved(marks, { start, end, text }) {
+export function marksAfter(marks, { start, end, text }) {
   const by = text.length - (end - start)
   /** @type {T[]} */
   const found = []

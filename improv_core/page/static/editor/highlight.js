@@ -1,7 +1,7 @@
 // @ts-check
 // The program's text in colors, below the text control that it is written in: both break lines at the same places.
 
-import { count } from "./code-points.js"
+import { partitionPoint } from "./code-points.js"
 
 /** @import { Span } from "./edits.js" */
 /** @typedef {Span & { kind: number }} Color */
@@ -97,7 +97,7 @@ export class Highlight {
    * @returns {Span | null}
    */
   wordAt(x, y) {
-    const index = count(this.#lines.length, (i) => this.#lines[i].element.getBoundingClientRect().bottom <= y)
+    const index = partitionPoint(this.#lines.length, (i) => this.#lines[i].element.getBoundingClientRect().bottom <= y)
     for (const { start, element } of this.#lines[index]?.words ?? []) {
       for (const { left, right, top, bottom } of element.getClientRects()) {
         if (left <= x && x < right && top <= y && y < bottom) {
@@ -111,7 +111,7 @@ export class Highlight {
 
   /** @param {number} offset */
   #line(offset) {
-    return count(this.#starts.length, (i) => this.#starts[i] <= offset) - 1
+    return partitionPoint(this.#starts.length, (i) => this.#starts[i] <= offset) - 1
   }
 }
 

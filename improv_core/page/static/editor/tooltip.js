@@ -2,7 +2,7 @@
 // The meaning of the word below the pointer, in words and as a picture of its path.
 
 import { find } from "../base/elements.js"
-import { beside } from "./completions.js"
+import { placeBeside } from "./completions.js"
 
 const REST = 300 // milliseconds for which the pointer rests before the page asks
 
@@ -43,10 +43,10 @@ export class Tooltip {
       image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(picture)}`
       this.#box.append(image)
       const place = this.#place
-      image.addEventListener("load", () => beside(this.#box, place))
+      image.addEventListener("load", () => placeBeside(this.#box, place))
     }
     this.#box.hidden = false
-    beside(this.#box, this.#place)
+    placeBeside(this.#box, this.#place)
   }
 
   hide() {

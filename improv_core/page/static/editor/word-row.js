@@ -10,7 +10,7 @@ export class WordRow {
   /** @param {HTMLTextAreaElement} control gets the words, as if they had been typed */
   constructor(control) {
     const always = find("word-always")
-    always.replaceChildren(...WORDS.map((word) => key(word)))
+    always.replaceChildren(...WORDS.map((word) => wordButton(word)))
     find("word-row").addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
     always.addEventListener("click", ({ target }) => {
       if (!(target instanceof HTMLButtonElement)) return
@@ -21,7 +21,7 @@ export class WordRow {
 }
 
 /** @param {string} word */
-export function key(word) {
+export function wordButton(word) {
   const button = document.createElement("button")
   button.type = "button"
   button.textContent = word

@@ -1,7 +1,7 @@
 // @ts-check
 // Meetings of robots with each other, or with something in the world: marks that lead to their beats.
 
-import { words as position } from "../score/clock.js"
+import { formatPosition } from "../score/clock.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Colors } from "../base/colors.js" */
@@ -145,5 +145,5 @@ function point([x, y]) {
  * @param {number | null} bar
  */
 function inWords({ beat, words }, bar) {
-  return `${position(Math.floor(beat), bar)}: ${words}`
+  return `${formatPosition(Math.floor(beat), bar)}: ${words}`
 }

@@ -100,7 +100,7 @@ export class Clock {
 
   /** The present position, counted from 1, in words. */
   get words() {
-    return words(this.countedBeat - 1, this.bar)
+    return formatPosition(this.countedBeat - 1, this.bar)
   }
 
   /**
@@ -130,6 +130,6 @@ export function countIn(armed, now) {
  * @param {number} beat whole, from 0
  * @param {number | null} bar how many beats a bar has
  */
-export function words(beat, bar) {
+export function formatPosition(beat, bar) {
   return bar ? `bar ${Math.floor(beat / bar) + 1}, beat ${(beat % bar) + 1}` : `beat ${beat + 1}`
 }

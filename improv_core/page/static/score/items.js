@@ -59,7 +59,7 @@ export class CodePointReader {
         if (word === CHANCE) {
           voices.push({ word, sign: REST, rests: true, at: span[0], names })
           names = []
-        } else if (starts(this.#points, span).length > 1) {
+        } else if (wordStarts(this.#points, span).length > 1) {
           voices.push({ word, sign: POSE, rests: false, at: span[0], names }) // such as `to high`
           names = []
         } else if (Object.hasOwn(this.#words, word)) {
@@ -88,7 +88,7 @@ export class CodePointReader {
  * @param {string[]} points of the text
  * @param {number[]} span
  */
-export function starts(points, [start, end]) {
+export function wordStarts(points, [start, end]) {
   const found = []
   for (let at = start; at < end; at++) if (/\S/.test(points[at]) && (at === start || /\s/.test(points[at - 1]))) found.push(at)
   return found

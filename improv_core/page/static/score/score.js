@@ -1,7 +1,7 @@
 // @ts-check
 // The program's text; words light up while they play.
 
-import { starts } from "./items.js"
+import { wordStarts } from "./items.js"
 import { partsOf } from "./lookahead.js"
 
 /** @import { Clock } from "./clock.js" */
@@ -162,7 +162,7 @@ export class PlayingWords {
         const stretch = lookahead.at(name, part, beat)
         if (!stretch || stretch.start > beat) continue
         for (const span of stretch.words) {
-          const words = starts(this.#points, span)
+          const words = wordStarts(this.#points, span)
           for (const at of words) {
             places.set(at, (places.get(at) ?? color) === color ? color : shared)
             if (words.length > 1) poses.add(at)

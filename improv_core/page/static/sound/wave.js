@@ -32,7 +32,7 @@ export function shapeOf(buffer) {
  * @param {Fit} fit
  * @param {Stretch} stretch
  */
-export function heights({ loud, perSecond, seconds }, { firstBeat, tempo }, { left, scale, width }) {
+export function loudness({ loud, perSecond, seconds }, { firstBeat, tempo }, { left, scale, width }) {
   const pixel = 60 / tempo / scale // seconds
   return Float32Array.from({ length: width }, (_, x) => {
     const from = firstBeat + (left * 60) / tempo + x * pixel
@@ -50,7 +50,7 @@ export function heights({ loud, perSecond, seconds }, { firstBeat, tempo }, { le
  * @param {number} scale
  * @param {number} pixels
  */
-export function movedBy({ firstBeat, tempo }, scale, pixels) {
+export function firstBeatAfter({ firstBeat, tempo }, scale, pixels) {
   return rounded(firstBeat - (pixels / scale) * (60 / tempo))
 }
 

@@ -4,7 +4,7 @@
 import { readColors } from "../base/colors.js"
 import { find, findA } from "../base/elements.js"
 import { penOn } from "../base/pen.js"
-import { heights, movedBy, rounded, shapeOf } from "./wave.js"
+import { firstBeatAfter, loudness, rounded, shapeOf } from "./wave.js"
 
 /** @import { Colors } from "../base/colors.js" */
 /** @import { Fit, Shape } from "./wave.js" */
@@ -46,7 +46,7 @@ export class Waveform {
       this.#held = { x: event.clientX, from: this.#fit }
     })
     this.#line.addEventListener("pointermove", (event) => {
-      if (this.#held) this.#move(movedBy(this.#held.from, this.#scale, event.clientX - this.#held.x))
+      if (this.#held) this.#move(firstBeatAfter(this.#held.from, this.#scale, event.clientX - this.#held.x))
     })
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
     this.#line.addEventListener("keydown", (event) => {
@@ -107,7 +107,7 @@ export class Waveform {
       pen.fillRect(Math.round((line - left) * scale), 0, this.#fit.bar ? 2 : 1, height)
     }
     pen.fillStyle = this.#colors.quiet
-    for (const [x, loud] of heights(this.#shape, this.#fit, { left, scale, width }).entries()) {
+    for (const [x, loud] of loudness(this.#shape, this.#fit, { left, scale, width }).entries()) {
       const high = loud < 0 ? 0 : Math.max(loud * (height - 4), SILENT)
       if (high) pen.fillRect(x, (height - high) / 2, 1, high)
     }

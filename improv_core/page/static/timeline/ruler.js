@@ -1,7 +1,7 @@
 // @ts-check
 // The timeline's ruler: its beats or bars, and the names of its scenes.
 
-import { words } from "../score/clock.js"
+import { formatPosition } from "../score/clock.js"
 
 /** @import { Colors } from "../base/colors.js" */
 /** @import { Pen } from "../base/pen.js" */
@@ -72,7 +72,7 @@ function namesOf(pen, { left, bar, scenes, scale, letter }) {
   return scenes.flatMap(({ beat, number, name }, index) => {
     const room = ((scenes[index + 1]?.beat ?? Infinity) - beat) * scale
     const shown = name || `scene ${number}`
-    const texts = [`${bar ? words(beat, bar) : beat + 1} · ${shown}`, shown]
+    const texts = [`${bar ? formatPosition(beat, bar) : beat + 1} · ${shown}`, shown]
     const labels = texts.map((text) => ({ x: (beat - left) * scale, wide: pen.measureText(text).width + letter * 0.8, text }))
     const fitting = labels.find(({ wide }) => wide <= room)
     return fitting ? [fitting] : []

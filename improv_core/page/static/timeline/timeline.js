@@ -3,7 +3,7 @@
 
 import { TimelineSheet } from "./timesheet.js"
 
-import { words } from "../score/clock.js"
+import { formatPosition } from "../score/clock.js"
 import { find, findA } from "../base/elements.js"
 import { Silence } from "../score/silence.js"
 import { rowsOf } from "./timerows.js"
@@ -159,7 +159,7 @@ export class Timeline {
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
     const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
-    find("robots-head").textContent = beat === null ? count : words(Math.floor(beat), this.#clock.bar)
+    find("robots-head").textContent = beat === null ? count : formatPosition(Math.floor(beat), this.#clock.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
       const { robot = "" } = row.dataset
@@ -180,7 +180,7 @@ export class Timeline {
     const values = {
       "aria-valuenow": Number(beat.toFixed(2)),
       "aria-valuemax": beats ?? Math.ceil(beat) + 1,
-      "aria-valuetext": `${this.#clock.words}${beats === null ? ", endless" : ` of ${words(this.#clock.lastBeat - 1, this.#clock.bar).replace(/^beat /, "")}`}`,
+      "aria-valuetext": `${this.#clock.words}${beats === null ? ", endless" : ` of ${formatPosition(this.#clock.lastBeat - 1, this.#clock.bar).replace(/^beat /, "")}`}`,
     }
     for (const [name, value] of Object.entries(values)) this.#line.setAttribute(name, String(value))
   }

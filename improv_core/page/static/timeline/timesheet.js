@@ -2,7 +2,7 @@
 // Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
 import { mix, readColors } from "../base/colors.js"
-import { direction, labels, namesOf, outline, CodePointReader, runs, shapes } from "../score/items.js"
+import { CodePointReader, direction, labels, namesOf, outline, runs, shapes } from "../score/items.js"
 import { drawMark } from "../floor/meetings.js"
 import { penOn } from "../base/pen.js"
 import { FONT, paintRuler } from "./ruler.js"

@@ -127,7 +127,7 @@ export class Floor {
     const colors = new Map(robots.map(({ name, color }) => [name, color]))
     for (const path of scene.returnPaths) drawReturnPath(pen, path, camera, colors.get(path.name) ?? this.colors.ink, this.colors)
     this.#drawNames(named, rings, text)
-    for (const mark of scene.meetings) this.#drawMeeting(mark, robots)
+    for (const mark of scene.meetings?.marks(camera) ?? []) this.#drawMeeting(mark, robots)
     this.#drawBumps(scene)
     if (robots.length) this.#drawScale()
     return turning || painting

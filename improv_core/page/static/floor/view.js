@@ -165,7 +165,7 @@ export class View {
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
       rings: startPoses.rings,
-      meetings: startPoses.rings.length ? [] : meetings.marks(floor.camera),
+      meetings: startPoses.rings.length ? null : meetings,
       returnPaths: misplaced.returnPaths,
       still: this.still,
       key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),

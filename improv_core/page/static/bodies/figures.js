@@ -19,11 +19,11 @@ import { Turntable } from "./turntable.js"
 /** @typedef {ReturnType<typeof shapes>} Shapes */
 
 const SVG = "http://www.w3.org/2000/svg"
-const MOST = 48 // figures: of more robots, those whose bodies move come first
+const MOST_FIGURES = 48 // figures: of more robots, those whose bodies move come first
 const FEW = 2 // robots that have much room each
 const SOME = 5
-const TURNS = 3 // many robots are drawn in turns: so many frames until it is each one's turn again
-const SIDE = 1.08 // where the view from the side is, beside the one from the front
+const FRAMES_PER_ROUND = 3 // many robots are drawn in turns: so many frames until it is each one's turn again
+const SIDE_VIEW_AT = 1.08 // where the view from the side is, beside the one from the front
 const EYE = 0.26 // of a head's radius
 
 export class Figures {
@@ -42,7 +42,7 @@ export class Figures {
   show(score, robots) {
     const bodies = robots.map((robot) => ({ robot, body: score.robots[robot.name].body })).filter(({ body }) => body.length)
     const moving = (/** @type {Body} */ body) => Number(body.some(({ moves }) => moves))
-    const shown = bodies.length > MOST ? bodies.toSorted((one, other) => moving(other.body) - moving(one.body)).slice(0, MOST) : bodies
+    const shown = bodies.length > MOST_FIGURES ? bodies.toSorted((one, other) => moving(other.body) - moving(one.body)).slice(0, MOST_FIGURES) : bodies
     this.#turntable.clear()
     this.#cards = new Map(shown.map(({ robot, body }) => [robot.name, card(robot, body, this.#sticks(robot.name, score))]))
     find("bodies-list").replaceChildren(...[...this.#cards.values()].map(({ card }) => card))
@@ -77,7 +77,7 @@ export class Figures {
    * @param {Asked} asked
    */
   draw(joints, asked) {
-    const turns = this.#cards.size > SOME ? TURNS : 1
+    const turns = this.#cards.size > SOME ? FRAMES_PER_ROUND : 1
     this.#turn = (this.#turn + 1) % turns
     let more = false
     for (const [index, [name, card]] of [...this.#cards].entries()) {
@@ -117,8 +117,8 @@ function card({ name, color }, body, sticks) {
   const views = new Map()
   if (sticks) card.append(sticks.svg)
   else if (figureOf(body)) {
-    const picture = element("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE + 0.5 + 0.64} ${BAR + 0.08}`, "aria-hidden": "true" })
-    for (const [view, x] of /** @type {[ViewName, number][]} */ ([["front", 0], ["side", SIDE]])) {
+    const picture = element("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE_VIEW_AT + 0.5 + 0.64} ${BAR + 0.08}`, "aria-hidden": "true" })
+    for (const [view, x] of /** @type {[ViewName, number][]} */ ([["front", 0], ["side", SIDE_VIEW_AT]])) {
       const made = shapes(view, body)
       made.group.setAttribute("transform", `translate(${x} 0)`)
       views.set(view, made)

@@ -12,15 +12,15 @@ import { LIMITS } from "../net/requests.js"
 
 const [SLOWEST, FASTEST] = LIMITS.speed.factor
 const SPEEDS = [SLOWEST, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, FASTEST]
-const SOON = 2000 // milliseconds in which another step starts from the target of the last one, unless the server has confirmed it
-const NOWHERE = { beat: 0, at: -Infinity }
+const STEP_WINDOW = 2000 // milliseconds in which another step starts from the target of the last one, unless the server has confirmed it
+const NO_TARGET = { beat: 0, at: -Infinity }
 
 export class Controls {
   #clock
   #send
   /** @type {Messages["armed"] | null} */
   #armed = null // everything is ready, and waits for a person or a time
-  #target = NOWHERE // of the last seek, until the server confirms it
+  #target = NO_TARGET // of the last seek, until the server confirms it
   /** @type {(() => boolean) | null} */
   writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
 
@@ -87,7 +87,7 @@ export class Controls {
    */
   seekBy(beats) {
     const now = performance.now()
-    const beat = now - this.#target.at < SOON && !this.#clock.playing ? this.#target.beat : this.#clock.beat()
+    const beat = now - this.#target.at < STEP_WINDOW && !this.#clock.playing ? this.#target.beat : this.#clock.beat()
     this.seek(beats > 0 ? Math.floor(beat + 1e-6) + beats : Math.ceil(beat - 0.25) + beats)
   }
 
@@ -122,7 +122,7 @@ export class Controls {
   show(connection) {
     const open = connection === "open"
     const { generation, state, beat, beats, tempo, speed, backend } = this.#clock.transport
-    if (beat === this.#target.beat) this.#target = NOWHERE
+    if (beat === this.#target.beat) this.#target = NO_TARGET
     const played = generation > 0
     document.body.dataset.state = this.#armed ? "armed" : state
     const playing = state === "playing"

@@ -5,7 +5,7 @@ import { find } from "../base/elements.js"
 
 /** @import { Request } from "../net/requests.js" */
 
-const PERIOD = 100 // milliseconds between two messages that the button is held
+const SEND_PERIOD = 100 // milliseconds between two messages that the button is held
 
 export class Deadman {
   #send
@@ -35,7 +35,7 @@ export class Deadman {
     const button = this.#button
     const gamepads = button === null || document.hidden ? [] : connected()
     const held = button !== null && !!gamepads?.some((gamepad) => gamepad?.buttons[button]?.pressed)
-    if (held && now - this.#sent >= PERIOD) {
+    if (held && now - this.#sent >= SEND_PERIOD) {
       this.#send({ type: "held" })
       this.#sent = now
     }

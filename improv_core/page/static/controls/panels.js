@@ -22,12 +22,12 @@ import { find, findA } from "../base/elements.js"
  * @property {HTMLCanvasElement} canvas
  */
 
-const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
+const SMALL_SCREEN = matchMedia("(max-width: 720px), (max-height: 520px)")
 /** @type {Record<string, string>} */
 const CARDS = { help: "show-help", guide: "show-guide", save: "save-button", sound: "sound-button", "start-poses": "start-poses-button", wall: "show-wall" }
-const PAN = 60 // pixels
-const ZOOM = 1.25
-const SHOWN = 2500 // milliseconds for which it is shown what a key did
+const PAN_STEP = 60 // pixels
+const ZOOM_STEP = 1.25
+const NOTICE_TIME = 2500 // milliseconds for which it is shown what a key did
 
 export class Panels {
   #page
@@ -49,9 +49,9 @@ export class Panels {
     this.#openUsual("score")
     this.#openUsual("timeline")
     for (const name of ["timeline", "score"]) find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
-    SMALL.addEventListener("change", () => {
+    SMALL_SCREEN.addEventListener("change", () => {
       const extra = this.#writing ? "timeline" : "score"
-      if (!SMALL.matches) this.#openUsual(extra)
+      if (!SMALL_SCREEN.matches) this.#openUsual(extra)
       else if (!find("timeline").hidden) this.#open(extra, false)
       this.#page.resize()
     })
@@ -61,8 +61,8 @@ export class Panels {
     }
     const press = {
       clear: page.clearTrails,
-      "zoom-in": () => this.#zoom(ZOOM),
-      "zoom-out": () => this.#zoom(1 / ZOOM),
+      "zoom-in": () => this.#zoom(ZOOM_STEP),
+      "zoom-out": () => this.#zoom(1 / ZOOM_STEP),
       ahead: () => this.#turnAhead(),
       present: () => this.#turnPresent(),
       "present-end": () => this.#turnPresent(),
@@ -106,7 +106,7 @@ export class Panels {
     find("did").hidden = false
     this.#page.announce(line)
     clearTimeout(this.#saying)
-    this.#saying = window.setTimeout(() => (find("did").hidden = true), SHOWN)
+    this.#saying = window.setTimeout(() => (find("did").hidden = true), NOTICE_TIME)
   }
 
   /** Ends the recording: the dance is over. */
@@ -118,7 +118,7 @@ export class Panels {
   openScore() {
     this.#writing = true
     this.#open("score", true)
-    if (SMALL.matches) this.#open("timeline", false)
+    if (SMALL_SCREEN.matches) this.#open("timeline", false)
     this.#page.resize()
   }
 
@@ -132,7 +132,7 @@ export class Panels {
     this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
     this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
-      camera.pan(x * PAN, y * PAN)
+      camera.pan(x * PAN_STEP, y * PAN_STEP)
       this.showFit()
       touch()
     }
@@ -153,9 +153,9 @@ export class Panels {
       n: () => controls.step(),
       "[": () => controls.slower(),
       "]": () => controls.faster(),
-      "+": () => this.#zoom(ZOOM),
-      "=": () => this.#zoom(ZOOM),
-      "-": () => this.#zoom(1 / ZOOM),
+      "+": () => this.#zoom(ZOOM_STEP),
+      "=": () => this.#zoom(ZOOM_STEP),
+      "-": () => this.#zoom(1 / ZOOM_STEP),
       f: () => this.#fit(),
       t: unlessPresenting(() => this.#setTrail(this.trail ? 0 : Infinity)),
       x: unlessPresenting(() => {
@@ -182,7 +182,7 @@ export class Panels {
   /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
   #openUsual(name) {
     const wide = name === "timeline" || innerWidth >= 1000
-    this.#open(name, settings.get(name, wide) && !SMALL.matches)
+    this.#open(name, settings.get(name, wide) && !SMALL_SCREEN.matches)
   }
 
   /**
@@ -199,7 +199,7 @@ export class Panels {
     const open = find(name).hidden
     this.#open(name, open)
     settings.set(name, open)
-    if (open && SMALL.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
+    if (open && SMALL_SCREEN.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
     this.#page.resize()
     return `${name} ${open ? "shown" : "hidden"}`
   }

@@ -10,8 +10,8 @@ import { find } from "../base/elements.js"
 /** @typedef {{ reach: number, start: number, end: number } | { reach: number, radius: number }} Field a sector, or what is straight ahead */
 
 const CUE = "cue"
-const PERIOD = 100 // milliseconds between two messages that a key is held
-const GIVEN = 300 // milliseconds for which a cue that was given is shown
+const SEND_PERIOD = 100 // milliseconds between two messages that a key is held
+const CUE_TIME = 300 // milliseconds for which a cue that was given is shown
 
 export class Senses {
   #clock
@@ -82,7 +82,7 @@ export class Senses {
     if (find("cue").hidden) return
     this.#send({ type: "cue" })
     find("cue").dataset.given = "true"
-    setTimeout(() => (find("cue").dataset.given = "false"), GIVEN)
+    setTimeout(() => (find("cue").dataset.given = "false"), CUE_TIME)
     return "cue"
   }
 
@@ -158,7 +158,7 @@ export class Senses {
     event.stopImmediatePropagation()
     if (this.#held.has(key)) return
     this.#send({ type: "key", key, held: true })
-    this.#held.set(key, setInterval(() => this.#send({ type: "key", key, held: true }), PERIOD))
+    this.#held.set(key, setInterval(() => this.#send({ type: "key", key, held: true }), SEND_PERIOD))
   }
 
   /** @param {string} key */

@@ -20,11 +20,11 @@ import { find } from "../base/elements.js"
 const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off its path", jumped: "jumped", late: "late" }
 /** The faults, the worst first. */
 const ORDER = Object.keys(WORDS)
-const LOW = 0.2 // of a battery: less is trouble
-const NAMED = 3 // robots in trouble that the line names
-const QUIET = 3 // seconds without a message from a host until a line reports it; usually one comes each second
-const FRESH = 2 // seconds: while poses come, with a message each second, the latest one is not older
-const PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
+const LOW_BATTERY = 0.2 // of a battery: less is trouble
+const MOST_NAMED = 3 // robots in trouble that the line names
+const HOST_TIMEOUT = 3 // seconds without a message from a host until a line reports it; usually one comes each second
+const FRESH_AGE = 2 // seconds: while poses come, with a message each second, the latest one is not older
+const SHOW_PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
 
 export class StatusWall {
   /** @type {Map<string, Map<string, string>>} */
@@ -82,7 +82,7 @@ export class StatusWall {
   links(now) {
     return [...this.#links.values()].map(({ host, error, lag, at }) => {
       const silent = Math.round((now - at) / 1000)
-      if (silent > QUIET) return `${host}: no word for ${silent} s`
+      if (silent > HOST_TIMEOUT) return `${host}: no word for ${silent} s`
       return `${host}: together within ${milliseconds(error)}, reached within ${milliseconds(lag)}`
     })
   }
@@ -101,7 +101,7 @@ export class StatusWall {
     const fault = ["silent", "gone"].find((fault) => this.#faults.get(name)?.has(fault))
     if (!fault || !Object.hasOwn(this.#vitals, name)) return ""
     const seconds = this.#seconds(name)
-    if (fault === "gone" && seconds < FRESH) return "" // it is still seen
+    if (fault === "gone" && seconds < FRESH_AGE) return "" // it is still seen
     return `${WORDS[fault]}${seconds < Infinity ? `, last pose ${Math.round(seconds)} s ago` : ""}`
   }
 
@@ -109,7 +109,7 @@ export class StatusWall {
   get tiles() {
     const found = Object.entries(this.#vitals).map(([name, { odom, battery, instead }]) => {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
-      const low = battery !== null && battery < LOW
+      const low = battery !== null && battery < LOW_BATTERY
       const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
       const silent = this.#clock.isSilent(name)
       const { state } = this.#clock.transport
@@ -138,8 +138,8 @@ export class StatusWall {
     const robots = tiles.length === 1 ? "1 robot" : `${tiles.length} robots`
     const wrong = tiles.filter(({ kind }) => kind === "fault")
     if (!wrong.length) return `${robots}, all well`
-    const named = wrong.slice(0, NAMED).map(({ name, state }) => `${name} ${state}`)
-    const more = wrong.length > NAMED ? `, and ${wrong.length - NAMED} more` : ""
+    const named = wrong.slice(0, MOST_NAMED).map(({ name, state }) => `${name} ${state}`)
+    const more = wrong.length > MOST_NAMED ? `, and ${wrong.length - MOST_NAMED} more` : ""
     return `${wrong.length} of ${robots} in trouble: ${named.join("; ")}${more}`
   }
 
@@ -149,7 +149,7 @@ export class StatusWall {
    * @param {number} now milliseconds
    */
   show(now) {
-    if (now < this.#looked + PERIOD) return false
+    if (now < this.#looked + SHOW_PERIOD) return false
     this.#looked = now
     const { tiles, summary } = this
     const button = find("show-wall")
@@ -188,7 +188,7 @@ export class StatusWall {
     const seconds = this.#seconds(name)
     if (seconds === Infinity) return ""
     if (!["playing", "paused"].includes(this.#clock.transport.state)) return "–" // nobody looks
-    return seconds < FRESH ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
+    return seconds < FRESH_AGE ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
   }
 
   /** The age of a robot's latest pose; Infinity if none has come. @param {string} name */

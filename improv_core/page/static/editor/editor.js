@@ -26,8 +26,8 @@ import { Tooltip } from "./tooltip.js"
  * @property {(problem: string) => void} say why nothing was written, if there is a reason
  */
 
-const CALM = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
-const MARGIN = 8 // pixels around the cursor that stay in view
+const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
+const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
 const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
 export class Editor {
@@ -274,7 +274,7 @@ export class Editor {
     }))
     this.#count = count
     clearTimeout(this.#calm)
-    const rest = this.#edited + CALM - performance.now()
+    const rest = this.#edited + DIAGNOSTICS_DELAY - performance.now()
     if (rest <= 0) this.#showDiagnostics()
     else this.#calm = window.setTimeout(() => this.#showDiagnostics(), rest)
     this.#draw()
@@ -407,8 +407,8 @@ export class Editor {
     if (!paper.checkVisibility()) return
     const { top, bottom } = paper.getBoundingClientRect()
     const place = this.#highlight.place(this.#control.selectionEnd)
-    if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
-    else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
+    if (place.top < top + CURSOR_MARGIN) paper.scrollTop -= top + CURSOR_MARGIN - place.top
+    else if (place.bottom > bottom - CURSOR_MARGIN) paper.scrollTop += place.bottom - bottom + CURSOR_MARGIN
   }
 }
 

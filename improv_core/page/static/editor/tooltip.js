@@ -4,7 +4,7 @@
 import { find } from "../base/elements.js"
 import { placeBeside } from "./completions.js"
 
-const REST = 300 // milliseconds for which the pointer rests before the page asks
+const HOVER_DELAY = 300 // milliseconds for which the pointer rests before the page asks
 
 export class Tooltip {
   #box = find("tooltip")
@@ -21,7 +21,7 @@ export class Tooltip {
     owner.addEventListener("pointermove", ({ clientX: x, clientY: y, pointerType, buttons }) => {
       this.hide()
       if (pointerType !== "mouse" || buttons) return
-      this.#timer = window.setTimeout(() => (this.#place = ask(x, y) ? { left: x, top: y - 12, bottom: y + 12 } : null), REST)
+      this.#timer = window.setTimeout(() => (this.#place = ask(x, y) ? { left: x, top: y - 12, bottom: y + 12 } : null), HOVER_DELAY)
     })
     for (const kind of ["pointerleave", "pointerdown", "wheel", "blur"]) {
       owner.addEventListener(kind, () => this.hide(), { passive: true })

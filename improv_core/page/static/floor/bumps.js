@@ -5,9 +5,9 @@
 /** @typedef {Messages["bumps"]["bumps"][number]} Bump */
 
 
-const KEPT = 200
-const SHOWN = 0.9 // seconds
-const PAUSE = 3 // seconds between two announcements, so that other announcements get through
+const MOST_BUMPS = 200
+const SHOW_TIME = 0.9 // seconds
+const ANNOUNCE_PERIOD = 3 // seconds between two announcements, so that other announcements get through
 
 export class Bumps {
   /** @type {Bump[]} */
@@ -38,7 +38,7 @@ export class Bumps {
    * @param {Messages["bumps"]} message
    */
   take({ bumps, past }) {
-    if (!past) this.#coming = [...this.#coming, ...bumps].slice(-KEPT)
+    if (!past) this.#coming = [...this.#coming, ...bumps].slice(-MOST_BUMPS)
     this.#setCount(this.#count + bumps.length)
   }
 
@@ -61,8 +61,8 @@ export class Bumps {
       this.#shown.push(...begun.map(({ x, y }) => ({ x, y, since: now })))
       this.#untold.push(...begun.map(({ robots }) => robots))
     }
-    if (this.#shown.length) this.#shown = this.#shown.filter(({ since }) => now - since < SHOWN)
-    return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOWN }))
+    if (this.#shown.length) this.#shown = this.#shown.filter(({ since }) => now - since < SHOW_TIME)
+    return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOW_TIME }))
   }
 
   /**
@@ -70,7 +70,7 @@ export class Bumps {
    * @param {number} now
    */
   news(now) {
-    if (!this.#untold.length || now - this.#told < PAUSE) return ""
+    if (!this.#untold.length || now - this.#told < ANNOUNCE_PERIOD) return ""
     const [count, latest] = [this.#untold.length, inWords(this.#untold.at(-1) ?? [])]
     this.#untold = []
     this.#told = now

@@ -8,8 +8,8 @@
 const MARGIN = 2 // radii of the largest robot around everything,
 const EDGE = 36 // and pixels, for names and noses
 const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it
-const EASING = 0.35 // seconds
-const SHRINKING = 8 // seconds to give up room that is no longer used, so that a dance played again does not zoom
+const EASING_TIME = 0.35 // seconds
+const SHRINK_TIME = 8 // seconds to give up room that is no longer used, so that a dance played again does not zoom
 const LEAST_SCALE = 0.5
 const MOST_SCALE = 2000 // pixels per metre
 
@@ -40,7 +40,7 @@ export class Camera {
    * @param {number} seconds
    */
   follow(used, radius, seconds) {
-    const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINKING)))
+    const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINK_TIME)))
     if (!this.fits && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
@@ -55,7 +55,7 @@ export class Camera {
       return false
     }
     this.view ??= wanted
-    const part = 1 - Math.exp(-seconds / EASING)
+    const part = 1 - Math.exp(-seconds / EASING_TIME)
     let left = 0
     const view = { ...this.view }
     for (const key of /** @type {const} */ (["x", "y", "scale"])) {

@@ -23,13 +23,13 @@ import { picture, REACH } from "./robots.js"
 /** @typedef {Scene["robots"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
 /** @typedef {Omit<Scene, "robots"> & { robots: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
-const LEAST = 12 // pixels: a robot's radius,
-const LEAST_RADIUS = 0.034 // of the stage's shorter side,
-const CROWD = 8 // as long as there are no more robots; more of them are smaller
+const LEAST_PIXELS = 12 // pixels: a robot's radius,
+const LEAST_SHARE = 0.034 // of the stage's shorter side,
+const CROWD_SIZE = 8 // as long as there are no more robots; more of them are smaller
 const LEAST_STRIP = 48 // pixels for the scale
 const MOST_NAMES = 200 // in view: more robots are named only if somebody points at them
-const LINE = 1.15 // of a name's size, to the next line
-const PAINTING = 3 // milliseconds of each frame
+const LINE_HEIGHT = 1.15 // of a name's size, to the next line
+const PAINT_BUDGET = 3 // milliseconds of each frame
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
 export class Floor {
@@ -103,14 +103,14 @@ export class Floor {
     const radius = seen.length ? Math.max(...seen.map(({ radius }) => radius)) : RADIUS
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
-    const crowd = Math.sqrt(Math.max(seen.length / CROWD, 1))
-    const least = Math.max(LEAST / Math.sqrt(crowd), (LEAST_RADIUS * camera.shorter) / crowd)
+    const crowd = Math.sqrt(Math.max(seen.length / CROWD_SIZE, 1))
+    const least = Math.max(LEAST_PIXELS / Math.sqrt(crowd), (LEAST_SHARE * camera.shorter) / crowd)
     const robots = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
       size: Math.max(robot.radius * scale, least),
     }))
-    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio, colors: this.colors }, PAINTING)
+    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio, colors: this.colors }, PAINT_BUDGET)
     const pen = this.#pen
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
@@ -235,13 +235,13 @@ export class Floor {
     const labeled = shown.map((each) => ({ ...each, lines: this.#lines(each.words, text, each.off) })).map((each) => ({
       ...each,
       wide: Math.max(...each.lines.map(({ label, size }) => label.width / this.#ratio - size / 2)),
-      high: text * LINE * each.lines.length,
+      high: text * LINE_HEIGHT * each.lines.length,
     }))
     const boxes = this.#names.place(labeled, this.pointed, floor)
     this.names = [...boxes.keys()]
     for (const { name, lines } of labeled.sort((one, other) => Number(one.name === this.pointed) - Number(other.name === this.pointed))) {
       const box = boxes.get(name)
-      if (box) lines.forEach(({ label }, index) => this.#drawLabel(label, (box.left + box.right) / 2, box.top + text * LINE * (index + 0.5)))
+      if (box) lines.forEach(({ label }, index) => this.#drawLabel(label, (box.left + box.right) / 2, box.top + text * LINE_HEIGHT * (index + 0.5)))
     }
   }
 

@@ -4,7 +4,7 @@
 /** @import { Camera, Point } from "./camera.js" */
 
 
-const WHEEL = 0.0015 // of a zoom, by pixel
+const ZOOM_PER_PIXEL = 0.0015 // of a zoom, by pixel
 
 /**
  * Moves the camera. `grab(point)` returns a function that moves what is at a point of the canvas, or null to pan the
@@ -56,7 +56,7 @@ export function listenForGestures(canvas, camera, grab, changed) {
     (event) => {
       event.preventDefault()
       if (!camera.view) return
-      camera.zoom(Math.exp(-event.deltaY * WHEEL * (event.deltaMode ? 20 : 1)), place(event))
+      camera.zoom(Math.exp(-event.deltaY * ZOOM_PER_PIXEL * (event.deltaMode ? 20 : 1)), place(event))
       changed()
     },
     { passive: false },

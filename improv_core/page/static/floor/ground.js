@@ -27,10 +27,10 @@ import { paintWorld } from "./world.js"
 
 const SHADES = 12 // steps in which a trail fades
 const FADED = 0.36
-const AHEAD = 0.5 // how much of its color a path ahead has
-const OLD = 0.4 // seconds after which a sheet is updated while robots move
-const TURNED = 0.1 // seconds after which it is updated while the view changes
-const FADING = 5 // seconds after which it is repainted, as trails fade
+const AHEAD_OPACITY = 0.5 // how much of its color a path ahead has
+const MOVING_PERIOD = 0.4 // seconds after which a sheet is updated while robots move
+const TURNING_PERIOD = 0.1 // seconds after which it is updated while the view changes
+const REPAINT_PERIOD = 5 // seconds after which it is repainted, as trails fade
 
 export class Ground {
   /** @type {OffscreenCanvas | null} */
@@ -55,9 +55,9 @@ export class Ground {
     }
     if (!this.#making) {
       const fresh = this.#shown && !outdated(this.#shown)
-      if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNED * 1000) return true
-      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > OLD * 1000)) return false
-      if (this.#shown && fresh && scene.trail === Infinity && now - this.#shown.begun < FADING * 1000) {
+      if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNING_PERIOD * 1000) return true
+      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > MOVING_PERIOD * 1000)) return false
+      if (this.#shown && fresh && scene.trail === Infinity && now - this.#shown.begun < REPAINT_PERIOD * 1000) {
         this.#lengthen(this.#shown, scene)
         return false
       }
@@ -250,7 +250,7 @@ function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, col
     if (i === first) pen.moveTo(from.x, from.y)
     trace(pen, from, velocity, seconds * (1 - done))
   }
-  pen.strokeStyle = mix(colors.ground, color, AHEAD)
+  pen.strokeStyle = mix(colors.ground, color, AHEAD_OPACITY)
   pen.lineWidth = (trailWidth(view, size) * 0.5) / view.scale
   pen.stroke()
 }

@@ -20,9 +20,9 @@ import { bounds } from "./camera.js"
  * @property {number} follows 1 if the robot is pulled back to its ideal path
  */
 
-const LEAST = 0.005 // meters by which a simulated robot has to be off, so that this is shown
+const LEAST_DISTANCE = 0.005 // meters by which a simulated robot has to be off, so that this is shown
 const LEAST_TURN = 0.01 // radians
-const NEAR = 0.003 // meters that a line may leave out
+const LINE_TOLERANCE = 0.003 // meters that a line may leave out
 const NEAR_BEAT = 0.5 // beats between a place and the beat that it is shown for
 const EASING = 12 // how much of the way to its latest place a picture goes in a second
 
@@ -52,7 +52,7 @@ export class Measured {
           this.version++
         }
         known.push(place)
-        if (!this.#shown.has(name) && (!place.simulated || place.off > LEAST || place.turned > LEAST_TURN)) {
+        if (!this.#shown.has(name) && (!place.simulated || place.off > LEAST_DISTANCE || place.turned > LEAST_TURN)) {
           this.#shown.add(name)
           this.version++
         }
@@ -161,7 +161,7 @@ export class Measured {
       for (const [index, place] of drawn.entries()) {
         const { x, y } = place[which]
         if (!last) pen.moveTo(x, y)
-        else if (index < drawn.length - 1 && Math.hypot(x - last.x, y - last.y) < NEAR) continue
+        else if (index < drawn.length - 1 && Math.hypot(x - last.x, y - last.y) < LINE_TOLERANCE) continue
         else pen.lineTo(x, y)
         last = place[which]
       }

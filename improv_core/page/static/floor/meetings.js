@@ -10,11 +10,11 @@ import { formatPosition } from "../score/clock.js"
 /** @typedef {{ beat: number, robots: string[], poses: Point[], words: string }} Meeting */
 /** @typedef {{ meeting: Meeting, place: Point, shows: boolean }} Mark on the screen, and whether its robots are drawn there */
 
-const FEW = 6 // so many are drawn with their robots; of more, only the one that somebody points at
-const NEAR = 14 // pixels to a mark
+const MOST_DRAWN = 6 // so many are drawn with their robots; of more, only the one that somebody points at
+const CLICK_RADIUS = 14 // pixels to a mark
 const SIZE = 8 // pixels from a mark's middle to its edge
-const SLOP = 5 // pixels by which a click may move
-const SOON = 0.01 // beats: a seek to a beat has reached it
+const CLICK_SLOP = 5 // pixels by which a click may move
+const SEEK_TOLERANCE = 0.01 // beats: a seek to a beat has reached it
 
 export class Meetings {
   /** @type {Messages["meetings"] | null} */
@@ -36,7 +36,7 @@ export class Meetings {
     this.#button = button
     this.#seek = seek
     button.addEventListener("click", () => {
-      const next = this.#all.find(({ beat }) => beat > now() + SOON) ?? this.#all[0]
+      const next = this.#all.find(({ beat }) => beat > now() + SEEK_TOLERANCE) ?? this.#all[0]
       if (next) seek(next.beat)
     })
   }
@@ -59,7 +59,7 @@ export class Meetings {
     const count = this.#all.length
     this.#button.hidden = !count
     this.#button.textContent = count === 1 ? "1 meeting ahead" : `${count} meetings ahead`
-    this.#button.title = [...this.#all.slice(0, FEW).map(({ words }) => words), ...(count > FEW ? ["…"] : [])].join("\n")
+    this.#button.title = [...this.#all.slice(0, MOST_DRAWN).map(({ words }) => words), ...(count > MOST_DRAWN ? ["…"] : [])].join("\n")
     return this.#all
   }
 
@@ -73,7 +73,7 @@ export class Meetings {
     return this.#all.map((meeting) => {
       const places = meeting.poses.map((pose) => camera.toScreen(pose))
       const middle = (/** @type {"x" | "y"} */ key) => places.reduce((sum, place) => sum + place[key], 0) / places.length
-      return { meeting, place: { x: middle("x"), y: middle("y") }, shows: this.#all.length <= FEW || meeting === this.pointed }
+      return { meeting, place: { x: middle("x"), y: middle("y") }, shows: this.#all.length <= MOST_DRAWN || meeting === this.pointed }
     })
   }
 
@@ -86,7 +86,7 @@ export class Meetings {
     let from = { x: 0, y: 0 }
     canvas.addEventListener("pointerdown", ({ offsetX: x, offsetY: y }) => (from = { x, y }))
     canvas.addEventListener("click", ({ offsetX: x, offsetY: y }) => {
-      const meeting = Math.hypot(x - from.x, y - from.y) < SLOP ? this.at({ x, y }, camera) : null
+      const meeting = Math.hypot(x - from.x, y - from.y) < CLICK_SLOP ? this.at({ x, y }, camera) : null
       if (meeting) this.#seek(meeting.beat)
     })
   }
@@ -98,7 +98,7 @@ export class Meetings {
    */
   at({ x, y }, camera) {
     const distance = (/** @type {Mark} */ { place }) => Math.hypot(x - place.x, y - place.y)
-    const near = this.marks(camera).filter((mark) => distance(mark) < NEAR)
+    const near = this.marks(camera).filter((mark) => distance(mark) < CLICK_RADIUS)
     return near.sort((one, other) => distance(one) - distance(other))[0]?.meeting ?? null
   }
 }

@@ -13,7 +13,7 @@ import { find } from "../base/elements.js"
 
 const HEAD = 11 // pixels: an arrow's head
 const SIZE = 13 // pixels from a robot's middle to its edge
-const FEW = 4 // so many lines are shown
+const MOST_LINES = 4 // so many lines are shown
 
 export class Misplaced {
   /** @type {ReturnPath[]} */
@@ -38,8 +38,8 @@ export class Misplaced {
   take({ robots, waits }) {
     const found = Object.entries(robots)
     this.returnPaths = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
-    const lines = found.slice(0, FEW).map(([, { line }]) => line)
-    if (found.length > FEW) lines.push(`… and ${found.length - FEW} more`)
+    const lines = found.slice(0, MOST_LINES).map(([, { line }]) => line)
+    if (found.length > MOST_LINES) lines.push(`… and ${found.length - MOST_LINES} more`)
     this.#list.replaceChildren(...lines.map(item))
     const title = found.length ? "Not in place" : "All robots are in place"
     if (waits && this.#title.textContent !== title) this.#announce(`${title}: ${lines.join(", ")}`)

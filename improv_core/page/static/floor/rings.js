@@ -8,10 +8,10 @@
 /** @typedef {Ring & { place: Point, tip: Point, size: number }} Placed a ring, and the tip of its arrow, in pixels */
 
 const SIZE = 16 // pixels from a ring's middle to its edge, where there is room
-const LEAST = 5
+const LEAST_SIZE = 5
 const SHARE = 0.29 // of the distance to the nearest other ring, so that their arrows don't touch
 const ARROW = 2.4 // sizes from a ring's middle to its arrow's tip
-const NEAR = 24 // pixels to a ring, or to a tip
+const GRAB_RADIUS = 24 // pixels to a ring, or to a tip
 
 /**
  * The rings on the screen. Those that are close to each other are smaller.
@@ -27,7 +27,7 @@ export function placeRings(rings, camera) {
     places.forEach(({ x, y }, other) => {
       if (other !== index) nearest = Math.min(nearest, Math.hypot(x - place.x, y - place.y))
     })
-    const size = Math.min(Math.max(SHARE * nearest, LEAST), SIZE)
+    const size = Math.min(Math.max(SHARE * nearest, LEAST_SIZE), SIZE)
     const reach = ARROW * size
     return { ...ring, place, size, tip: { x: place.x + reach * Math.cos(ring.heading), y: place.y - reach * Math.sin(ring.heading) } }
   })
@@ -44,7 +44,7 @@ export function nearestRing(point, rings) {
   for (const ring of rings) {
     for (const part of /** @type {const} */ (["place", "tip"])) {
       const distance = Math.hypot(point.x - ring[part].x, point.y - ring[part].y)
-      if (distance < Math.min(NEAR, best?.distance ?? Infinity)) best = { name: ring.name, part, distance }
+      if (distance < Math.min(GRAB_RADIUS, best?.distance ?? Infinity)) best = { name: ring.name, part, distance }
     }
   }
   return best

@@ -10,7 +10,7 @@ import { penOn } from "../base/pen.js"
 
 
 const DARK = "#1c2330"
-const KEPT = 300 // pictures
+const MOST_PICTURES = 300 // pictures
 const REACH = 1.75 // how far a picture extends from its middle, in radii
 
 /** @type {Map<string, ImageBitmap>} */
@@ -28,7 +28,7 @@ export function picture(kind, color, shade, radius, ratio) {
   const key = [kind, color, shade, radius, ratio].join()
   let made = pictures.get(key)
   if (!made) {
-    if (pictures.size >= KEPT) pictures.clear()
+    if (pictures.size >= MOST_PICTURES) pictures.clear()
     const size = Math.ceil(radius * REACH * 2 * ratio)
     const canvas = new OffscreenCanvas(size, size)
     const pen = penOn(canvas)

@@ -12,12 +12,12 @@ import { nearestRing, placeRings } from "./rings.js"
 /** @import { Messages } from "../net/messages.js" */
 
 
-const LONG = 9 // letters: a longer name takes two smaller lines
-const FINEST = 0.001 // meters and degrees, as they are written
-const FARTHEST = 1000 // meters along x and y
-const PAUSE = 600 // milliseconds without a key after which a number that was typed is written
+const LONG_NAME = 9 // letters: a longer name takes two smaller lines
+const PRECISION = 0.001 // meters and degrees, as they are written
+const MOST_DISTANCE = 1000 // meters along x and y
+const WRITE_DELAY = 600 // milliseconds without a key after which a number that was typed is written
 const KEYS = /** @type {const} */ (["x", "y", "heading"])
-const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.1 }, heading: { most: 360, step: 15 } }
+const FIELDS = { x: { most: MOST_DISTANCE, step: 0.1 }, y: { most: MOST_DISTANCE, step: 0.1 }, heading: { most: 360, step: 15 } }
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
@@ -122,7 +122,7 @@ export class StartPoses {
     return (to) => {
       const pose = this.#pose(name)
       const world = camera.toWorld(to)
-      if (part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
+      if (part === "place") Object.assign(pose, { x: neat(within(world.x, MOST_DISTANCE), 0.05), y: neat(within(world.y, MOST_DISTANCE), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(name)
       this.#move(name)
@@ -141,7 +141,7 @@ export class StartPoses {
     this.#moved.add(name)
     this.#showLines()
     clearTimeout(this.#telling)
-    if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
+    if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), WRITE_DELAY)
   }
 
   /** A hand lets go of a ring. */
@@ -178,7 +178,7 @@ export class StartPoses {
     set.style.setProperty("--robot", color)
     const legend = document.createElement("legend")
     legend.textContent = legend.title = name
-    legend.classList.toggle("long", name.length > LONG)
+    legend.classList.toggle("long", name.length > LONG_NAME)
     set.append(legend)
     for (const key of KEYS) {
       const { most, step } = FIELDS[key]
@@ -192,7 +192,7 @@ export class StartPoses {
       })
       input.addEventListener("input", () => {
         if (!input.checkValidity()) return
-        this.#pose(name)[key] = neat(Number(input.value), FINEST)
+        this.#pose(name)[key] = neat(Number(input.value), PRECISION)
         this.#move(name)
       })
       input.addEventListener("change", () => {
@@ -239,7 +239,7 @@ function degrees([x, y, , heading]) {
 
 /** @param {StartPose} pose */
 function rounded({ x, y, heading }) {
-  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat(heading, FINEST) }
+  return { x: neat(x, PRECISION), y: neat(y, PRECISION), heading: neat(heading, PRECISION) }
 }
 
 /**

@@ -6,7 +6,7 @@ import { fetchTime } from "./backend.js"
 
 /** @import { Clock } from "../score/clock.js" */
 
-const FIRST = [0, 50, 100, 200, 400, 800] // milliseconds after which the page first asks
+const FIRST_DELAYS = [0, 50, 100, 200, 400, 800] // milliseconds after which the page first asks
 const PERIOD = 2000 // milliseconds between two questions after that
 
 export class ServerTime {
@@ -33,7 +33,7 @@ export class ServerTime {
   }
 
   #askFirst() {
-    for (const wait of FIRST) setTimeout(() => this.#ask(), wait)
+    for (const wait of FIRST_DELAYS) setTimeout(() => this.#ask(), wait)
   }
 
   async #ask() {

@@ -7,9 +7,9 @@ import { compose, poseOf, transformBetween } from "../base/path.js"
 /** @import { Lookahead } from "./lookahead.js" */
 /** @import { Pose } from "../base/path.js" */
 
-const CHECKING = 0.25 // seconds between two checks
-const SLACK = 0.1 // meters that a robot may be off its path
-const TURN = 0.3 // radians
+const CHECK_PERIOD = 0.25 // seconds between two checks
+const MOST_OFFSET = 0.1 // meters that a robot may be off its path
+const MOST_TURN = 0.3 // radians
 
 export class Anchor {
   /** @type {Map<string, Pose>} */
@@ -55,12 +55,12 @@ export class Anchor {
    * @param {(name: string) => boolean} isSilent
    */
   look(lookahead, poses, beat, now, isSilent) {
-    if (now - this.#checked < CHECKING) return
+    if (now - this.#checked < CHECK_PERIOD) return
     this.#checked = now
     for (const [name, pose] of Object.entries(poses)) {
       if (!lookahead.at(name, null, beat) || isSilent(name)) continue
       const ideal = lookahead.poseAt(name, beat)
-      this.#check(name, ideal, poseOf(pose), SLACK, TURN)
+      this.#check(name, ideal, poseOf(pose), MOST_OFFSET, MOST_TURN)
     }
   }
 

@@ -15,13 +15,13 @@ import { pointsAlong, poseAfter, poseOf } from "../base/path.js"
  * @property {Pose | null} pose at the start, if it is known
  */
 
-const AHEAD = 48 // beats to fetch of an endless score
-const SHOWN = 24 // beats of it that the stage shows
-const BEHIND = 8 // past beats to keep
+const FETCH_AHEAD = 48 // beats to fetch of an endless score
+const SHOW_AHEAD = 24 // beats of it that the stage shows
+const KEEP_BEHIND = 8 // past beats to keep
 const LEAST_PIECE = 16 // beats requested at once; more for few robots, so that the server is busy for 0.1 s at most
 const MOST_PIECE = 256 // beats that the server sends at once
-const WORK = 800 // robots times beats
-const MOST = 40_000 // moments kept
+const PIECE_WORK = 800 // robots times beats
+const MOST_MOMENTS = 40_000 // moments kept
 const NEAR = 1e-6 // beats
 
 export class Lookahead {
@@ -65,16 +65,16 @@ export class Lookahead {
       this.#renews = true
     }
     const end = this.score.beats ?? Infinity
-    if (this.#count > MOST && this.#known <= beat) this.#forget(beat)
-    else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
-    const passed = this.score.beats === null && beat - this.#from > 8 * AHEAD
-    if (passed) this.#forgetBefore(beat - BEHIND)
-    const horizon = this.score.beats === null ? beat + AHEAD : end
-    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MOST) return
+    if (this.#count > MOST_MOMENTS && this.#known <= beat) this.#forget(beat)
+    else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - KEEP_BEHIND, 0))
+    const passed = this.score.beats === null && beat - this.#from > 8 * FETCH_AHEAD
+    if (passed) this.#forgetBefore(beat - KEEP_BEHIND)
+    const horizon = this.score.beats === null ? beat + FETCH_AHEAD : end
+    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MOST_MOMENTS) return
     this.#asked = this.#known
     this.#since = performance.now()
-    const most = this.score.beats === null ? AHEAD : MOST_PIECE
-    const piece = Math.max(LEAST_PIECE, Math.min(Math.floor(WORK / Object.keys(this.score.robots).length), most))
+    const most = this.score.beats === null ? FETCH_AHEAD : MOST_PIECE
+    const piece = Math.max(LEAST_PIECE, Math.min(Math.floor(PIECE_WORK / Object.keys(this.score.robots).length), most))
     this.#ask(this.#known, Math.min(this.#known + piece, end))
   }
 
@@ -84,7 +84,7 @@ export class Lookahead {
    * @param {number} beat
    */
   renew(beat) {
-    this.#renewed = Math.max(Math.floor(beat) - BEHIND, 0)
+    this.#renewed = Math.max(Math.floor(beat) - KEEP_BEHIND, 0)
   }
 
   /** Asks again: the connection was lost, and the answer with it. */
@@ -170,7 +170,7 @@ export class Lookahead {
    * @param {number} beat
    */
   horizon(beat) {
-    return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOWN
+    return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOW_AHEAD
   }
 
   /**

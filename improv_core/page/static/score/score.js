@@ -12,7 +12,7 @@ import { partsOf } from "./lookahead.js"
 
 const COMMENT = /#.*/g
 const WORD = /[^\s()[\]|#=$]+/gu
-const LONGEST = 200_000 // characters: beyond, a browser would take long to lay them out
+const MOST_CHARACTERS = 200_000 // characters: beyond, a browser would take long to lay them out
 
 export class Score {
   #text
@@ -34,7 +34,7 @@ export class Score {
     this.#words.clear()
     this.#lit.clear()
     let at = 0 // in code points, as the server counts
-    const lines = text.slice(0, LONGEST).split("\n")
+    const lines = text.slice(0, MOST_CHARACTERS).split("\n")
     this.#text.replaceChildren(
       ...lines.map((line) => {
         const element = this.#line(line, at, words)

@@ -19,14 +19,14 @@ import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } f
  * @property {Song | null} song
  */
 
-const SURE = 2 // looks after which the delay of the sound is known,
+const SURE_AFTER = 2 // looks after which the delay of the sound is known,
 const BEGINNING = 1 // or seconds of the context: hidden pages look rarely
-const PERIOD = 40 // milliseconds between two looks
+const CHECK_PERIOD = 40 // milliseconds between two looks
 const LEAD = 0.02 // seconds from a decision to the sound
-const AHEAD = 0.3 // seconds that are scheduled
-const HIDDEN = 2.5 // the same while the page is hidden: browsers wake it once a second
-const FADE = 0.012 // seconds in which a sound rises, and in which the one before falls
-const CLICK = 0.03 // seconds of a click
+const SCHEDULE_AHEAD = 0.3 // seconds that are scheduled
+const HIDDEN_AHEAD = 2.5 // the same while the page is hidden: browsers wake it once a second
+const FADE_TIME = 0.012 // seconds in which a sound rises, and in which the one before falls
+const CLICK_TIME = 0.03 // seconds of a click
 const [HIGH, LOW] = [1760, 1175] // hertz
 
 export class Audio {
@@ -77,7 +77,7 @@ export class Audio {
 
   /** Follows the performance from now on, or no longer. @param {boolean} on */
   run(on) {
-    if (on && !this.#timer) this.#timer = window.setInterval(() => this.follow(), PERIOD)
+    if (on && !this.#timer) this.#timer = window.setInterval(() => this.follow(), CHECK_PERIOD)
     if (!on) {
       clearInterval(this.#timer)
       this.#timer = 0
@@ -91,12 +91,12 @@ export class Audio {
     const latest = this.isOn ? hearing(context.getOutputTimestamp?.() ?? {}, context, performance.now() / 1000) : null
     if (!latest) return
     this.#hearings = heard(this.#hearings, latest)
-    if (this.#hearings.length < SURE && context.currentTime < BEGINNING) return
+    if (this.#hearings.length < SURE_AFTER && context.currentTime < BEGINNING) return
     const { transport, ahead, tempo, bar, counting, clicks, song } = this.#look()
     const lead = shift(this.#hearings) - ahead
     const line = beatLine(transport, lead)
     const now = this.#context.currentTime + LEAD
-    const until = now + (document.hidden ? HIDDEN : AHEAD)
+    const until = now + (document.hidden ? HIDDEN_AHEAD : SCHEDULE_AHEAD)
     this.#followSong(song, line, tempo, now, until)
     const [next, acts] = click(this.#clicks, clicks ? (line ?? countLine(counting, lead)) : null, { now, ahead: until, bar })
     this.#clicks = next
@@ -164,7 +164,7 @@ export class Audio {
   #voice(buffer, at, to) {
     const gain = new GainNode(this.#context, { gain: 0 })
     gain.gain.setValueAtTime(0, at)
-    gain.gain.linearRampToValueAtTime(1, at + FADE)
+    gain.gain.linearRampToValueAtTime(1, at + FADE_TIME)
     gain.connect(to)
     const voice = { source: new AudioBufferSourceNode(this.#context, { buffer }), gain, at, falls: Infinity }
     voice.source.connect(gain)
@@ -185,12 +185,12 @@ export class Audio {
     }
     const gain = new GainNode(this.#context)
     gain.gain.setValueAtTime(0.5, act.at)
-    gain.gain.exponentialRampToValueAtTime(0.001, act.at + CLICK)
+    gain.gain.exponentialRampToValueAtTime(0.001, act.at + CLICK_TIME)
     gain.connect(this.#context.destination)
     const source = new OscillatorNode(this.#context, { frequency: act.high ? HIGH : LOW })
     source.connect(gain)
     source.start(act.at)
-    source.stop(act.at + CLICK)
+    source.stop(act.at + CLICK_TIME)
     source.addEventListener("ended", () => gain.disconnect())
     this.#clicking = [...this.#clicking.filter(({ at }) => at > act.at - 5), { source, at: act.at }]
   }
@@ -205,9 +205,9 @@ function fall(voice, from) {
   const { source, gain, at, falls } = voice
   if (from <= at) source.stop()
   if (from <= at || from >= falls) return
-  voice.falls = Math.max(from, at + FADE) // it rises first
+  voice.falls = Math.max(from, at + FADE_TIME) // it rises first
   gain.gain.cancelScheduledValues(voice.falls)
   gain.gain.setValueAtTime(1, voice.falls)
-  gain.gain.linearRampToValueAtTime(0, voice.falls + FADE)
-  source.stop(voice.falls + FADE)
+  gain.gain.linearRampToValueAtTime(0, voice.falls + FADE_TIME)
+  source.stop(voice.falls + FADE_TIME)
 }

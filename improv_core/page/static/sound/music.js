@@ -21,20 +21,20 @@
 export const SLOWEST = 0.5 // of the song's own speed: beyond these two, there is no song
 export const FASTEST = 2
 export const BEND = 0.005 // of the speed, by which the song itself is bent: nobody hears that
-const CLOSE = 0.0005 // seconds that the song may be off before it is bent
-const FAR = 0.008 // seconds beyond which it jumps, with a short fade
-const MENDING = 1 // seconds in which it would be right again if bent without limit
-const FINEST = 0.0001 // of the speed: smaller changes are not worth it
+const BEND_AFTER = 0.0005 // seconds that the song may be off before it is bent
+const JUMP_AFTER = 0.008 // seconds beyond which it jumps, with a short fade
+const CORRECTION_TIME = 1 // seconds in which it would be right again if bent without limit
+const LEAST_BEND = 0.0001 // of the speed: smaller changes are not worth it
 const SMEAR = 0.01 // seconds by which a grain may be off at its ends
-const SHORTEST = 0.03 // seconds of a grain
-const LONGEST = 0.25
+const LEAST_GRAIN = 0.03 // seconds of a grain
+const MOST_GRAIN = 0.25
 const BEGINNING = 0.5 // seconds after which a browser that doesn't report what is audible at least knows its latency
-const KEPT = 15 // hearings
-const OLD = 5 // seconds after which one no longer counts: two clocks drift
-const MOVED = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
-const AGREEING = 3 // hearings that have to differ
-const SAME = 0.003 // seconds by which clicks may be off before they are scheduled again
-const LATE = 0.05 // seconds by which a click may be late: beyond that, there is none
+const MOST_HEARINGS = 15 // hearings
+const HEARING_LIFE = 5 // seconds after which one no longer counts: two clocks drift
+const MOVED_BY = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
+const MOVED_COUNT = 3 // hearings that have to differ
+const CLICK_TOLERANCE = 0.003 // seconds by which clicks may be off before they are scheduled again
+const MOST_LATENESS = 0.05 // seconds by which a click may be late: beyond that, there is none
 
 /**
  * The sound that is heard now, as the browser reports it: a time of the context, and the time at which it is audible. A
@@ -56,9 +56,9 @@ export function hearing({ contextTime = 0, performanceTime = 0 }, { currentTime,
  * @param {Hearing} hearing
  */
 export function heard(hearings, hearing) {
-  const all = [...hearings.filter(({ page }) => hearing.page - page < OLD), hearing].slice(-KEPT)
-  const latest = all.slice(-AGREEING)
-  const moved = latest.every((each) => Math.abs(shift([each]) - shift(all)) > MOVED)
+  const all = [...hearings.filter(({ page }) => hearing.page - page < HEARING_LIFE), hearing].slice(-MOST_HEARINGS)
+  const latest = all.slice(-MOVED_COUNT)
+  const moved = latest.every((each) => Math.abs(shift([each]) - shift(all)) > MOVED_BY)
   return moved ? latest : all
 }
 
@@ -137,10 +137,10 @@ export function follow(plays, line, { now, ahead, length, align = (_, wanted) =>
   if (bends && plays?.kind === "song") {
     const position = plays.position + (now - plays.time) * plays.speed
     const late = positionAt(line, now) - position
-    const asked = line.rate + (Math.abs(late) > CLOSE ? within(late / MENDING, BEND) : 0)
-    const speed = Math.abs(asked - plays.speed) > FINEST ? asked : plays.speed
-    if (Math.abs(late) <= FAR && speed === plays.speed) return [plays, []]
-    if (Math.abs(late) <= FAR) return [{ kind: "song", time: now, position, speed }, [{ act: "bend", at: now, speed }]]
+    const asked = line.rate + (Math.abs(late) > BEND_AFTER ? within(late / CORRECTION_TIME, BEND) : 0)
+    const speed = Math.abs(asked - plays.speed) > LEAST_BEND ? asked : plays.speed
+    if (Math.abs(late) <= JUMP_AFTER && speed === plays.speed) return [plays, []]
+    if (Math.abs(late) <= JUMP_AFTER) return [{ kind: "song", time: now, position, speed }, [{ act: "bend", at: now, speed }]]
   }
   if (bends) {
     const at = Math.max(now, line.time - line.position / line.rate)
@@ -174,12 +174,12 @@ function grains(plays, line, { now, ahead, length, align, acts }) {
 
 /** The length of a grain in seconds: short enough that nothing in it is heard too early or too late. @param {number} rate */
 export function grainLength(rate) {
-  return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), SHORTEST), LONGEST)
+  return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), LEAST_GRAIN), MOST_GRAIN)
 }
 
 /** @param {SongLine} one @param {SongLine} two @param {number} time */
 function isNear(one, two, time) {
-  return Math.abs(positionAt(one, time) - positionAt(two, time)) / two.rate <= FAR && Math.abs(one.rate - two.rate) <= BEND
+  return Math.abs(positionAt(one, time) - positionAt(two, time)) / two.rate <= JUMP_AFTER && Math.abs(one.rate - two.rate) <= BEND
 }
 
 /** @param {number} value @param {number} most */
@@ -195,14 +195,14 @@ function within(value, most) {
  * @returns {[Clicks, ClickAct[]]}
  */
 export function click(clicks, line, { now, ahead, bar }) {
-  const off = clicks && (!line || Math.abs(beatAt(line, timeAt(clicks.line, clicks.next)) - clicks.next) > SAME * line.pace)
+  const off = clicks && (!line || Math.abs(beatAt(line, timeAt(clicks.line, clicks.next)) - clicks.next) > CLICK_TOLERANCE * line.pace)
   /** @type {ClickAct[]} */
   const acts = off ? [{ act: "unclick", at: now }] : []
   if (!line) return [null, acts]
   const present = beatAt(line, now)
   const heard = clicks && off ? beatAt(clicks.line, now) : clicks?.next
   const goesOn = heard !== undefined && (!off || Math.abs(heard - present) < 0.5) // otherwise it is elsewhere in the dance
-  const first = goesOn ? Math.max(heard, beatAt(line, now - LATE)) : present
+  const first = goesOn ? Math.max(heard, beatAt(line, now - MOST_LATENESS)) : present
   let next = Math.ceil(Math.max(first, line.beat) - 1e-6)
   for (const end = Math.min(beatAt(line, ahead), line.until - 1e-6); next < end; next++) {
     acts.push({ act: "click", at: Math.max(timeAt(line, next), now), high: bar !== null && next % bar === 0 })

@@ -5,7 +5,7 @@ import { find, findA } from "../base/elements.js"
 import { fetchSong } from "../net/backend.js"
 import { settings } from "../base/keys.js"
 import { TomlLines } from "../editor/toml-lines.js"
-import { ENOUGH, tapped, tempoOf } from "./tapping.js"
+import { LEAST_TAPS, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
 /** @import { Audio, Performance, Song } from "./audio.js" */
@@ -13,9 +13,9 @@ import { Waveform } from "./waveform.js"
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
-const PATIENCE = 300 // milliseconds in which a browser turns sound on, if it does without a click
+const UNLOCK_TIMEOUT = 300 // milliseconds in which a browser turns sound on, if it does without a click
 const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
-const NOTHING = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
+const NOTHING_PLAYS = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
 
 export class Sound {
   #clock
@@ -140,7 +140,7 @@ export class Sound {
   /** @returns {Performance} */
   #performance() {
     const { transport: shown, ahead } = this.#clock
-    const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING // real robots are ahead
+    const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING_PLAYS // real robots are ahead
     const { tempo = 60, bar = null } = this.#score ?? {}
     const counting = this.#open ? this.#counting : null
     return { transport, ahead, tempo, bar, counting, clicks: this.#clicks, song: this.#song }
@@ -189,7 +189,7 @@ export class Sound {
   #ready() {
     this.#audio ??= import("./audio.js").then(({ Audio }) => {
       this.#loaded = new Audio(() => this.#performance(), () => this.#showOff())
-      setTimeout(() => this.#showOff(), PATIENCE)
+      setTimeout(() => this.#showOff(), UNLOCK_TIMEOUT)
       return this.#loaded
     })
     return this.#audio
@@ -243,7 +243,7 @@ export class Sound {
   #tap() {
     this.#taps = tapped(this.#taps, performance.now() / 1000)
     const tempo = tempoOf(this.#taps)
-    const left = ENOUGH - this.#taps.length
+    const left = LEAST_TAPS - this.#taps.length
     find("tapped").textContent = tempo === null ? `${left} more` : `${tempo} beats a minute`
     find("use-tempo").hidden = tempo === null
     find("use-tempo").textContent = `beat ${tempo}`

@@ -1,9 +1,9 @@
 // @ts-check
 // A tempo from taps. Pure.
 
-export const ENOUGH = 8 // taps
-const KEPT = 32
-const PAUSE = 2.5 // seconds after which taps start over
+export const LEAST_TAPS = 8 // taps
+const MOST_TAPS = 32
+const MOST_GAP = 2.5 // seconds after which taps start over
 const [SLOWEST, FASTEST] = [20, 400] // beats a minute
 
 /**
@@ -13,7 +13,7 @@ const [SLOWEST, FASTEST] = [20, 400] // beats a minute
  */
 export function tapped(taps, now) {
   const last = taps.at(-1)
-  return [...(last !== undefined && now - last > PAUSE ? [] : taps), now].slice(-KEPT)
+  return [...(last !== undefined && now - last > MOST_GAP ? [] : taps), now].slice(-MOST_TAPS)
 }
 
 /**
@@ -22,7 +22,7 @@ export function tapped(taps, now) {
  * @param {number[]} taps
  */
 export function tempoOf(taps) {
-  if (taps.length < ENOUGH) return null
+  if (taps.length < LEAST_TAPS) return null
   const middle = (taps.length - 1) / 2
   const mean = taps.reduce((sum, tap) => sum + tap, 0) / taps.length
   const along = taps.reduce((sum, tap, index) => sum + (index - middle) * (tap - mean), 0)

@@ -17,12 +17,12 @@ import { rowsOf } from "./timerows.js"
 /** @import { Messages } from "../net/messages.js" */
 
 
-const LONG = 12 // letters: a longer name takes two or three smaller lines
-const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
-const LEAD = 0.25 // where in the view the playhead stays
-const CROWD = 8 // robots; with more, rows are lower, to leave room for the stage
-const MAGNET = 7 // pixels from a mark to a pointer
-const SENDING = 60 // milliseconds between two seeks while scrubbing
+const LONG_NAME = 12 // letters: a longer name takes two or three smaller lines
+const LEAST_BEAT_WIDTH = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
+const PLAYHEAD_AT = 0.25 // where in the view the playhead stays
+const CROWD_SIZE = 8 // robots; with more, rows are lower, to leave room for the stage
+const SNAP_DISTANCE = 7 // pixels from a mark to a pointer
+const SEEK_PERIOD = 60 // milliseconds between two seeks while scrubbing
 
 export class Timeline {
   #tracks
@@ -131,7 +131,7 @@ export class Timeline {
     this.#score = score
     this.#left = 0
     const sheet = rowsOf(score, robots)
-    this.#tracks.classList.toggle("crowd", sheet.rows.length > CROWD)
+    this.#tracks.classList.toggle("crowd", sheet.rows.length > CROWD_SIZE)
     this.#sheet.show(score, sheet)
     this.#list.replaceChildren(...sheet.rows.map((row) => (row.part === null ? this.#row(row) : partRow(row, row.part))))
     this.showSilence()
@@ -158,7 +158,7 @@ export class Timeline {
     const rows = this.#ownRows()
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
-    const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
+    const count = rows.length > CROWD_SIZE ? `${rows.length} robots` : "" // most have to be scrolled to
     find("robots-head").textContent = beat === null ? count : formatPosition(Math.floor(beat), this.#clock.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
@@ -194,7 +194,7 @@ export class Timeline {
     const { width, height } = this.#sizes
     if (!this.#score || !width || height < 2) return
     const { letter } = this.#sizes
-    const least = (LEAST * letter) / 16
+    const least = (LEAST_BEAT_WIDTH * letter) / 16
     const beat = this.#scrubbed ?? this.#clock.beat()
     const beats = this.#score.beats ?? Infinity
     const fits = beats * least <= width
@@ -234,7 +234,7 @@ export class Timeline {
    * @param {boolean} still
    */
   #follow(beat, shown, still) {
-    const wanted = Math.max(beat - shown * LEAD, 0)
+    const wanted = Math.max(beat - shown * PLAYHEAD_AT, 0)
     if (this.#clock.playing && !still) return wanted
     if (beat < this.#left || beat > this.#left + shown * 0.9) return Math.max(beat - shown * 0.1, 0) // turns the page
     return this.#left
@@ -248,7 +248,7 @@ export class Timeline {
     const dot = document.createElement("span")
     dot.className = "dot"
     const label = document.createElement("span")
-    label.className = name.length > LONG ? "name long" : "name"
+    label.className = name.length > LONG_NAME ? "name long" : "name"
     label.title = name
     label.append(...name.split(/(?<=_)/).flatMap((part) => [part, document.createElement("wbr")]))
     const off = document.createElement("span")
@@ -295,7 +295,7 @@ export class Timeline {
 
   /** @param {PointerEvent} event */
   #drag(event) {
-    if (this.#scrubbed !== null) this.#scrub(event, performance.now() - this.#sent > SENDING)
+    if (this.#scrubbed !== null) this.#scrub(event, performance.now() - this.#sent > SEEK_PERIOD)
     else this.#point(this.#beatOf(event))
   }
 
@@ -323,7 +323,7 @@ export class Timeline {
    */
   #scrub(event, send) {
     const pointed = this.#beatOf(event)
-    const beat = this.#meetings.find((meeting) => Math.abs(meeting.beat - pointed) * this.#scale < MAGNET)?.beat ?? pointed
+    const beat = this.#meetings.find((meeting) => Math.abs(meeting.beat - pointed) * this.#scale < SNAP_DISTANCE)?.beat ?? pointed
     this.#scrubbed = Number(Math.min(beat, this.#score?.beats ?? Infinity).toFixed(3))
     if (!send) return
     this.#sent = performance.now()

@@ -8,7 +8,7 @@ import { partsOf } from "../score/lookahead.js"
 /** @typedef {Robot & { part: string | null }} TimelineRow of a robot, or of one of its body parts */
 /** @typedef {{ head: number, row: number, top: number }} Heights in pixels: above all rows, of a robot's row, and scrolled out of view */
 
-const PART = 0.62 // of the height of a robot's row, for a body part: as in panels.css
+const PART_HEIGHT = 0.62 // of the height of a robot's row, for a body part: as in panels.css
 
 /**
  * The rows of robots in a score.
@@ -26,7 +26,7 @@ export class TimelineRows {
   /** @param {TimelineRow[]} rows */
   constructor(rows) {
     this.rows = rows
-    for (const { part } of rows) this.#tops.push(this.#tops[this.#tops.length - 1] + (part === null ? 1 : PART))
+    for (const { part } of rows) this.#tops.push(this.#tops[this.#tops.length - 1] + (part === null ? 1 : PART_HEIGHT))
   }
 
   /**

@@ -8,7 +8,7 @@ import { decoded } from "./link.js"
 
 const KEY = "improv.class"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
-const AGAIN = 1100 // milliseconds: one dance in a second
+const SEND_PERIOD = 1100 // milliseconds: one dance in a second
 
 /** True if this page belongs to a class. */
 export const isClass = document.querySelector('meta[name="improv-class"]') !== null
@@ -50,7 +50,7 @@ export class Class {
   async #send() {
     let answer = await post("send", this.#saving.text, this.#secret)
     if (answer.status === 429) {
-      await new Promise((done) => setTimeout(done, AGAIN))
+      await new Promise((done) => setTimeout(done, SEND_PERIOD))
       answer = await post("send", this.#saving.text, this.#secret)
     }
     say(answer.problem ?? `Sent at ${new Date().toLocaleTimeString()}.`)

@@ -14,7 +14,7 @@ import { download } from "../controls/export.js"
 /** @typedef {(options: object) => Promise<Chosen[]>} Open */
 
 const MOST_BYTES = 400_000
-const MOST = 100_000 // characters
+const MOST_CHARACTERS = 100_000 // characters
 const TYPES = [{ description: "Improv", accept: { "text/plain": [".improv"] } }]
 
 /**
@@ -66,7 +66,7 @@ export async function textOf(file) {
   if (file.size > MOST_BYTES) return null
   try {
     const text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()).replaceAll("\r\n", "\n")
-    return text.length <= MOST ? text : null
+    return text.length <= MOST_CHARACTERS ? text : null
   } catch {
     return null
   }

@@ -165,7 +165,7 @@ class Performance:
     ) -> None:
         self._wanted = wanted = object()
         analysis = document.analysis
-        self._node = analysis.cast.node
+        self._node = analysis.config.node
         playback = self._stages()
         try:
             bar = self._editor.settings.beats_per_bar
@@ -249,8 +249,8 @@ class Performance:
         plays."""
         path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
         found = [] if only else mistakes(path, analysis)
-        if not found and not analysis.cast.ok:  # its text could not be read
-            found = [Mistake(FILE_NAME, 0, 0, "", analysis.cast.diagnostics[0].message)]
+        if not found and not analysis.config.ok:  # its text could not be read
+            found = [Mistake(FILE_NAME, 0, 0, "", analysis.config.diagnostics[0].message)]
         folder = str(path.parent) if path.is_absolute() else ""
         self._stages().present(path.name, folder, found)
 

@@ -60,8 +60,8 @@ class Placing:
             edits = edits_of(document.analysis, asked)
             lines = document.analysis.lines
             return document.uri, None if edits is None else ChangedText(document.version, lines, edits)
-        cast = document.analysis.cast
-        uri = (cast.path and from_fs_path(str(cast.path))) or FILE_NAME
+        config = document.analysis.config
+        uri = (config.path and from_fs_path(str(config.path))) or FILE_NAME
         file = robots_file_now(uri, self._robots_files)
         made = set_first_beat(file.lines.text, asked["value"]) if file else None
         if not file or made is None:

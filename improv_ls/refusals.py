@@ -20,7 +20,8 @@ def refusal(document: Document) -> str | None:
 
 def wrong_robots(document: Document) -> str | None:
     """Return why no robot may move; None if improv.toml has no error."""
-    cast = document.analysis.cast
-    if cast.ok:
+    config = document.analysis.config
+    if config.ok:
         return None
-    return "improv.toml has errors" if cast.text else cast.diagnostics[0].message  # without it, editors can't show them
+    # Without a text, editors can't show the errors.
+    return "improv.toml has errors" if config.text else config.diagnostics[0].message

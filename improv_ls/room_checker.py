@@ -53,7 +53,7 @@ class Rooms:
     def check(self, uri: str, text: str, robots: Robots) -> tuple[Diagnostic, ...]:
         """Return the robots that meet or hit something in a program, and the motions that joints can't make."""
         before = self._versions.pop(uri, None)
-        if before and before.analysis.cast == robots:
+        if before and before.analysis.config == robots:
             analysis = before.analysis.edited(*difference(before.analysis.text, text))
         else:
             analysis = analyze(text, robots)

@@ -25,7 +25,7 @@ class _Checked(NamedTuple):
     found: Sequence[Diagnostic] | None
 
     def is_of(self, document: Document) -> bool:
-        return self.lines is document.lines and self.robots == document.analysis.cast
+        return self.lines is document.lines and self.robots == document.analysis.config
 
 
 class RoomWatch:
@@ -49,7 +49,7 @@ class RoomWatch:
         checked = self._checked.get(document.uri)
         if checked and checked.is_of(document):
             return
-        self._checked[document.uri] = _Checked(document.lines, document.analysis.cast, None)
+        self._checked[document.uri] = _Checked(document.lines, document.analysis.config, None)
         if self._timer:
             self._timer.cancel()
         self._timer = asyncio.get_running_loop().call_later(QUIET, self._begin)

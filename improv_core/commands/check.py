@@ -74,8 +74,8 @@ def command(files: tuple[Path, ...], layout: str) -> None:
         if checked and layout != "json":
             # Not on standard output, where other programs read only problems.
             echo(f"{path}: the robots' meetings are {checked}", err=True)
-        if analysis.cast.diagnostics:
-            tell_robots(analysis.cast)
+        if analysis.config.diagnostics:
+            tell_robots(analysis.config)
 
     def report_robots(robots: Robots) -> None:
         nonlocal others

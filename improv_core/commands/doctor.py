@@ -55,7 +55,7 @@ def _hosts(path: Path | None) -> Iterator[Finding]:
 def examine(path: Path | None) -> Iterator[Finding]:
     """Check everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
     yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
-    cast: Mapping[str, Robot] = {}
+    examined: Mapping[str, Robot] = {}
     safety, places = Safety(), dict[str, Pose]()
     bodies: list[JointedRobot] = []
     try:
@@ -64,32 +64,32 @@ def examine(path: Path | None) -> Iterator[Finding]:
         yield Finding(Mark.BROKEN, str(error))
     else:
         yield from program(path, analysis)
-        robots, safety = analysis.opening.cast, analysis.cast.safety
-        cast = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
-        bodies = jointed([*cast], robots)
+        robots, safety = analysis.opening.config, analysis.config.safety
+        examined = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
+        bodies = jointed([*examined], robots)
         starts = starts_of(analysis) if path and analysis.ok else {}
-        yield from elsewhere(cast, path)
-        cast = {name: robot for name, robot in cast.items() if not robot.host}
-        places = {name: pose for name, robot in cast.items() if (pose := starts.get(name, robot.start))}
+        yield from elsewhere(examined, path)
+        examined = {name: robot for name, robot in examined.items() if not robot.host}
+        places = {name: pose for name, robot in examined.items() if (pose := starts.get(name, robot.start))}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(has_browser())
     yield stopping()
-    yield from examine_ros(cast, safety, bodies, places)
+    yield from examine_ros(examined, safety, bodies, places)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
 
 
-def elsewhere(cast: Mapping[str, Robot], path: Path | None) -> Iterator[Finding]:
+def elsewhere(examined: Mapping[str, Robot], path: Path | None) -> Iterator[Finding]:
     """Report robots whose own machines have to be checked."""
-    if far := [f"{name} on {robot.host.name}" for name, robot in cast.items() if robot.host]:
+    if far := [f"{name} on {robot.host.name}" for name, robot in examined.items() if robot.host]:
         command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
         yield Finding(Mark.ABSENT, f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
 
 
 def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:
     """Report errors in the program and its `improv.toml`."""
-    robots = analysis.cast
+    robots = analysis.config
     if path and any(each.severity is Severity.ERROR for each in analysis.diagnostics):
         yield Finding(Mark.BROKEN, f"{path} has errors", f"run `improv check {path}` to see them")
     elif path:

@@ -47,9 +47,9 @@ def jointed(names: Sequence[str], robots: Robots) -> list[JointedRobot]:
     ]
 
 
-def joints(cast: Sequence[JointedRobot], seen: Graph) -> Iterator[Finding]:
+def joints(robots: Sequence[JointedRobot], seen: Graph) -> Iterator[Finding]:
     """Report, for each robot, the nodes that publish the positions of its joints and those that move them."""
-    for robot in cast:
+    for robot in robots:
         yield _states(robot, seen)
         for each in controllers_of(robot.body):
             topic, kind = topic_of(each, robot.namespace), MESSAGES[each.interface]

@@ -39,7 +39,7 @@ AHEAD, BEHIND = 0.02, 0.5
 
 
 def examine_ros(
-    cast: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot], places: Mapping[str, Pose]
+    robots: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot], places: Mapping[str, Pose]
 ) -> Iterator[Finding]:
     """Check ROS 2, the listeners of these robots, their bodies, the nodes that can stop them, and their state.
 
@@ -54,20 +54,20 @@ def examine_ros(
     if isinstance(found, Interpreter):
         yield (reaching := reach(found.env))
         if reaching.mark is not Mark.BROKEN:
-            measured = [topic for robot in cast.values() for topic in (robot.odom, robot.battery) if topic]
+            measured = [topic for robot in robots.values() for topic in (robot.odom, robot.battery) if topic]
             watched = [*(guard.topic for guard in _guards(safety)), *measured]
             watched += [topic for robot in bodies for topic in robot.topics]
-            seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in cast.values())])
+            seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in robots.values())])
             if isinstance(seen, Finding):
                 yield seen
             else:
                 yield standby(found)
                 yield from guards(safety, seen)
-                yield from listeners(cast, {topic: ends for topic, ends in seen.items() if topic not in watched})
+                yield from listeners(robots, {topic: ends for topic, ends in seen.items() if topic not in watched})
                 yield from joints(bodies, seen)
-                yield from clocks(cast, seen)
-                yield from poses(cast, safety, places, seen)
-                yield from batteries(cast, seen)
+                yield from clocks(robots, seen)
+                yield from poses(robots, safety, places, seen)
+                yield from batteries(robots, seen)
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -142,12 +142,12 @@ MOST_DOMAIN = 232
 """The last domain of Fast DDS and Cyclone DDS: beyond it, they run out of ports."""
 
 
-def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+def listeners(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     """Report, for each robot, the listeners to its velocities and other publishers there; without robots, all
     listeners."""
     hearing = {topic: ends["listeners"] for topic, ends in seen.items() if ends["listeners"]}
-    spare = sorted(hearing.keys() - {robot.topic for robot in cast.values()})
-    for name, robot in cast.items():
+    spare = sorted(hearing.keys() - {robot.topic for robot in robots.values()})
+    for name, robot in robots.items():
         yield _listener(name, robot, hearing.get(robot.topic, ()), spare)
         yield from _quality(name, robot, hearing.get(robot.topic, ()))
         publishers = {end["node"] for end in seen[robot.topic]["publishers"]}
@@ -158,16 +158,16 @@ def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
         for node in sorted(others):
             what = f"{name}: {node} also publishes on {robot.topic}"
             yield Finding(Mark.ABSENT, what, "stop it while Improv plays, or the robot obeys both and stutters")
-    if not cast:
+    if not robots:
         for topic, ends in hearing.items():
             yield Finding(Mark.GOOD, f"{_nodes(ends)} on {topic}")
         if not hearing:
             yield Finding(Mark.ABSENT, "no robot listens", "start one in this domain")
 
 
-def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+def clocks(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     """Compare the clocks that stamp robots' poses with ours."""
-    for name, robot in cast.items():
+    for name, robot in robots.items():
         if not robot.odom:
             continue
         age = seen[robot.odom]["age"]
@@ -183,9 +183,9 @@ def clocks(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
             yield Finding(Mark.GOOD, f"{name}: poses on {robot.odom}, {max(age, 0.0):.2f} s old by their stamps")
 
 
-def poses(cast: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose], seen: Graph) -> Iterator[Finding]:
+def poses(robots: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose], seen: Graph) -> Iterator[Finding]:
     """Report robots whose poses are lost for a while, and those that stand away from their start poses."""
-    for name, robot in cast.items():
+    for name, robot in robots.items():
         if not robot.odom:
             continue
         found = seen[robot.odom]
@@ -199,9 +199,9 @@ def poses(cast: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose],
             yield Finding(Mark.ABSENT, f"{name} is not in its place", advice_to_move(name, standing))
 
 
-def batteries(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+def batteries(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     """Report robots whose batteries are nearly empty."""
-    for name, robot in cast.items():
+    for name, robot in robots.items():
         share = seen[robot.battery]["battery"] if robot.battery else None
         if share is not None and share < LOW:
             yield Finding(Mark.ABSENT, f"{name}: its battery is at {share:.0%}", "charge it")

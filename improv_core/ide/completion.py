@@ -84,7 +84,7 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
         for each in found.parameters
         if ("PARAM" if each.is_number else "NAME") in accepted
     )
-    senses = [Item(name, "sense", source(analysis.cast, name)) for name in analysis.cast.sense_names]
+    senses = [Item(name, "sense", source(analysis.config, name)) for name in analysis.config.sense_names]
     own = [each.name for each in found.parameters]
     hidden = [*own, *(name for name in analysis.predefined if analysis.definition(name, found.statement))]
     parts = body_words.offered(bodies, hidden) if "NAME" in accepted else ()
@@ -101,7 +101,7 @@ def _players(analysis: Analysis, found: BeforeCursor) -> Mapping[Profile, str]:
     """Return the profiles of the robots that perform the statement being written, and the first robot of each."""
     if found.sign and found.sign.type == "EQUAL":
         return performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
-    return by_profile(analysis.opening.cast, [head.text for head in found.heads])
+    return by_profile(analysis.opening.config, [head.text for head in found.heads])
 
 
 def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) -> list[Item]:
@@ -171,9 +171,9 @@ def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
         yield from usual_numbers(heads[0])
     if all(token.type == "NAME" for token in found.heads):
         plays = analysis.lengths
-        for robot in dict.fromkeys([*analysis.cast.robots, *plays, *analysis.opening.places]):
+        for robot in dict.fromkeys([*analysis.config.robots, *plays, *analysis.opening.places]):
             if robot not in heads:
-                where = "in improv.toml" if robot in analysis.cast.robots else "only stands there"
+                where = "in improv.toml" if robot in analysis.config.robots else "only stands there"
                 yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else where)
         yield from after_robots() if heads else first_words(analysis)
 

@@ -35,7 +35,7 @@ def offers(analysis: Analysis, line: OpeningLine, tokens: list[Token]) -> Iterat
     """Yield the words that may follow these tokens in a line of the opening."""
     rest = [token for token in tokens if token.start >= line.sign.end]
     if line.sign.type == "IS" and not rest:
-        for name, profile in analysis.cast.profiles.items():
+        for name, profile in analysis.config.profiles.items():
             yield Item(name, "value", kind(profile))
     elif line.sign.type == "AT":
         yield from _places(line, rest)

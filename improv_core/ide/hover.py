@@ -121,9 +121,9 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
 
 def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
     """Return the hover for a sense; None if there is no such sense."""
-    if name not in analysis.cast.sense_names:
+    if name not in analysis.config.sense_names:
         return None
-    return Hover(span, _code(name), f" (sense): {about_sense(name)}", (source(analysis.cast, name),))
+    return Hover(span, _code(name), f" (sense): {about_sense(name)}", (source(analysis.config, name),))
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
@@ -319,7 +319,7 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
     """Describe the top speeds of robots, once for each profile."""
-    by_profile = {analysis.opening.cast.robot(robot).profile: robot for robot in reversed(robots)}
+    by_profile = {analysis.opening.config.robot(robot).profile: robot for robot in reversed(robots)}
     by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
     if len(by_robot) == 1:
         return tuple(speed for speed in by_robot.values() if speed)

@@ -40,7 +40,7 @@ def about_opening(analysis: Analysis, placed: Placed, token: Token) -> About | N
         return None
     after = Span(sign.start, statement.tokens[-1].end)
     if isinstance(statement.opening, OfKind):
-        profile = analysis.cast.profiles.get(statement.opening.profile.text)
+        profile = analysis.config.profiles.get(statement.opening.profile.text)
         return About(statement.opening.profile.span, profile.name, f": {kind(profile)}") if profile else None
     if said.room:
         width, height = said.room

@@ -87,7 +87,7 @@ def _check(source: Dance) -> None:
         raise MergeError(f"{name}: it has errors: fix them first")
     if not analysis.all_robots:
         raise MergeError(f"{name}: it has no robots: add a line such as `ada $ forward`")
-    world = analysis.opening.cast.world
+    world = analysis.opening.config.world
     if world.walls or world.circles or world.boxes:
         raise MergeError(f"{name}: its improv.toml has obstacles, which can't be moved: remove them first")
     begins = [begin for scene in range(analysis.scene_count) if (begin := analysis.scene_begin(scene))]
@@ -98,11 +98,11 @@ def _check(source: Dance) -> None:
 def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> None:
     """Raise MergeError if a robot has another profile in the merged program, or if the program has errors."""
     merged = analyze(text)
-    cast = merged.opening.cast
+    config = merged.opening.config
     for source, names in zip(sources, robots, strict=True):
-        before = source.analysis.opening.cast
+        before = source.analysis.opening.config
         for old, new in names.items():
-            if before.robot(old).profile != cast.robot(new).profile:
+            if before.robot(old).profile != config.robot(new).profile:
                 raise MergeError(
                     f"{source.name}: `{old}` is described in its improv.toml: remove it there, or play it alone"
                 )
@@ -261,20 +261,20 @@ def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], note
     middles, size = _side_by_side(areas)
     if max(size) > 2 * FARTHEST:
         raise MergeError(f"these need {max(size):,.0f} m side by side, and {2 * FARTHEST:,} m is the most: merge fewer")
-    has_room = [each.analysis.opening.cast.world.size is not None for each in sources]
+    has_room = [each.analysis.opening.config.world.size is not None for each in sources]
     if all(has_room):
         lines.append(f"room {_number(size[0])} {_number(size[1])}")
     elif any(has_room):
         notes.append("no room: only some of the programs have one")
     for source, names, area, (x, y) in zip(sources, robots, areas, middles, strict=True):
-        starts, cast = starts_of(source.analysis), source.analysis.opening.cast
+        starts, config = starts_of(source.analysis), source.analysis.opening.config
         for old, new in names.items():
             pose = area.moved(starts[old], x, y)
             facing = round(math.degrees(pose.heading), 9)
             turned = f" facing {_number(facing)}" if facing else ""
             lines.append(f"{new} at {_number(pose.x)} {_number(pose.y)}{turned}")
-            profile = cast.robot(old).profile
-            if old in cast.robots and BUILT_IN.get(profile.name) == profile:
+            profile = config.robot(old).profile
+            if old in config.robots and BUILT_IN.get(profile.name) == profile:
                 lines.append(f"{new} is {profile.name}")
     return "\n".join(lines)
 

@@ -18,12 +18,12 @@ def performers(analysis: Analysis, index: int) -> dict[Profile, str]:
     """Return the profiles of the robots that play a statement, or of all robots if none does, each with its first
     robot."""
     lines = (analysis.meanings[line].robots for line in lines_playing(analysis, index))
-    return by_profile(analysis.opening.cast, dict.fromkeys(chain.from_iterable(lines)))
+    return by_profile(analysis.opening.config, dict.fromkeys(chain.from_iterable(lines)))
 
 
-def by_profile(cast: Robots, robots: Iterable[str]) -> dict[Profile, str]:
+def by_profile(config: Robots, robots: Iterable[str]) -> dict[Profile, str]:
     """Return the profiles of these robots, or of all listed ones if there are none, and the first robot of each."""
     found: dict[Profile, str] = {}
-    for robot in islice(tuple(robots) or cast.robots, MOST_ROBOTS):
-        found.setdefault(cast.robot(robot).profile, robot)
+    for robot in islice(tuple(robots) or config.robots, MOST_ROBOTS):
+        found.setdefault(config.robot(robot).profile, robot)
     return found or {DEFAULT: ""}

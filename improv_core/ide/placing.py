@@ -150,7 +150,7 @@ def _formation(analysis: Analysis, node: InFormation, robots: Mapping[str, Pose]
     """Return the line that keeps robots of a formation at their places without the others; empty if there is none."""
     facing = f" facing {node.facing.text}" if node.facing else ""
     line = f"{' '.join(robots)} at {node.shape.text} {node.size.text}{facing}"
-    alone = analyze(line, analysis.cast).opening.places if len(robots) > 1 else {}
+    alone = analyze(line, analysis.config).opening.places if len(robots) > 1 else {}
     if not alone:
         return []
     offsets = [(pose.x - alone[name].x, pose.y - alone[name].y) for name, pose in robots.items()]

@@ -38,15 +38,15 @@ def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | 
 def rehearse(analysis: Analysis, scenes: Scenes) -> Selection:
     """Return the lines of these scenes, with robots at their places when the first of them begins in the whole program,
     as dice and senses decide it there (`as_passed`). Raises UnplayableError."""
-    whole = replace(analysis.cast_with(analysis.cast), selected=None)
+    whole = replace(analysis.cast_with(analysis.config), selected=None)
     lines = {index: line for index, line in whole.played.items() if scenes.first <= line.scene <= scenes.last}
     name = _called(whole, scenes)
     if not lines:
         raise UnplayableError(f"nothing plays in {name}: write a line such as `{whole.any_robot} $ forward` there")
     require_no_errors(whole, [*lines])
     places, begin, note = _places(whole, scenes.first) if scenes.first else ({}, 0, "")
-    cast = _in_song(whole.opening.cast, begin, whole.tempo)
-    opening = replace(whole.opening, cast=cast, places={**whole.opening.places, **places})
+    config = _in_song(whole.opening.config, begin, whole.tempo)
+    opening = replace(whole.opening, config=config, places={**whole.opening.places, **places})
     return Selection(name, replace(whole, selected=[*lines.values()], opening=opening), note=note, moved=bool(places))
 
 
@@ -80,12 +80,12 @@ def _called(analysis: Analysis, scenes: Scenes) -> str:
     return f"{first} to {last}"
 
 
-def _in_song(cast: Robots, begin: Exact, tempo: Fraction) -> Robots:
+def _in_song(config: Robots, begin: Exact, tempo: Fraction) -> Robots:
     """Name these scenes: `scene bow`, `from scene bow on`, `scenes walk to bow`."""
-    if not cast.music:
-        return cast
-    first_beat = cast.music.first_beat + float(begin * 60 / tempo)
-    return replace(cast, music=replace(cast.music, first_beat=first_beat))
+    if not config.music:
+        return config
+    first_beat = config.music.first_beat + float(begin * 60 / tempo)
+    return replace(config, music=replace(config.music, first_beat=first_beat))
 
 
 def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], Exact, str]:

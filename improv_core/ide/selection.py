@@ -75,7 +75,7 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     ghostly = [movement for line in danced for robot, movement in line.parts if robot == ghost]
     if not ghostly:
         return Selection(name, selected)
-    return Selection(name, selected.cast_with(_with_ghost(analysis.cast, ghost, ghostly)), ghost)
+    return Selection(name, selected.cast_with(_with_ghost(analysis.config, ghost, ghostly)), ghost)
 
 
 def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
@@ -193,7 +193,7 @@ def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[R
 
 def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:
     """Return the movement at a span, if that alone is a correct one; the statement around it is not."""
-    free = analysis.with_robots(replace(analysis.cast, robots={}))  # no robots are listed, so the ghost is no error
+    free = analysis.with_robots(replace(analysis.config, robots={}))  # no robots are listed, so the ghost is no error
     text = f"{GHOST} $ ({analysis.text[slice(*span)]}\n)"
     alone = free.edited(placed.start, placed.span.end, text)
     require_no_errors(alone, [placed.index])
@@ -207,8 +207,8 @@ def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -
     statement, meaning = analysis.statements[playing], analysis.meanings[playing]
     first, *others = (movement for _, movement in line.parts)
     heads = tuple(head for head in statement.heads if head.text in meaning.robots)
-    cast = replace(placed.meaning, robots=meaning.robots, movement=first, others=tuple(others))
-    for problem in check_casting(replace(statement, heads=heads), cast, analysis.opening.cast, analysis.tempo):
+    changed = replace(placed.meaning, robots=meaning.robots, movement=first, others=tuple(others))
+    for problem in check_casting(replace(statement, heads=heads), changed, analysis.opening.config, analysis.tempo):
         if problem.severity is Severity.ERROR:
             raise UnplayableError(f"{_lines(analysis, [placed])}: {problem.message}")
     return line
@@ -247,21 +247,21 @@ def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | Non
 
 def _unused_name(analysis: Analysis) -> str:
     """Return a name for the ghost that no robot has."""
-    taken = {robot for meaning in analysis.meanings for robot in meaning.robots}.union(analysis.cast.robots)
+    taken = {robot for meaning in analysis.meanings for robot in meaning.robots}.union(analysis.config.robots)
     taken |= analysis.opening.places.keys()
     names = chain([GHOST], (f"{GHOST}{number}" for number in count(2)))
     return next(name for name in names if name not in taken)
 
 
-def _with_ghost(cast: Robots, ghost: str, movements: Sequence[Movement]) -> Robots:
+def _with_ghost(config: Robots, ghost: str, movements: Sequence[Movement]) -> Robots:
     """Return the robots, and a ghost that is like the first of them that can do these movements."""
     able = (
         robot
-        for robot in cast.robots.values()
+        for robot in config.robots.values()
         if not any(unsupported(movement.peak, robot.profile) for movement in movements)
     )
-    like = next(able, cast.robot(ghost))
-    return replace(cast, robots={**cast.robots, ghost: replace(like, start=None, reset=None)})
+    like = next(able, config.robot(ghost))
+    return replace(config, robots={**config.robots, ghost: replace(like, start=None, reset=None)})
 
 
 def _sign(placed: Placed) -> str:

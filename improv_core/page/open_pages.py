@@ -126,8 +126,8 @@ class Pages:
             name: [round(position, 4) for position in each.values()] for name, each in snapshot.joints.items() if each
         }
         if robots != self._drawn.get("robots"):
-            cast: DrawnRobots = {"type": "robots", "robots": robots}
-            self.put("robots", json.dumps(cast))
+            listed: DrawnRobots = {"type": "robots", "robots": robots}
+            self.put("robots", json.dumps(listed))
         drawn: dict[str, object] = {"robots": robots, "poses": poses, "joints": joints}
         if drawn != self._drawn:
             message: DrawnPoses = {

@@ -27,8 +27,8 @@ def find_alone(program: Program) -> Alone | None:
 
     A robot whose profile in `improv.toml` sets `near` is not returned: it may be a real one that senses it.
     """
-    cast = program.opening.cast
-    if cast.world.has_obstacles or NEAR in cast.senses:
+    config = program.opening.config
+    if config.world.has_obstacles or NEAR in config.senses:
         return None
     robots = set(program.opening.places)
     for meaning in program.meanings:
@@ -37,7 +37,7 @@ def find_alone(program: Program) -> Alone | None:
             if len(robots) > 1:
                 return None
     for robot in robots:
-        if (robot not in cast.robots or cast.lacks(robot, NEAR)) and (found := _first_near(program)):
+        if (robot not in config.robots or config.lacks(robot, NEAR)) and (found := _first_near(program)):
             return Alone(robot, *found)
     return None
 

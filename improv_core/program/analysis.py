@@ -55,7 +55,7 @@ class Analysis(Program):
     @property
     def ok(self) -> bool:
         """True if it may play: neither the program nor `improv.toml` has an error."""
-        return self.cast.ok and all(each.severity is not Severity.ERROR for each in self.diagnostics)
+        return self.config.ok and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -69,7 +69,7 @@ class Analysis(Program):
     @cached_property
     def predefined(self) -> Mapping[str, Definition]:
         """Definitions of the words for body parts, and of `to`, which apply if nothing above defines these words."""
-        return predefined(self.cast)
+        return predefined(self.config)
 
     @cached_property
     def _idle(self) -> Mapping[int, Idle]:
@@ -109,7 +109,7 @@ class Analysis(Program):
         None if more than `most` characters must be parsed.
         """
         if len(lines.text) > LONGEST_PROGRAM:
-            return _begun(lines, self.cast) if most == math.inf else None
+            return _begun(lines, self.config) if most == math.inf else None
         growth = len(lines.text) - len(self.text)
         replaced = end + growth
         # The statement before the first one touched may lack a bracket and continue into the new text.
@@ -217,16 +217,16 @@ class Analysis(Program):
         fixes."""
         statement = self.statements[index]
         if meaning.said:
-            named = check_names(statement, meaning.said.robots, self.cast, brief)
-            return (*named.values(), *check_kind(statement, meaning.said, self.cast))
-        cast = self.opening.cast
-        problems = check_casting(statement, meaning, cast, self.tempo, brief) if meaning.robots else ()
+            named = check_names(statement, meaning.said.robots, self.config, brief)
+            return (*named.values(), *check_kind(statement, meaning.said, self.config))
+        config = self.opening.config
+        problems = check_casting(statement, meaning, config, self.tempo, brief) if meaning.robots else ()
         if "to" in statement.uses and meaning.body:
-            problems = (*problems, *check_pose_names(meaning.body, self.cast))
+            problems = (*problems, *check_pose_names(meaning.body, self.config))
         if meaning.robots and meaning.movement.body_words.asked:
-            problems = (*problems, *check_bodies(statement, meaning, cast))
+            problems = (*problems, *check_bodies(statement, meaning, config))
         if statement.has_senses or meaning.is_open:
-            problems = (*problems, *check_senses(statement, meaning, cast))
+            problems = (*problems, *check_senses(statement, meaning, config))
         return problems
 
     def with_robots(self, robots: Robots) -> Analysis:
@@ -241,7 +241,7 @@ class Analysis(Program):
 
     def cast_with(self, robots: Robots) -> Analysis:
         """Return the same program for other robots, without checking anything."""
-        return dataclasses.replace(self, cast=robots, opening=opening_of(robots, self.openings, self.meanings))
+        return dataclasses.replace(self, config=robots, opening=opening_of(robots, self.openings, self.meanings))
 
     def _doubted(self, others: Iterable[int] = ()) -> Analysis:
         """Let everything that robots play wait for another check, and the lines of the opening and others too."""
@@ -265,13 +265,13 @@ def unread(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
 
 def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
     """Return the analysis of a text in which no statement has been parsed yet."""
-    return dataclasses.replace(_begun(lines, earlier.cast), earlier=earlier)
+    return dataclasses.replace(_begun(lines, earlier.config), earlier=earlier)
 
 
-def _begun(lines: LineIndex, cast: Robots) -> Analysis:
+def _begun(lines: LineIndex, config: Robots) -> Analysis:
     """Return the analysis of a text without its statements."""
     none = frozenset[int]()
-    return Analysis(lines, (), (), (), (), bind(()), (), (), (), none, none, none, cast, Opening(cast), {})
+    return Analysis(lines, (), (), (), (), bind(()), (), (), (), none, none, none, config, Opening(config), {})
 
 
 def _parsed(pieces: Iterable[str]) -> list[Statement]:
@@ -324,8 +324,8 @@ def _assembled(
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
         uneven=frozenset(index for index, meaning in enumerate(meanings) if is_uneven(meaning)),
         endless=frozenset(index for index, meaning in enumerate(meanings) if is_endless(meaning)),
-        cast=old.cast,
-        opening=opening_of(old.cast, openings, meanings),
+        config=old.config,
+        opening=opening_of(old.config, openings, meanings),
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
         waiting=waiting,
     )
@@ -362,7 +362,7 @@ def _with_others(
         tempos=_signed({"BEAT"}, statements) if "BEAT" in signs else old.tempos,
         scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
         openings=openings,
-        opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.cast, openings, meanings),
+        opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.config, openings, meanings),
         faulty=old.faulty.difference(changed).union(index for index in changed if _is_faulty(meanings[index])),
         uneven=old.uneven.difference(changed),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
@@ -373,7 +373,7 @@ def _with_others(
 
 def _checked_like(old: Analysis, now: Analysis) -> Analysis:
     """Let everything that robots play wait if the limits or the tempo differ from before."""
-    is_like = now.tempo == old.tempo and now.opening.cast.kinds == old.opening.cast.kinds
+    is_like = now.tempo == old.tempo and now.opening.config.kinds == old.opening.config.kinds
     return now if is_like else now._doubted()
 
 

@@ -35,12 +35,12 @@ _MOMENTS_PER_SEGMENT = 2
 
 def score_of(analysis: Analysis) -> Score:
     """Return the score of a program."""
-    cast, poses = analysis.opening.cast, starts_of(analysis)
+    config, poses = analysis.opening.config, starts_of(analysis)
     parts, smooth = {}, _Smooth(analysis.tempo)
     nothing = (NOTHING,) * analysis.scene_count
     for name in analysis.all_robots:
         checkpoint()
-        robot = cast.robot(name)
+        robot = config.robot(name)
         profile = replace(robot.profile, message=robot.message)
         scenes = analysis.parts.get(name, nothing)
         parts[name] = Part(
@@ -50,28 +50,28 @@ def score_of(analysis: Analysis) -> Score:
             poses[name],
             robot.topic,
             robot.reset,
-            cast.use_sim_time or (cast.clock is not None and cast.clock.follow == "ros"),
+            config.use_sim_time or (config.clock is not None and config.clock.follow == "ros"),
             robot.odom,
-            _senses(cast, name, scenes),
+            _senses(config, name, scenes),
             frame=robot.frame,
             follow=robot.follow,
             odom_frame=robot.odom_frame,
             battery=robot.battery,
-            namespace=cast.namespace_of(name),
+            namespace=config.namespace_of(name),
             host=robot.host,
         )
     score = Score(
         analysis.tempo,
         parts,
-        world=cast.world,
-        safety=cast.safety,
-        publish=cast.publish,
-        osc=cast.osc,
+        world=config.world,
+        safety=config.safety,
+        publish=config.publish,
+        osc=config.osc,
         bar=analysis.opening.bar,
         scene_names=tuple(analysis.scene_names),
-        clock=cast.clock,
-        music=cast.music,
-        count_in=cast.music is not None and cast.music.count_in,
+        clock=config.clock,
+        music=config.music,
+        count_in=config.music is not None and config.music.count_in,
     )
     if len(analysis.text) > LONGEST_TEXT:
         return score
@@ -81,10 +81,10 @@ def score_of(analysis: Analysis) -> Score:
 
 def starts_of(analysis: Analysis) -> Mapping[str, Pose]:
     """Return the start poses of all robots of a program, also of those that a selection leaves out."""
-    cast = analysis.opening.cast
+    config = analysis.opening.config
     named = (name for line in analysis.played.values() for name, _ in line.parts)
-    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.parts])}
-    return {**start_poses(robots, cast.world.size, cast.formation), **analysis.opening.places}
+    robots = {name: config.robot(name) for name in dict.fromkeys([*named, *analysis.parts])}
+    return {**start_poses(robots, config.world.size, config.formation), **analysis.opening.places}
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +101,10 @@ class _Smooth:
         return self.made[key]
 
 
-def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
+def _senses(config: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
     """Return the senses that a robot's part reads. An unknown one is an error in the program."""
     names = frozenset[str]().union(*map(senses_read, scenes))
-    return {name: cast.sense(robot, name) for name in cast.sense_names if name in names}
+    return {name: config.sense(robot, name) for name in config.sense_names if name in names}
 
 
 def compiled(

@@ -308,12 +308,17 @@ def _with_names(program: Program, index: int, problem: Diagnostic) -> Diagnostic
     parts = unseen_joins(tokens, problem.span) if set(written) <= set(UNSEEN) else None
     if not parts or problem.fixes:
         return problem
-    known = {*program.bindings.defined, *program.cast.part_words, *WORDS, *(each.name for each in statement.parameters)}
+    known = {
+        *program.bindings.defined,
+        *program.config.part_words,
+        *WORDS,
+        *(each.name for each in statement.parameters),
+    }
     *halves, whole = parts
     is_head = statement.sign is not None and problem.span.end <= statement.sign.start
     is_robot = is_head and statement.defines is None
     if is_robot:
-        known = {*program.cast.robots, *program.parts}
+        known = {*program.config.robots, *program.parts}
     elif whole not in known and not (is_head and known.isdisjoint(halves)):
         return problem
     fixes = replace("Remove it", problem.span, "", guess=is_robot and whole not in known)
@@ -347,7 +352,7 @@ def _unused(program: Program, index: int) -> Diagnostic:
     assert sign
     message = f"nothing uses `{head.text}`: use it below or remove this line"
     fixes = [Fix("Remove the definition", (Edit(_whole_line(program, index), ""),))]
-    robots, is_like_one = program.cast.robots, is_like_a_robot(head.text)
+    robots, is_like_one = program.config.robots, is_like_a_robot(head.text)
     is_unlisted = bool(robots) and head.text not in robots and not is_like_one
     if statement.parameters or is_unlisted or not is_valid_robot(head.text):
         return Diagnostic("unused-name", head.span, message, tuple(fixes))

@@ -42,17 +42,17 @@ class Opening:
     """The beginning of a program: the `places` of robots with a line `at`, the beats of a bar, and the size of the
     floor.
 
-    `cast` are the robots of `improv.toml` with the kinds and the floor that the program gives them. The other robots
+    `config` are the robots of `improv.toml` with the kinds and the floor that the program gives them. The other robots
     start in the same places as if no line placed one.
     """
 
-    cast: Robots
+    config: Robots
     places: Mapping[str, Pose] = field(default_factory=dict)
     bar: int | None = None
     room: tuple[float, float] | None = None
 
 
-def open_with(cast: Robots, lines: Iterable[Said]) -> Opening:
+def open_with(config: Robots, lines: Iterable[Said]) -> Opening:
     """Return the opening of these lines with the robots of an `improv.toml`. The first line about each thing counts."""
     places: dict[str, Pose] = {}
     kinds: dict[str, str] = {}
@@ -60,14 +60,14 @@ def open_with(cast: Robots, lines: Iterable[Said]) -> Opening:
     for said in lines:
         for robot, pose in zip(said.robots, said.poses, strict=False):
             places.setdefault(robot, pose)
-        if said.profile and said.profile in cast.profiles:
+        if said.profile and said.profile in config.profiles:
             kinds = dict.fromkeys(said.robots, said.profile) | kinds
         bar, room = bar or said.bar, room or said.room
     if kinds:
-        cast = cast.of_kinds({robot: cast.profiles[profile] for robot, profile in kinds.items()})
+        config = config.of_kinds({robot: config.profiles[profile] for robot, profile in kinds.items()})
     if room:
-        cast = replace(cast, world=replace(cast.world, size=room))
-    return Opening(cast, places, bar, room)
+        config = replace(config, world=replace(config.world, size=room))
+    return Opening(config, places, bar, room)
 
 
 def said_by(statement: Statement, diagnostics: list[Diagnostic]) -> Said:

@@ -59,7 +59,7 @@ class Program:
     faulty: frozenset[int]
     uneven: frozenset[int]
     endless: frozenset[int]
-    cast: Robots  # from improv.toml; `opening.cast` has the program's changes
+    config: Robots  # from improv.toml; `opening.config` has the program's changes
     opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
     waiting: Sequence[int] = ()
@@ -211,7 +211,7 @@ class Program:
         for index in placing:
             for head in self.statements[index].heads:
                 others = alike.get(head.text.lower(), ())
-                if others and head.text not in playing and head.text not in self.cast.robots:
+                if others and head.text not in playing and head.text not in self.config.robots:
                     found.setdefault(index, {})[head] = others
         return found
 
@@ -238,7 +238,7 @@ class Program:
     def any_robot(self) -> str:
         """A robot for examples: a listed one, else the first that plays, else turtlesim's."""
         playing = (robot for meaning in self.meanings for robot in meaning.robots)
-        return next(chain(self.cast.robots, playing, self.opening.places), "turtle1")
+        return next(chain(self.config.robots, playing, self.opening.places), "turtle1")
 
     @cached_property
     def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
@@ -268,9 +268,9 @@ class Line(NamedTuple):
     throw: int = 0
 
 
-def opening_of(cast: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
+def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
     """Return the opening that these statements make with the robots of an `improv.toml`."""
-    return open_with(cast, [said for index in openings if (said := meanings[index].said)])
+    return open_with(config, [said for index in openings if (said := meanings[index].said)])
 
 
 def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:

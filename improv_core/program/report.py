@@ -28,7 +28,7 @@ def as_lines(path: Path, analysis: Analysis) -> list[str]:
 def problems(path: Path, analysis: Analysis) -> Iterator[tuple[Path, LineIndex, Diagnostic]]:
     """Yield the diagnostics of a program, then those of `improv.toml`, each with its file and that file's lines."""
     yield from ((path, analysis.lines, diagnostic) for diagnostic in analysis.diagnostics)
-    robots = analysis.cast
+    robots = analysis.config
     if robots.path and robots.diagnostics:
         toml = LineIndex(robots.text)
         yield from ((robots.path, toml, diagnostic) for diagnostic in robots.diagnostics)

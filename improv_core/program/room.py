@@ -85,7 +85,7 @@ def needs_check(analysis: Analysis) -> bool:
     if not analysis.ok:
         return False
     robots = len(analysis.all_robots)
-    return robots > 1 or (robots == 1 and (analysis.opening.cast.world.has_obstacles or _flies(analysis)))
+    return robots > 1 or (robots == 1 and (analysis.opening.config.world.has_obstacles or _flies(analysis)))
 
 
 def _flies(analysis: Analysis) -> bool:
@@ -151,7 +151,7 @@ class _Room:
     def _is_placed(self, robot: str) -> bool:
         """Return whether the program or `improv.toml` sets a robot's start."""
         opening = self.analysis.opening
-        return robot in opening.places or bool(opening.cast.robot(robot).start or opening.cast.formation)
+        return robot in opening.places or bool(opening.config.robot(robot).start or opening.config.formation)
 
     def _places(self, one: str, other: str) -> tuple[Span, Span]:
         """Return the place of the robot that is placed later, and that of the other one."""

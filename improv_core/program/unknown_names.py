@@ -40,7 +40,7 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
         message, fixes = meant_instead(tokens, at)
         return Diagnostic("unknown-name", node.span, message, fixes)
     parameters = [each.name for each in statement.parameters]
-    near = program.bindings.nearest(name) or closest(name, program.cast.part_words)
+    near = program.bindings.nearest(name) or closest(name, program.config.part_words)
     if near and not has_more(name, near, lambda each: _is_known(program, each) or each in parameters):
         message = f"`{name}` is not defined: did you mean `{near}`?"
         return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
@@ -55,7 +55,7 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
 
 
 def _is_known(program: Program, name: str) -> bool:
-    return name in WORDS or name in program.bindings.defined or name in program.cast.part_words
+    return name in WORDS or name in program.bindings.defined or name in program.config.part_words
 
 
 def _in_two(program: Program, text: str, tokens: Sequence[Token], at: int) -> tuple[Fix, ...]:

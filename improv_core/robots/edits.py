@@ -15,11 +15,11 @@ Start = tuple[float, float, float]
 """x and y in meters, the heading in degrees."""
 
 
-def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | None:
+def place(text: str, starts: Mapping[str, Start], played: Iterable[str]) -> str | None:
     """Return the text with these start poses, rounded to thousandths.
 
-    If the file lists no robots yet, all of the `cast` are added, since a list must be complete. None if the file can't
-    be read, or if it writes robots or start poses in an unusual form.
+    If the file lists no robots yet, all that are `played` are added, since a list must be complete. None if the file
+    can't be read, or if it writes robots or start poses in an unusual form.
     """
     toml = read_toml(text)
     robots = toml.data.get("robots", {})
@@ -28,7 +28,7 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
     line_end = "\r\n" if "\r\n" in text else "\n"
     edits = [_edit(text, toml, name, start, line_end) for name, start in starts.items() if name in robots]
     made = _applied(text, filter(None, edits))
-    missing = [name for name in dict.fromkeys([*(() if robots else cast), *starts]) if name not in robots]
+    missing = [name for name in dict.fromkeys([*(() if robots else played), *starts]) if name not in robots]
     if missing:
         made += _gap(made, line_end)
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)

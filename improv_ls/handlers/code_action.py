@@ -84,7 +84,7 @@ def _actions(
 
 def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """Yield fixes that add a robot to `improv.toml`."""
-    robots, text = document.analysis.cast, document.analysis.text
+    robots, text = document.analysis.config, document.analysis.text
     uri = from_fs_path(str(robots.path)) if robots.path else None
     if not uri:
         return
@@ -101,16 +101,16 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
 def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """Yield, for a robot, the action that lists all robots of the program in `improv.toml`, or in a new one, if it
     lists none."""
-    cast, program, symbol = document.analysis.cast, path_of(document.uri), symbol_at(document.analysis, span.start)
-    if not (program and symbol and symbol.is_robot) or cast.robots or not (cast.path or ls.editor.creates_files):
+    config, program, symbol = document.analysis.config, path_of(document.uri), symbol_at(document.analysis, span.start)
+    if not (program and symbol and symbol.is_robot) or config.robots or not (config.path or ls.editor.creates_files):
         return
-    uri = from_fs_path(str(cast.path or program.parent / FILE_NAME)) or ""
+    uri = from_fs_path(str(config.path or program.parent / FILE_NAME)) or ""
     if not (file := robots_file_now(uri, ls.robots_files)):
         return
     text = place(file.lines.text, {}, document.analysis.robots)
     if text and text != file.lines.text:
         start, end, written = difference(file.lines.text, text)
-        where = FILE_NAME if cast.path else f"a new {FILE_NAME}"
+        where = FILE_NAME if config.path else f"a new {FILE_NAME}"
         action = Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),))
         yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
 
@@ -163,5 +163,5 @@ def _edit(ls: Session, document: Document | RobotsFile, changed: dict[str, Chang
 
 def _new(document: Document | RobotsFile, changed: dict[str, ChangedText]) -> list[str]:
     """Return the changed files that do not exist yet: an `improv.toml`."""
-    exists = isinstance(document, RobotsFile) or document.analysis.cast.path
+    exists = isinstance(document, RobotsFile) or document.analysis.config.path
     return [] if exists else [uri for uri in changed if uri != document.uri]

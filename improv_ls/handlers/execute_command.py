@@ -107,8 +107,8 @@ def cue(ls: Session, *arguments: Any) -> None:
 def calibrate(ls: Session, *arguments: Any) -> None:
     """Show how to calibrate a robot: that takes a conversation, so it needs a terminal."""
     refresh_robots(ls)
-    casts = [document.analysis.cast for document in ls.documents.values()]
-    listed = next((cast for cast in casts if cast.path and cast.robots), None)
+    configs = [document.analysis.config for document in ls.documents.values()]
+    listed = next((config for config in configs if config.path and config.robots), None)
     if not listed or not listed.path:
         ls.editor.warn("improv.calibrate: list your robots in improv.toml first, and open a program that they play")
         return

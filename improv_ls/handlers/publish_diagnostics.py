@@ -45,16 +45,16 @@ def withdraw(ls: Session, document: Document) -> None:
     """Clear the diagnostics of a document that was closed, and of its `improv.toml` if no other document uses it."""
     if not ls.editor.pulls_diagnostics:
         _send(ls, replace(document, version=None), ())
-    robots = document.analysis.cast
-    if all(other.analysis.cast.path != robots.path for other in ls.documents.values()):
+    robots = document.analysis.config
+    if all(other.analysis.config.path != robots.path for other in ls.documents.values()):
         publish_robots(ls, replace(robots, diagnostics=()))
 
 
 def withdraw_robots(ls: Session, uri: str) -> None:
     """Show the errors of a closed `improv.toml` on disk if a program uses it, otherwise none."""
     path = path_of(uri)
-    user = next((each for each in ls.documents.values() if each.analysis.cast.path == path), None)
-    publish_robots(ls, user.analysis.cast if user else Robots(path=path))
+    user = next((each for each in ls.documents.values() if each.analysis.config.path == path), None)
+    publish_robots(ls, user.analysis.config if user else Robots(path=path))
 
 
 def as_sent(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:

@@ -28,7 +28,7 @@ from improv_ls.to_lsp_locations import ChangedText, highlight, location
 def completion(ls: Session, file: RobotsFile, params: types.CompletionParams) -> types.CompletionList | None:
     offset, text = to_offset(file.lines, params.position, ls.editor.encoding), file.lines.text
     asked_by = params.context.trigger_character if params.context else None
-    found = completing.complete(text, offset, _cast(ls, file))
+    found = completing.complete(text, offset, _robots_of(ls, file))
     if not found or (asked_by and {item.kind for item in found.items} != {"value"}):
         return None  # a list that pops up between all words is a nuisance
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
@@ -149,10 +149,10 @@ def _with_word(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[tu
         yield program, analyze(program.analysis.text, robots)
 
 
-def _cast(ls: Session, file: RobotsFile) -> list[str]:
+def _robots_of(ls: Session, file: RobotsFile) -> list[str]:
     """Return the robots of the open programs that use the file."""
     path = path_of(file.uri)
-    programs = (document for document in ls.documents.values() if document.analysis.cast.path == path)
+    programs = (document for document in ls.documents.values() if document.analysis.config.path == path)
     return [robot for document in programs for robot in document.analysis.robots]
 
 

@@ -60,7 +60,7 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
 def add(ls: Session, document: Document) -> None:
     """Keep a new document, or one whose robots are new."""
     ls.settling.keep(document)
-    publish_robots(ls, document.analysis.cast)
+    publish_robots(ls, document.analysis.config)
 
 
 def _keep_robots(ls: Session, file: RobotsFile) -> None:

@@ -104,11 +104,11 @@ def _check(
             continue
         if path.parent not in robots:
             robots[path.parent] = robots_of(uri)
-        cast, stamp = robots[path.parent], (state.st_mtime_ns, state.st_size)
+        config, stamp = robots[path.parent], (state.st_mtime_ns, state.st_size)
         before = checked.get(uri)
-        if state.st_size <= LARGEST_FILE and not (before and (before.stamp, before.robots) == (stamp, cast)):
+        if state.st_size <= LARGEST_FILE and not (before and (before.stamp, before.robots) == (stamp, config)):
             stamps.append(stamp)
-            changed.append(ProgramFile(uri, path, cast))
+            changed.append(ProgramFile(uri, path, config))
     news = {}
     for program, stamp, found in zip(changed, stamps, checker.check(changed) if changed else (), strict=True):
         items = told(program.uri, found) if found else []

@@ -62,9 +62,9 @@ def refresh_robots(ls: Session) -> None:
     different = False
     for document in list(ls.documents.values()):
         robots = robots_of(document.uri)
-        if robots != document.analysis.cast:
-            if robots.path != document.analysis.cast.path:
-                publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
+        if robots != document.analysis.config:
+            if robots.path != document.analysis.config.path:
+                publish_robots(ls, replace(document.analysis.config, diagnostics=()))
             add(ls, replace(document, analysis=document.analysis.given(robots)))
             different = True
     if different and ls.editor.pulls_diagnostics:

@@ -131,8 +131,8 @@ def _dance(seconds: int) -> tuple[str, str]:
     toml += "".join(f'[robots.arm{robot}]\nprofile = "arm"\n' for robot in range(ROBOTS))
     there, back = "(left || up || forward)", "(right || down || backward)"
     moves = " || ".join(f"{part} (repeat {seconds // 2} ({there} {back}))" for part, _ in parts)
-    cast = " ".join(f"arm{robot}" for robot in range(ROBOTS))
-    return toml, f"beat 60\n{cast} $ {moves}\n"
+    arms = " ".join(f"arm{robot}" for robot in range(ROBOTS))
+    return toml, f"beat 60\n{arms} $ {moves}\n"
 
 
 @contextmanager

@@ -68,22 +68,22 @@ def checker() -> Iterator[RoomChecker]:
 
 
 def test_rooms_are_checked_in_a_process(checker: RoomChecker) -> None:
-    cast = read_robots("")
-    assert [each.code for each in checker.check(URI, PROGRAM, cast)] == ["meets"]
-    assert checker.check(URI, PROGRAM.replace("1 -1", "5 -1"), cast) == ()
+    config = read_robots("")
+    assert [each.code for each in checker.check(URI, PROGRAM, config)] == ["meets"]
+    assert checker.check(URI, PROGRAM.replace("1 -1", "5 -1"), config) == ()
     for process in ours("improv_ls.room_checker"):
         os.kill(process, signal.SIGKILL)
     with pytest.raises((EOFError, OSError)):
-        checker.check(URI, PROGRAM, cast)
+        checker.check(URI, PROGRAM, config)
     checker.close()
-    assert [each.code for each in checker.check(URI, PROGRAM, cast)] == ["meets"]
+    assert [each.code for each in checker.check(URI, PROGRAM, config)] == ["meets"]
 
 
 def test_only_the_latest_programs_are_kept() -> None:
-    rooms, cast = Rooms(), read_robots("")
+    rooms, config = Rooms(), read_robots("")
     for number in range(30):
-        assert len(rooms.check(f"file:///{number}.improv", PROGRAM, cast)) == 1
+        assert len(rooms.check(f"file:///{number}.improv", PROGRAM, config)) == 1
     assert len(rooms._versions) == 20
     for text, count in (("", 0), (PROGRAM, 1), (f"{PROGRAM}oops", 0), (PROGRAM, 1)):
-        assert len(rooms.check(URI, text, cast)) == count
+        assert len(rooms.check(URI, text, config)) == count
     assert len(rooms.check(URI, PROGRAM, read_robots("[profiles.x]\nstep = 1"))) == 1

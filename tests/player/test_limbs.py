@@ -41,7 +41,7 @@ Turn = tuple[float, float, float]
 
 def analyzed(program: str, toml: str = TOML) -> Analysis:
     analysis = analyze("beat 60\n" + program, read_robots(toml))
-    assert analysis.ok, (analysis.diagnostics, analysis.cast.diagnostics)
+    assert analysis.ok, (analysis.diagnostics, analysis.config.diagnostics)
     return analysis
 
 

@@ -19,7 +19,7 @@ GROUPS = [SUITE, SUITE["poses"]]
 
 def analyzed(group: dict[str, Any], program: str) -> Analysis:
     analysis = analyze(program, read_robots(group["toml"]))
-    assert analysis.cast.diagnostics == ()
+    assert analysis.config.diagnostics == ()
     return analysis
 
 

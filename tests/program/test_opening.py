@@ -86,7 +86,7 @@ def test_robots_may_be_called_like_the_words() -> None:
         room bar at grid 1 around 9 9
     """)
     assert list(analysis.opening.places) == ["at", "is", "circle", "room", "bar"]
-    assert set(analysis.opening.cast.kinds) == {"at", "is", "room"}
+    assert set(analysis.opening.config.kinds) == {"at", "is", "room"}
 
 
 def test_the_first_at_before_a_place_is_the_sign() -> None:

@@ -110,7 +110,7 @@ def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
             raise TimeoutError(f"missing: {sink.missing()}, warnings: {sink.warnings()}")
         sink.advance(0.0)
         if asks:
-            sink.ask(sink._cast)
+            sink.ask(sink._current)
         time.sleep(0.01)
 
 

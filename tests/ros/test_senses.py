@@ -40,9 +40,9 @@ def sensor(publish: Publish) -> Publish:
     return start
 
 
-def read(sink: Sink, cast: dict[str, str] = CMD, **topics: Topic | BuiltIn) -> None:
+def read(sink: Sink, robots: dict[str, str] = CMD, **topics: Topic | BuiltIn) -> None:
     """Prepare a score with robots that read these senses."""
-    sink("prepare", cast, senses={name: asdict(topic) for name, topic in topics.items()})
+    sink("prepare", robots, senses={name: asdict(topic) for name, topic in topics.items()})
 
 
 def feels(sink: Sink, *edges: list[Any]) -> None:

@@ -195,9 +195,9 @@ robots = st.builds(
 
 @given(st.lists(robots, min_size=2, max_size=3), st.none() | st.floats(0.0, 0.3))
 def test_robots_far_enough_apart_come_to_rest_apart(drawn: Sequence[Robot], link: float | None) -> None:
-    cast = {f"r{number}": robot for number, robot in enumerate(drawn)}
-    assume(gap(cast) >= KEEP_APART)
-    story = play(cast, link=link)
+    robots = {f"r{number}": robot for number, robot in enumerate(drawn)}
+    assume(gap(robots) >= KEEP_APART)
+    story = play(robots, link=link)
     assume(not story.was_late)
     event("paused" if story.paused else "not paused")
     assert story.nearest >= KEEP_APART - 1e-6

@@ -40,7 +40,7 @@ def disagreements(seed: int, beats: int = MOST_BEATS) -> list[str]:
     """Return the differences between the check and brute force about the first beats of a random dance."""
     program, toml = random_dance(seed)
     analysis = analyze(program, read_robots(toml))
-    assert analysis.ok, (program, toml, analysis.diagnostics, analysis.cast.diagnostics)
+    assert analysis.ok, (program, toml, analysis.diagnostics, analysis.config.diagnostics)
     score = score_of(analysis)
     checked = check_room(score)
     found = {each.robots: each.beat for each in checked.meetings}

@@ -17,8 +17,8 @@ from improv_core.score.senses import BUMP, NEAR
 from improv_core.text import Span
 
 
-def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion | None:
-    """Return the words that may come at the cursor; None in comments. `cast` are the robots that programs play."""
+def complete(text: str, offset: int, robots: Collection[str] = ()) -> Completion | None:
+    """Return the words that may come at the cursor; None in comments. `robots` are the robots that programs play."""
     found = beginning(text, offset)
     if not found:
         return None
@@ -30,7 +30,7 @@ def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion |
     end = offset + (rest.startswith(begun[:1]) if begun[:1] in ("'", '"') else 0)
     if before.expects == "header":
         closed = bool(re.match(r"[\w.\s-]*\]", rest))
-        items = _sections(before.keys, others, cast, closed)
+        items = _sections(before.keys, others, robots, closed)
     elif before.expects == "key":
         items = _keys(before, others, bool(re.match(r"[\w-]*[ \t]*=", rest)), begun)
     else:
@@ -38,7 +38,7 @@ def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion |
     return Completion(Span(offset - len(begun), end), list(items), 0, True)
 
 
-def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[str], closed: bool) -> Iterator[Item]:
+def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], robots: Collection[str], closed: bool) -> Iterator[Item]:
     """Yield the names that may come in a header, after those in it so far. `closed` if its bracket is there."""
     key = find(table)
     end = "" if closed else "]"
@@ -50,7 +50,7 @@ def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[
     for name, inner in (key.keys if key and table else {}).items():
         if inner.named and (*table, name) not in others:
             yield Item(name, "section", inner.about, f"{name}.${{1:name}}{end}")
-    known = {"robots": dict.fromkeys(cast, "in a program"), "senses": dict.fromkeys((BUMP, NEAR), "built in")}
+    known = {"robots": dict.fromkeys(robots, "in a program"), "senses": dict.fromkeys((BUMP, NEAR), "built in")}
     for name, about in known.get(str(table[0]), {}).items() if len(table) == 1 else ():
         if (*table, name) not in others:
             yield Item(name, "robot" if table[0] == "robots" else "section", about, f"{name}{end}")

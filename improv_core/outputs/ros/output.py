@@ -95,7 +95,7 @@ class Ros(Sink):
         self._topics: dict[str, RosTopic] = {}
         self._may_home = False  # True once only joints hold back beat 0
         self._unprepared: set[str] = set()  # topics whose robots aren't prepared yet
-        self._cast: list[str] = []
+        self._current: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
         self._standby.wait()
@@ -145,7 +145,7 @@ class Ros(Sink):
         joint_states = {name: topic for name, part in parts.items() if (topic := joint_states_of(part))}
         period = PROMPT if score.world.keep_apart is not None or score.safety.sight else USUAL
         self._reader.read(_read_from_topics(parts), odometry, batteries, joint_states, period)
-        self._cast = list(parts)
+        self._current = list(parts)
         self._controllers.take(parts, restart)
         self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
@@ -186,8 +186,8 @@ class Ros(Sink):
         if self._now() >= self._standby_until:
             return False
         self._standby.look()
-        topics = {self._robots[robot].topic.name for robot in self._cast}
-        return not self._standby.is_ready(topics | self._controllers.topics(self._cast))
+        topics = {self._robots[robot].topic.name for robot in self._current}
+        return not self._standby.is_ready(topics | self._controllers.topics(self._current))
 
     def ask(self, robots: Collection[str]) -> None:
         robots = self._ours(robots)
@@ -365,7 +365,7 @@ class Ros(Sink):
 
     def _ours(self, robots: Collection[str] | None) -> Collection[str]:
         """The robots of these that this stage moves; if None, those of the latest `prepare`."""
-        return self._cast if robots is None else [robot for robot in robots if robot not in self._elsewhere]
+        return self._current if robots is None else [robot for robot in robots if robot not in self._elsewhere]
 
     def _topic(self, robot: str) -> RosTopic:
         return self._robots[robot].topic

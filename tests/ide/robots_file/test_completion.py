@@ -40,14 +40,14 @@ NAMES = [
 SECTIONS = [f"[{name}]" for name in NAMES]
 
 
-def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
+def completed(marked: str, robots: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
     marked = dedent(marked).strip("\n")
     text = marked.replace("|", "")
-    return text, complete(text, marked.index("|"), cast)
+    return text, complete(text, marked.index("|"), robots)
 
 
-def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
-    _, found = completed(marked, cast)
+def check(marked: str, *labels: str, robots: tuple[str, ...] = ()) -> None:
+    _, found = completed(marked, robots)
     assert found
     assert [item.label for item in found.items] == list(labels)
 

@@ -1,6 +1,6 @@
 """Finds the errors of programs on disk, in a separate process.
 
-A thread would hold Python's lock while a busy machine lets it wait, and typing would wait with it.
+A thread would hold Python's lock even while the system doesn't run it, and typing would lag.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from improv_ls.arrivals import Arrival, Arrivals, FramingError
 
 _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
 """Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
-U+2028 and at the end of a file."""
+U+2028, and at the end of a file."""
 
 
 class StdioServer(LanguageServer):

@@ -13,7 +13,7 @@ from improv_ls.editor import ANSWER_LIMIT, Editor
 
 
 class Progress:
-    """Follows the performance."""
+    """Shows the beat that plays as work-done progress."""
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor

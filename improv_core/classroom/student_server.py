@@ -190,7 +190,7 @@ class StudentServer:
         try:
             self._room, is_right = guess(self._room, request.remote or "", code, time.monotonic())
             if not is_right:
-                raise ForbiddenError(403, "this is not the code of the room: look at it again")
+                raise ForbiddenError(403, "that is not the code of the room: check it and type it again")
             self._room, member = join(self._room, name, secret, browser)
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})

@@ -209,7 +209,7 @@ class _Conversation:
             await performing.finished.wait()
             try:
                 if not (began and performing.has_ended):
-                    raise _NothingMeasuredError("it was stopped, so nothing was measured")
+                    raise _NothingMeasuredError("the dance was stopped, so nothing was measured: start again")
                 return None if self._asks else self._moved(score_of(analysis))
             except _NothingMeasuredError as problem:
                 self._say(str(problem))

@@ -96,7 +96,7 @@ def _confirmed(address: str | None, port: int) -> str:
     try:
         named = ipaddress.IPv4Address(address)
     except ValueError:
-        raise CommandError(f"{address} is no address such as 192.168.1.20") from None
+        raise CommandError(f"{address} is not an IP address: write one such as 192.168.1.20") from None
     if named.is_unspecified or named.is_multicast:
         raise CommandError(f"{address} stands for many networks: name one address of this machine")
     return str(named)

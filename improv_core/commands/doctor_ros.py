@@ -172,7 +172,7 @@ def clocks(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
             continue
         age = seen[robot.odom]["age"]
         if age is None:
-            yield Finding(Mark.ABSENT, f"{name}: no poses on {robot.odom}", "start what publishes them")
+            yield Finding(Mark.ABSENT, f"{name}: no poses on {robot.odom}", "start the node that publishes them")
         elif age < -AHEAD:
             what = f"{name}: the clock that stamps {robot.odom} is at least {-age:.2f} s ahead of this machine's"
             yield Finding(Mark.BROKEN, what, "synchronize both, such as with chrony")
@@ -191,7 +191,7 @@ def poses(robots: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose
         found = seen[robot.odom]
         if found["gap"] > LONGEST_GAP:
             what = f"{name}: for {found['gap']:.1f} s, no pose came on {robot.odom}"
-            yield Finding(Mark.BROKEN, what, "check its network and what publishes them")
+            yield Finding(Mark.BROKEN, what, "check its network and the node that publishes them")
         if robot.odom_frame != "world" or name not in places or not found["pose"]:
             continue
         standing = Standing(places[name], Pose(**found["pose"]))

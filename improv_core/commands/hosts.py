@@ -35,7 +35,8 @@ def list_all() -> None:
     for host in hosts:
         echo(host)
     if not hosts:
-        echo(f"Improv may use no other machine ({approved_file()} lists them)", err=True)
+        line = "Improv may not use any other machine: allow one with `improv hosts allow HOST`"
+        echo(f"{line} ({approved_file()} lists them)", err=True)
 
 
 @command.command()

@@ -157,7 +157,7 @@ class _Placing:
             return FAILED
         await asyncio.sleep(MEASURED_AT_REST)
         if unseen := self._score.parts.keys() - performing.measured.keys():
-            raise CommandError(f"no pose of {_names(sorted(unseen))} came: start what publishes them")
+            raise CommandError(f"no pose of {_names(sorted(unseen))} came: start the node that publishes them")
         return None
 
     async def _lose_patience(self) -> None:
@@ -170,7 +170,8 @@ class _Placing:
             await asyncio.sleep(LOOK_PERIOD)
             waits = ends & {*performing.playback.state.waits_for}
             waited = waited + LOOK_PERIOD if waits else 0.0
-        why = f"no pose came for {PATIENCE:g} s: start what publishes them" if waits & unseen else "make room by hand"
+        blind = f"no pose came for {PATIENCE:g} s: start the node that publishes them"
+        why = blind if waits & unseen else "make room by hand"
         performing.screen.complain(f"improv: {why}, then place robots again")
 
     def _conclude(self) -> int:

@@ -459,7 +459,7 @@ class TerminalSession:
                 self._recorder.record_poses(message)
             else:
                 self._recorder.note(message, message["wall"])
-        except (OSError, ValueError) as problem:  # raised later: from here, it would end the reading from the stage
+        except (OSError, ValueError) as problem:  # raised later: here, it would end the thread that reads the stage
             self._not_recorded = problem
             self.finished.set()
 

@@ -108,7 +108,7 @@ class Incoming:
 
     def _check(self, more: bytes) -> None:
         if not self._length and more and more[0] not in self._letters:
-            raise FrameError("it sends something else than a stage does")
+            raise FrameError("it sent something that isn't from a stage")
         if self._length + len(more) > self._longest:
             raise FrameError(f"it sends a line of more than {self._longest // 1_000_000} MB")
 

@@ -28,7 +28,7 @@ class TimeTranslation:
     asleep: float
 
     def at_there(self, here: float) -> float:
-        """Return the monotonic time there, in seconds."""
+        """Return the remote machine's monotonic time, in seconds."""
         return self.clocks.there(here)
 
     def at_here(self, there: float) -> float:

@@ -83,7 +83,7 @@ def about_pose(analysis: Analysis, placed: Placed, pose: str) -> tuple[str, ...]
 
 
 def moved_by(analysis: Analysis, placed: Placed, meaning: Movement) -> tuple[str, ...]:
-    """Describe the ranges of joints in a movement from their starts: `head_yaw between 0° and 30°, ends at 0°`."""
+    """Describe how far a movement turns each joint from its start: `head_yaw between 0° and 30°, ends at 0°`."""
     found = []
     for profile in performers(analysis, placed.index) if meaning.body_words.asked and not meaning.open else ():
         body = profile.body or Body()

@@ -188,7 +188,7 @@ def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[R
         expansion = reader.expansion(node) if isinstance(node, nodes.Call) else None
         if expansion and expansion.body is phrase:
             return expansion.reader, expansion.body
-    raise UnplayableError("its nearest use has an error: fix it, or choose that line")
+    raise UnplayableError("the nearest line that uses it has an error: fix that line, or play it by itself")
 
 
 def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:

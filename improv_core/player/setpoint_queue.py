@@ -36,7 +36,7 @@ class SetpointQueue:
         self._withhold = withhold
         self._queue: list[_Due] = []
         self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot were not silent
-        self._zeros_left: dict[Mover, int] = {}  # zeros that a silent robot's mover has yet to get
+        self._zeros_left: dict[Mover, int] = {}  # zeros still to send to the movers of a muted robot
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
         self.repeats = Repeats()
         """The movers that hold a velocity."""

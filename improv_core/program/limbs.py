@@ -151,7 +151,7 @@ class _Finder:
 
 
 def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
-    """Yield poses whose joints another voice moves too: their spans in the line, and advice."""
+    """Yield each pose whose joints another voice moves too, as its span in the line and advice."""
     waiting: list[tuple[Movement, str, bool, bool, Span | None]] = [(whole, "", False, False, None)]
     seen = set[tuple[int, str, bool, bool, Span | None]]()
     while waiting:

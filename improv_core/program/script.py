@@ -39,7 +39,7 @@ def _sensing(number: int, entry: object) -> SenseSpan:
         raise ScriptError(f"entry {number}: write `sense`, `from`, and perhaps `to` and `robot`, and nothing else")
     for key in ("sense", "robot"):
         if not isinstance(entry.get(key, ""), str):
-            raise ScriptError(f"entry {number}: write `{key}` as a text")
+            raise ScriptError(f"entry {number}: write `{key}` in quotes")
     start = _beat(number, entry, "from")
     end: Duration = _beat(number, entry, "to") if "to" in entry else ENDLESS
     if end < start:

@@ -20,7 +20,7 @@ from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_VISITED = 10_000
-"""The most nodes of phrases within phrases that are searched: each use of a phrase plays other parts of it."""
+"""The most nodes to search inside nested phrases. Each use is searched again, because it plays other parts."""
 
 
 @dataclass(frozen=True, slots=True)

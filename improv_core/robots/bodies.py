@@ -26,7 +26,7 @@ from improv_core.score.body import (
 from improv_core.syntax.vocabulary import WORDS
 
 DIRECTIONS: Mapping[str, str] = {"forward": "x", "strafeleft": "y", "up": "z", "left": "yaw"}
-"""Directions that a body part may have, with the component of the velocity of each. Their opposites follow."""
+"""Directions that a body part may have, with the component of the velocity of each. Their opposites are derived."""
 SIDEWAYS = ("y", "yaw")
 """The components that a mirror negates."""
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -294,7 +294,7 @@ class _Bodies:
             used = tuple(dict.fromkeys(each for each in found if isinstance(each, str)))
             made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
-            reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the joints of one", given=(PROFILES,))
+            reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the `joints` of one", given=(PROFILES,))
         return made or [each for each in base.controllers if set(each.joints) <= set(joints)]
 
     def can_move_home(

@@ -43,7 +43,7 @@ def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, So
         if not _NAME.fullmatch(name) or name in WORDS:
             reading.at_key(keys, f"`{name}` can't be the name of a sense: use a word of your own")
         elif name == CUE:
-            reading.at_key(keys, f"`{CUE}` is always given by people: choose another name")
+            reading.at_key(keys, f"`{CUE}` comes from people: choose another name")
         elif isinstance(value, dict) and (source := _source(reading, keys, table)):
             made[name] = source
     return made

@@ -98,7 +98,7 @@ def read_urdf(source: bytes) -> Urdf:
     except SAXParseException as error:
         raise UrdfError(error.getLineNumber() or 0, f"this is not XML: {error.getMessage()}") from None
     except (ValueError, LookupError):
-        raise UrdfError(0, "this is not XML in a known encoding") from None
+        raise UrdfError(0, "this is not XML in an encoding that Improv knows: save it as UTF-8") from None
     return reader.robot()
 
 
@@ -270,7 +270,7 @@ def _tree(links: Mapping[str, int], joints: Iterable[UrdfJoint]) -> tuple[str, t
         carries.setdefault(joint.parent, []).append(joint)
     roots = [link for link in links if link not in carried]
     if not links:
-        raise UrdfError(0, "it has no links")
+        raise UrdfError(0, "the URDF has no links")
     if len(roots) > 1:
         what = f"no joint connects the links {roots[0]!r} and {roots[1]!r}"
         raise UrdfError(links[roots[1]], f"{what}: all links must form one tree")

@@ -83,7 +83,7 @@ def _named(urdf: Urdf, tips: Mapping[str, str]) -> list[_Part]:
         if problem := _unusable(name):
             raise UrdfError(0, problem)
         if tip not in carrier and tip != urdf.root:
-            raise UrdfError(0, f"the part {name!r} has the tip {tip!r}: the file has no such link")
+            raise UrdfError(0, f"the file has no link {tip!r}: name another tip for the part {name!r}")
     paths = {name: _path(tip, carrier) for name, tip in tips.items()}
     parts, taken = [], set[str]()
     # A joint that carries two tips belongs to the one nearest to the root: a torso, not an arm.

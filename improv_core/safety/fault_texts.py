@@ -110,7 +110,7 @@ _BEGAN: Mapping[Fault, str] = {
         "no [pose|poses] of {names} [has|have] come for {seconds:.1f} s: "
         "check [its|the] network and what publishes [on {odom}|their poses]"
     ),
-    "jumped": "the [pose|poses] of {names} jumped by [|up to ]{off}: check what publishes [on {odom}|them]",
+    "jumped": "the [pose|poses] of {names} jumped by [|up to ]{off}: check the node that publishes [on {odom}|them]",
     "stuck": (
         "{names} [is|are] told to move but [stands|stand]: check [its motors, its battery, and what is in its way"
         "|their motors, their batteries, and what is in their way]"

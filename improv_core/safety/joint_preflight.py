@@ -70,8 +70,8 @@ def line_of(found: Sequence[JointOff], *, moving: bool = False) -> str:
         )
     if first.left is None:
         return (
-            f"{nothing}: it isn't known where {first.joint.name} of {first.robot} is: start what publishes its "
-            f"position on {first.topic}, or name it there as in improv.toml"
+            f"{nothing}: it isn't known where {first.joint.name} of {first.robot} is: start the node that publishes "
+            f"its position on {first.topic}, or name it there as in improv.toml"
         )
     return f"{nothing} until all joints are at their starts: turn {_named(others)}"
 

@@ -175,7 +175,7 @@ def stop_all() -> Iterator[str]:
                 answer = ""
             process = _process_of(path)
             yield _line(process, answer, [*shows.pop(process, {}).values()], obeyed)
-        for process, others in shows.items():  # their sessions can't be asked
+        for process, others in shows.items():  # sessions without a socket: only their stages have answered
             yield _line(process, "", [*others.values()], obeyed)
 
 

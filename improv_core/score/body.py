@@ -148,7 +148,7 @@ class Body:
         return {each.name: (each.name,) for each in self.parts} | {each.name: each.parts for each in self.groups}
 
     def performers(self, word: str, mirrored: bool) -> Sequence[str]:
-        """Return the parts that perform the movement under a word; none if this body lacks it."""
+        """Return the body parts that a word names; none if this body has no such word."""
         named = self.words.get(word, ())
         return [self.part[each].mirror or each for each in named] if mirrored else named
 

@@ -37,7 +37,7 @@ def above_zero(value: int | str) -> Exact:
 
 
 def _is(kind: type) -> JsonForm:
-    """Return the form of a value that is written as it is."""
+    """Return the form of a value that JSON has as it is."""
 
     def read(value: object) -> object:
         if type(value) is not kind:

@@ -68,9 +68,10 @@ _At = tuple[Movement, _Under]
 
 
 def project(whole: Movement, part: str, body: Body, posture: Posture) -> Movement:
-    """Return the movement of a body part: as long, with the same dice and senses, and with rests while others move.
+    """Return the movement of one body part. It has the length, dice, and senses of the whole.
 
-    Parts of it without a word for a body part are shared, and rests are as short as they can be. `BASE` is the base.
+    It rests while other parts move. What needs no body part is shared, and rests are as short as they can be. `BASE` is
+    the base.
     """
     begin = (whole, _Under(part == BASE))
     made: dict[tuple[int, _Under], Movement] = {}

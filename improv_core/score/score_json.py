@@ -302,7 +302,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     )
     bar, names = data["bar"], tuple(data["scene_names"])
     if bar is not None and bar < 1:
-        raise ValueError("a bar needs a beat")
+        raise ValueError("a bar must have at least one beat")
     music = checked(Music, data["music"]) if data["music"] else None
     text, offsets = data["text"], dict(data["offsets"])
     clock = data["clock"] and OutsideClock(**data["clock"])

@@ -97,7 +97,7 @@ def source_from_json(data: Mapping[str, Any]) -> Source:
     if "topic" in data:
         topic = checked(Topic, data)
         if not _TOPIC.fullmatch(topic.topic):
-            raise ValueError("the topic of a sense has a wrong name")
+            raise ValueError("the topic of a sense is not a valid ROS name")
         if not (topic.timeout >= 0 and -_TURN <= topic.start <= topic.end <= _TURN):
             raise ValueError("the timeout or the sector of a sense is out of range")
         return topic

@@ -1,5 +1,5 @@
-"""The arrivals from standard input, in order, each at its time. The sink gets to know the robots of a new score a few
-at a time, so that stops and the score that plays don't wait for a thousand of them."""
+"""Queues arrivals from standard input and releases each at its time. The sink gets the robots of a new score a few at a
+time, so that stops and the score that plays don't wait for a thousand of them."""
 
 from __future__ import annotations
 

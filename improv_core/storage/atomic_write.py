@@ -137,7 +137,7 @@ def check_replaceable(target: Path) -> None:
     if not target.exists():
         return
     if not target.is_file():
-        raise FileExistsError(errno.EEXIST, "something else has that name")
+        raise FileExistsError(errno.EEXIST, "a folder or another special file has that name")
     if not os.access(target, os.W_OK):
         if sys.platform != "win32" and os.statvfs(target).f_flag & os.ST_RDONLY:
             raise OSError(errno.EROFS, os.strerror(errno.EROFS))

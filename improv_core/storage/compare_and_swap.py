@@ -95,7 +95,7 @@ def _put_back(temporary: Path, target: Path, own: bytes, keep: Callable[[bytes],
 
 @contextmanager
 def _locked(target: Path) -> Iterator[None]:
-    """Make our other processes wait, and all programs that lock the file to write it, for at most `WRITER_LIMIT`."""
+    """Lock the file against our other processes and against programs that lock it, for at most `WRITER_LIMIT`."""
     if sys.platform == "win32" or not target.exists():
         yield
         return

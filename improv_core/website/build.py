@@ -123,7 +123,7 @@ def _packed(path: Path) -> tuple[str, bytes]:
 
 
 def _library(path: Path) -> bytes:
-    """Return Python's library without the parts that are not imported."""
+    """Return Python's standard library with only the parts that are imported."""
     archive = io.BytesIO()
     try:
         with zipfile.ZipFile(path) as whole, zipfile.ZipFile(archive, "w") as file:

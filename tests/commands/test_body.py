@@ -32,7 +32,10 @@ def test_parts_and_the_profile_can_be_named(tmp_path: Path) -> None:
         ([], "Error: name either a file or a --topic"),
         (["doll.urdf", "--topic", "/robot_description"], "Error: name either a file or a --topic"),
         (["doll.urdf", "--part", "head"], "Error: write --part NAME=LINK, such as --part head=head_link, not 'head'"),
-        (["doll.urdf", "--part", "x=y"], "improv: doll.urdf: the part 'x' has the tip 'y': the file has no such link"),
+        (
+            ["doll.urdf", "--part", "x=y"],
+            "improv: doll.urdf: the file has no link 'y': name another tip for the part 'x'",
+        ),
         (["none.urdf"], "improv: none.urdf: no such file or directory"),
         (["wrong.urdf"], "improv: wrong.urdf:2: a link has no name"),
     ],

@@ -105,7 +105,7 @@ def test_without_robots_all_listeners_are_reported() -> None:
 @pytest.mark.parametrize(
     ("age", "expected"),
     [
-        (None, "– r: no poses on /r/odom: start what publishes them"),
+        (None, "– r: no poses on /r/odom: start the node that publishes them"),
         (0.08, "✓ r: poses on /r/odom, 0.08 s old by their stamps"),
         (-0.01, "✓ r: poses on /r/odom, 0.00 s old by their stamps"),
         (
@@ -206,7 +206,7 @@ THERE = ends([], pose=Pose(1.0))
         (
             THERE,
             ends([], gap=1.24),
-            ["✗ s: for 1.2 s, no pose came on /s/odom: check its network and what publishes them"],
+            ["✗ s: for 1.2 s, no pose came on /s/odom: check its network and the node that publishes them"],
         ),
     ],
 )

@@ -37,8 +37,8 @@ def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_host_is_allowed_listed_and_removed() -> None:
     assert (
-        run("hosts", "list").stderr
-        == f"Improv may use no other machine ({os.environ['XDG_CONFIG_HOME']}/improv/hosts lists them)\n"
+        run("hosts", "list").stderr == "Improv may not use any other machine: allow one with `improv hosts allow HOST` "
+        f"({os.environ['XDG_CONFIG_HOME']}/improv/hosts lists them)\n"
     )
     assert run("hosts", "allow", "pi@anna.local").returncode == 0
     assert run("hosts", "list").stdout == "pi@anna.local\n"

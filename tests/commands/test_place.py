@@ -185,7 +185,7 @@ AGAIN = "then place robots again"
     [
         ("stop", INTERRUPTED, 2, ["a drives"]),
         ("stopped", FAILED, 1, []),
-        ("unseen", FAILED, 1, [f"improv: no pose came for 0.0001 s: start what publishes them, {AGAIN}"]),
+        ("unseen", FAILED, 1, [f"improv: no pose came for 0.0001 s: start the node that publishes them, {AGAIN}"]),
         ("near", FAILED, 1, [f"improv: make room by hand, {AGAIN}"]),
     ],
 )

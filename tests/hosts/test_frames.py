@@ -100,10 +100,10 @@ def test_lines_arrive_as_they_were_sent_however_they_are_cut(lines: list[bytes],
 @pytest.mark.parametrize(
     ("data", "problem"),
     [
-        (b"Welcome to Ubuntu!\n", "it sends something else than a stage does"),
+        (b"Welcome to Ubuntu!\n", "it sent something that isn't from a stage"),
         (b"\n", "it sends an empty line"),
         (b"s" * (LONGEST_DOWN + 1), "it sends a line of more than 1 MB"),
-        (b"\x00\xff", "it sends something else than a stage does"),
+        (b"\x00\xff", "it sent something that isn't from a stage"),
     ],
 )
 def test_garbage_is_refused_with_a_reason(data: bytes, problem: str) -> None:

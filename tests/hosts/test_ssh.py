@@ -74,7 +74,7 @@ PROBLEMS: Mapping[str, tuple[Callable[[Host], object], str]] = {
     "it has no Python": (lambda host: (host.bin / "python3").unlink(), "it has no `python3`: "),
     "its Python is old": (runs("sys.version_info = (3, 8, 10)"), "its Python is 3.8.10, "),
     "its shell greets without end": (lambda host: host.install("python3", "exec /usr/bin/yes Hi"), "it prints much "),
-    "it answers garbage": (begins("'Welcome'"), "it sends something else than a stage does, "),
+    "it answers garbage": (begins("'Welcome'"), "it sent something that isn't from a stage, "),
     "it sends a line without end": (begins("'m' * 20_000_000"), "it sends a line of more than 16 MB, "),
     "it closes in the middle": (ENDS, "the connection has ended"),
     "it has no ROS": (lambda host: None, "no Python there has rclpy: "),

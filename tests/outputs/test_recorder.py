@@ -180,7 +180,7 @@ NO_SPACE = OSError(28, "No space left on device")
         ("dance.mcap", ValueError("why"), "dance.mcap was not written: why"),
         ("dance.mcap", None, ""),  # nothing was recorded
         ("dance.improv", None, "dance.improv: the recording's name must end in .mcap"),
-        ("folder.mcap", None, "folder.mcap was not written: something else has that name"),
+        ("folder.mcap", None, "folder.mcap was not written: a folder or another special file has that name"),
         ("none/dance.mcap", None, "none/dance.mcap was not written: no such file or directory"),
         ("kept.mcap", None, "kept.mcap was not written: permission denied"),
     ],

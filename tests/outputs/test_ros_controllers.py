@@ -171,7 +171,9 @@ def test_nothing_moves_while_joint_positions_are_unknown() -> None:
     robot.now += PATIENCE
     assert robot.controllers.waits()
     (line,) = robot.said
-    assert line.startswith("nothing moves: it isn't known where pitch of ada is: start what publishes its position on")
+    assert line.startswith(
+        "nothing moves: it isn't known where pitch of ada is: start the node that publishes its position on"
+    )
     robot.send(0.0, yaw=1.0)
     assert robot.sent == []
 

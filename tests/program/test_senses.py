@@ -171,7 +171,7 @@ def test_the_deepest_open_movement_is_performed() -> None:
         ("{}", "write a list, such as"),
         ('[{"sense": "near"}]', "entry 1: write `sense`, `from`, and perhaps `to` and `robot`, and nothing else"),
         ('[{"sense": "near", "from": 0}, 3]', "entry 2: write `sense`, `from`"),
-        ('[{"sense": 3, "from": 0}]', "entry 1: write `sense` as a text"),
+        ('[{"sense": 3, "from": 0}]', "entry 1: write `sense` in quotes"),
         ('[{"sense": "near", "from": "0"}]', "entry 1: write `from` as a number of beats from 0 to 1,000,000,000"),
         ('[{"sense": "near", "from": NaN}]', "entry 1: write `from` as a number"),
         ('[{"sense": "near", "from": 0, "to": 1e400}]', "entry 1: write `to` as a number"),

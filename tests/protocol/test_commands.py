@@ -56,6 +56,18 @@ def test_commands_void_others_that_exist() -> None:
     assert all(row.voids <= COMMANDS.keys() for row in COMMANDS.values())
 
 
+LEFT = {
+    *("stop", "speed", "silence"),  # they hold for later scores
+    *("held", "released", "key", "force", "osc_sense"),  # of senses: after a stop, none moves a robot
+    *("place", "form", "tune", "editing"),  # the parent does them; a save counts the stops itself
+}
+"""The commands that a stop leaves alone, because none of them moves robots that stand."""
+
+
+def test_a_stop_voids_each_command_that_could_move_robots() -> None:
+    assert COMMANDS["stop"].voids == COMMANDS.keys() - LEFT
+
+
 def test_the_page_has_the_same_requests_and_limits() -> None:
     written = page_requests.FILE.read_text(encoding="utf-8")
     assert written == page_requests.text(), "run `python -m tests.page_requests`"

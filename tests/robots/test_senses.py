@@ -92,7 +92,7 @@ def test_errors_are_marked_where_they_are() -> None:
                 ^^^^^^ robots: `2-near` can't be the name of a sense: use a word of your own
         key = "d"
         [senses.cue]
-                ^^^ robots: `cue` is always given by people: choose another name
+                ^^^ robots: `cue` comes from people: choose another name
         key = "d"
         [senses.a]
                 ^ robots: add `topic` and `message`, `key`, or `osc`

@@ -194,7 +194,7 @@ BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>\n<
         ("<sdf/>", 1, "a URDF begins with <robot>, not with <sdf>"),
         ("\n<robot><xacro:include/></robot>", 2, "this is a xacro file: run `xacro FILE > robot.urdf`, and read that"),
         (BOMB, 1, "a URDF must not declare a document type or entities: remove them"),
-        ("<robot/>", 0, "it has no links"),
+        ("<robot/>", 0, "the URDF has no links"),
         (robot("<link/>"), 1, "a link has no name"),
         (robot('<link name="a"/>\n<link name="a"/>'), 2, "there are two links 'a'"),
         (robot(LINKS, joint(), joint()), 3, "there are two joints 'j'"),
@@ -245,7 +245,7 @@ def test_a_joint_that_can_t_be_used_is_refused_at_its_line(wrong: str, message: 
 @pytest.mark.parametrize(
     ("tips", "message"),
     [
-        ({"arm": "nothing"}, "the part 'arm' has the tip 'nothing': the file has no such link"),
+        ({"arm": "nothing"}, "the file has no link 'nothing': name another tip for the part 'arm'"),
         ({"arm": "base"}, "no joint with a motor is left for the part 'arm', with the tip 'base'"),
         ({"forward": "torso"}, "'forward' is a word of the language: call the part something else"),
         ({"to": "torso"}, "'to' is a word of the language: call the part something else"),

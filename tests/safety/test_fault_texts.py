@@ -65,7 +65,7 @@ def test_one_line_names_three_robots_and_counts_the_others(robots: str, who: str
         ),
         (
             "jumped",
-            "the poses of a and b jumped by up to 0.31 m and 4 degrees: check what publishes them",
+            "the poses of a and b jumped by up to 0.31 m and 4 degrees: check the node that publishes them",
             "the poses of a and b no longer jump",
         ),
         (
@@ -128,7 +128,7 @@ def test_a_line_reports_that_a_robot_stands_and_that_the_cause_is_over() -> None
         return as_line(SeenNews(part("a"), news, True, newly), "beat 3", response, "continue")
 
     assert line(FaultBegan("silent", BAD), "stand", newly=True).endswith("; it stands until you unmute it")
-    assert line(FaultBegan("jumped", BAD), "stand", newly=False).endswith("what publishes on /a/odom")
+    assert line(FaultBegan("jumped", BAD), "stand", newly=False).endswith("the node that publishes on /a/odom")
     assert line(FaultOver("off_path", BAD), "tell", newly=False).endswith("4 degrees off")
     assert line(FaultOver("silent", BAD), "stand", newly=False).endswith("after 1.2 s; it stands until you unmute it")
 

@@ -41,8 +41,8 @@ def test_only_a_few_are_named() -> None:
 
 def test_the_positions_of_joints_must_be_known() -> None:
     assert line(YAW, LIFT, lift=3.0) == (
-        "nothing moves: it isn't known where yaw of ada is: start what publishes its position on /ada/joint_states, "
-        "or name it there as in improv.toml"
+        "nothing moves: it isn't known where yaw of ada is: start the node that publishes its position on "
+        "/ada/joint_states, or name it there as in improv.toml"
     )
     assert line(YAW, topic=None) == (
         "nothing moves: it isn't known where the joints of ada are: set `joint_states` in improv.toml to the topic "

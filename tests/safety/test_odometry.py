@@ -182,7 +182,7 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     robot.run(0.05)
     assert robot.off(Pose(-5.98)) == (off, 0)
     robot.run(0.2)
-    assert "beat 2: the pose of r jumped by 7.78 m: check what publishes on /r/odom" in robot.lines
+    assert "beat 2: the pose of r jumped by 7.78 m: check the node that publishes on /r/odom" in robot.lines
 
 
 def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
@@ -399,7 +399,7 @@ def test_stamps_that_are_late_or_of_another_clock_are_named_once(
             lambda y: 1.5 - y,
             "beat 2: a and b seem to be swapped, their poses jumped by 1.50 m: check what tells them apart",
         ),
-        (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check what publishes them"),
+        (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check the node that publishes them"),
     ],
 )
 def test_two_swapped_robots_are_reported_in_one_line(others: Callable[[float], float], line: str) -> None:

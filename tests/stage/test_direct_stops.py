@@ -11,6 +11,7 @@ import pytest
 
 from improv_core.ipc.arrivals import DirectStop, End, First, Lost
 from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.protocol.commands import VOID
 from improv_core.safety.stage_stops import stop_stages
 from improv_core.safety.stop_fence import MOST, Overtaking
 from improv_core.score.motion import STILL
@@ -50,7 +51,7 @@ def check(*arrivals: tuple[float, Any], told: list[tuple[str, float]], reports: 
     assert [each["command"] for each in said if each["type"] == "request"] == [{**X, "at": START + 0.1}] * reports
 
 
-@pytest.mark.parametrize("request_", ["load", "resume", "seek", "cue", "anyway", "pause"])
+@pytest.mark.parametrize("request_", sorted(VOID))
 @pytest.mark.parametrize("after", [1, 2, None])
 def test_a_request_is_void_until_the_parent_has_sent_the_stop(request_: str, after: int | None) -> None:
     """The parent may ping before it learns of the stop, so that the number of a request says nothing."""

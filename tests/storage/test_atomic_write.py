@@ -91,7 +91,10 @@ def test_a_failed_write_leaves_no_trace(tmp_path: Path, problem: type[BaseExcept
 
 def test_a_folder_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "dance.svg").mkdir()
-    with pytest.raises(FileExistsError, match="something else has that name"), replacing(tmp_path / "dance.svg"):
+    with (
+        pytest.raises(FileExistsError, match="a folder or another special file has that name"),
+        replacing(tmp_path / "dance.svg"),
+    ):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["dance.svg"]
 

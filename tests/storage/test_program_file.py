@@ -71,7 +71,7 @@ def test_an_uneditable_file_is_neither_read_nor_overwritten(tmp_path: Path, cont
 
 
 def test_only_a_file_is_written(tmp_path: Path) -> None:
-    with pytest.raises(WriteError, match="something else has that name"):
+    with pytest.raises(WriteError, match="a folder or another special file has that name"):
         write_text(tmp_path, "r $ left\n", "")
 
 

@@ -41,7 +41,7 @@ def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit],
 
 def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed: Collection[str]) -> list[Edit]:
     """Return the edits of a program whose robots have these renamed profiles. Raises RefusalError if robots of another
-    profile perform the old word too, or if the program has the new one."""
+    profile perform the old word too, or if the program already uses the new one."""
     if new == symbol.name:
         return []
     edits = []

@@ -28,7 +28,7 @@ def taken(group: GroupState, load: Load) -> tuple[GroupState, Load, list[Act]]:
     wanted = load["score"].get("clock")
     if all(host == HERE for host in group.members):
         return replace(group, clock=None), load, []
-    load = {**load, "score": {**load["score"], "clock": None}}  # each stage would bend by itself, at another instant
+    load = {**load, "score": {**load["score"], "clock": None}}  # otherwise each stage would follow the clock by itself
     group = replace(group, looks=-math.inf)
     if wanted and wanted["follow"] == "ros":
         line = "stages on other machines don't follow the time of a simulation: the program's tempo counts"

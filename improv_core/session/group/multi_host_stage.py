@@ -31,7 +31,7 @@ StartMember = Callable[[str, HearMember], Awaitable[Stage | None]]
 """Starts the stage of a host. None if there can be none here. Raises StageError."""
 HearAll = Callable[["MultiHostStage", Heard, int], None]
 Forget = Callable[[str], None]
-"""Is called with a host before a stage starts there that replaces none whose robots may still move."""
+"""Called with a host's name before its stage starts, unless that stage replaces one whose robots may still move."""
 
 
 class MultiHostStage:
@@ -99,7 +99,7 @@ class MultiHostStage:
         """Send all a message. A stop goes to all at once."""
         if is_stop(message):
             timed = rules.in_time(self._group, message, _now())
-            self._stopped.append(message)  # first: an answer counts only once this is noted
+            self._stopped.append(message)  # before sending, because an answer to an unrecorded stop is ignored
             for stage in [*self._stages.values()]:
                 stage.send(timed)
             with suppress(RuntimeError):  # the loop was closed

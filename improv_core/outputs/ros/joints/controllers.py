@@ -40,8 +40,8 @@ PERIOD = 0.05
 """Seconds between two messages to joints that move to their starts."""
 
 OFTEN = 0.75
-"""The share of the period between two commands that must have passed before the same command is repeated. Each body
-part repeats its own, and a controller that moves several gets all of them."""
+"""Repeat a command only after this share of its period. Each body part asks for its own repeats, and a controller that
+moves several gets all of them."""
 
 Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 """Returns the positions of a robot's joints, each with its time of arrival in monotonic seconds."""

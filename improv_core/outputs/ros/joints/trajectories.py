@@ -38,7 +38,7 @@ MESSAGES: Mapping[Interface, str] = {
 }
 """The message types on these topics."""
 FOR_ALL = "joint_trajectory"
-"""The name of the only controller of a body that names none."""
+"""The controller's name if the profile lists no controllers."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,13 +43,13 @@ class StopServer:
             self._server.bind(str(draft))
             draft.chmod(0o600)
             self._server.listen()
-            draft.rename(path)  # whoever asks removes a socket that nobody listens on, as this one was until now
             threading.Thread(target=self._serve, daemon=True).start()
+            draft.rename(path)  # whoever asks removes a socket that nobody listens on, as this one was until now
         except (OSError, RuntimeError):
+            self._closed.set()
             self._server.close()
-            for each in (draft, path):
-                with suppress(OSError):
-                    each.unlink(missing_ok=True)
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
             raise
 
     def close(self) -> None:

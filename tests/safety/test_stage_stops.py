@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -95,6 +96,18 @@ def test_a_dead_stage_has_not_obeyed_until_another_one_has_taken_over_its_robots
     stages.sockets["ros"].take_over()
     stages.sockets["ros"].take_over()
     assert stop_stages(show, STOP, LIMIT) == []
+    stages.close()
+
+
+def test_a_dead_stage_has_not_obeyed_either_if_the_one_in_its_place_cannot_listen(
+    show: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    die(show, "ros")
+    stages = Stages(show, "simulator", "ros")
+    with monkeypatch.context() as full:
+        full.setattr(socket.socket, "listen", Mock(side_effect=OSError(24, "too many open files")))
+        stages.sockets["ros"].take_over()
+    assert stop_stages(show, STOP, SHORT) == ["the real robots"]
     stages.close()
 
 

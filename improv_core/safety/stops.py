@@ -125,6 +125,13 @@ class Stops:
         with self._lock:
             self._expected = stop
 
+    @property
+    def expected_since(self) -> float | None:
+        """The time at which somebody asked for the stop that comes next, if that has gone straight to stages; None if
+        none has."""
+        with self._lock:
+            return self._expected.get("at") if self._expected else None
+
     def has_settled(self, direct: str) -> bool:
         """Return whether stages have been sent this stop, so that they may obey what was asked for after it. Callable
         also while messages are sent."""

@@ -4,6 +4,7 @@ only."""
 from __future__ import annotations
 
 import asyncio
+import math
 import secrets
 import time
 from collections.abc import Awaitable, Callable, Iterable
@@ -115,6 +116,7 @@ class Playback:
         self._ends = 0  # the number of times that everything had to end
         self._replacing: set[asyncio.Task[None]] = set()
         self._still = asyncio.Event()
+        self._went_off = -math.inf  # the latest time at which all that was on had stopped, by the reports of stages
         self._hosts: frozenset[Host] = frozenset()  # the hosts whose stages have been started
         self._token = secrets.token_urlsafe()
         self._port = options.port
@@ -238,12 +240,13 @@ class Playback:
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line of the answer."""
-        state = self.state
+        asked, state = self.stops.expected_since, self.state
+        was_on = state.is_on or (asked is not None and self._went_off >= asked)  # stages may have obeyed it by now
         moving = [robot for stage in [*self._stages.values()] for robot in self._moving(stage)]
         names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop()
         lost = state.real is not None and not state.obeys
-        if state.played and (state.is_on or moving or lost):
+        if state.played and (was_on or moving or lost):
             names = [state.played.name]
         if not names:
             return IDLE
@@ -253,8 +256,10 @@ class Playback:
                 self._loop.call_soon_threadsafe(self._listen, line, True)
         if lost:
             return f"{names[0]}: robots may still be moving, since their stage has failed: look at them"
-        if not (state.is_on or moving):
+        if not (was_on or moving):
             return f"stopped {names[0]} before it began"
+        if asked is not None and not moving:  # how many moved when somebody asked is not known
+            return f"stopped {names[0]} on {state.status}"
         count = f"{len(moving) or 'no'} robot{'' if len(moving) == 1 else 's'}"
         moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if state.is_real or moving else ""
         return f"stopped {names[0]} on {state.status}{moved}"
@@ -286,7 +291,10 @@ class Playback:
         self._do(heard(self.state, name, message, self._now(stops)))
 
     def _do(self, decided: Decided) -> None:
+        was_on = self.state.is_on
         self.state, acts = decided
+        if was_on and not self.state.is_on:
+            self._went_off = time.monotonic()
         (self._still.set if self.state.still else self._still.clear)()
         for act in acts:
             self._do_one(act)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -189,6 +190,19 @@ async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fak
     await asyncio.wait_for(closing, LIMIT)
     assert not new.alive
     assert fakes.lines == [f"{LOST}: a new one is stopping the robots; save to play again"]
+
+
+@performed
+async def test_a_stop_that_stages_have_obeyed_first_still_names_the_dance(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
+    stops = fakes.playback.stops
+    asked = time.monotonic()
+    leader.tell("stopped")
+    stops.expect({"type": "stop", "direct": "first", "at": asked})
+    assert fakes.playback.stop() == "stopped dance.improv on ros, with the simulator alongside"
+    stops.expect({"type": "stop", "direct": "second", "at": time.monotonic()})
+    assert fakes.playback.stop() == IDLE
+    await fakes.playback.close()
 
 
 @performed

@@ -39,6 +39,8 @@ from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, rep
 TOKEN = "IMPROV_PAGE_TOKEN"
 """The environment variable with the token that opens the page. The token is no option: all users of the machine can
 read the arguments of a process."""
+SIGNALED = "a signal has ended the process of the page"
+"""The problem after a signal. The performance goes on, so pages must not say that it is over."""
 
 
 def main() -> int:
@@ -55,7 +57,7 @@ def main() -> int:
             report_sent(opened.sink, put)
         return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready, viewer.publish)
 
-    return perform(begin)
+    return perform(begin, SIGNALED)
 
 
 def options_in(arguments: Sequence[str]) -> argparse.Namespace:
@@ -111,7 +113,8 @@ def open_alone(
                 take(cast(ForPages, message["message"]))
             elif isinstance(message, dict) and message["type"] == "ping":
                 put({"type": "pong", "number": message["number"]})
-        viewer.publish({"type": "stopped"})
+        if not arrival.problem:  # otherwise, real robots may dance on, and pages find the next server
+            viewer.publish({"type": "stopped"})
         return 1 if arrival.problem else 0
 
     # Messages get in line behind the scores that they are about.

@@ -49,10 +49,11 @@ class Job(NamedTuple):
     """False if there are no robots that a stop would have to reach."""
 
 
-def perform(begin: Callable[[Tell, Hear], Job]) -> int:
+def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "") -> int:
     """Do what standard input requests until it ends. Returns exit code 1 after a failure, and 2 if `begin` raises.
 
-    `begin` gets the functions that send the parent a message and that put an arrival into the inbox.
+    `begin` gets the functions that send the parent a message and that put an arrival into the inbox. `signaled` is the
+    problem if a signal ends the process; without one, that is no failure.
     """
     say = own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -61,7 +62,7 @@ def perform(begin: Callable[[Tell, Hear], Job]) -> int:
     pipe, show = os.environ.pop(STOP_PIPE, None), os.environ.pop(STOP_SOCKETS, None)
     reached = DirectStops(inbox)
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: inbox.put(End()))
+        signal.signal(number, lambda *_: inbox.put(End(signaled)))
     writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:

@@ -6,12 +6,15 @@ import asyncio
 import queue
 import threading
 from typing import Any
+from unittest.mock import Mock, call
 
 import aiohttp
+import pytest
 
 from improv_core.ipc.arrivals import Arrival, End, Lost, Play
 from improv_core.ipc.priority_queue import UrgentQueue
-from improv_core.page.__main__ import open_alone, options_in
+from improv_core.page import __main__ as main
+from improv_core.page.__main__ import SIGNALED, open_alone, options_in
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -72,6 +75,18 @@ def test_a_silent_robot_stays_where_it_was() -> None:
 
 def test_nothing_is_on_the_floor_before_the_first_score() -> None:
     assert IdealFloor().snapshot().poses == {}
+
+
+@pytest.mark.parametrize(("problem", "told"), [("", [call({"type": "stopped"})]), (SIGNALED, [])])
+def test_pages_of_real_robots_are_told_that_they_stopped_only_if_the_session_has_ended(
+    problem: str, told: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(main, "Viewer", viewer := Mock())
+    inbox: UrgentQueue[Arrival] = UrgentQueue()
+    job = open_alone(options_in([]), lambda message: None, inbox.put, TOKEN)
+    inbox.put(End(problem))
+    assert job.run(inbox, Parent()) == bool(problem)
+    assert viewer.return_value.publish.call_args_list == told
 
 
 def test_a_page_without_a_simulator_shows_scores_and_answers_pings() -> None:

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from improv_core import page
+from improv_core.page.__main__ import SIGNALED
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import LONGEST_LINE
@@ -62,13 +63,14 @@ class Process:
                 return message
         raise AssertionError(f"the stage ended before it said {kind}")
 
-    def ends(self) -> None:
-        """Check that it reports that it stopped the robots, ends with code 0, and complains about nothing."""
+    def ends(self, code: int = 0, message: str | None = None) -> None:
+        """Check that it reports that it stopped the robots, with this message, ends with this code, and prints
+        nothing."""
         assert self.wait("transport")["state"] == "stopped"
-        self.wait("stopped")
+        assert self.wait("stopped").get("message") == message
         assert self.process.stderr
         assert self.process.stderr.read() == b""
-        assert self.process.wait(LIMIT) == 0
+        assert self.process.wait(LIMIT) == code
 
 
 @pytest.fixture
@@ -83,7 +85,7 @@ def process() -> Iterator[Process]:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_stop_the_robots_first(process: Process, number: signal.Signals) -> None:
     process.process.send_signal(number)
-    process.ends()
+    process.ends(1, SIGNALED)
 
 
 def test_end_of_input_in_the_middle_of_a_line(process: Process) -> None:

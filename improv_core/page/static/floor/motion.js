@@ -25,8 +25,8 @@ export class Motion {
    * @param {number} now
    */
   take({ at, placed, poses, joints }, now) {
-    const anew = at < (this.#frames.at(-1)?.at ?? -Infinity)
-    if (anew) this.clear()
+    const startsOver = at < (this.#frames.at(-1)?.at ?? -Infinity)
+    if (startsOver) this.clear()
     const offset = at - now
     // Messages are late, never early, so the largest offset is the truest; it decreases slowly, as clocks drift, and
     // at once after a pause of the performance.
@@ -35,7 +35,7 @@ export class Motion {
     if (at === last?.at) this.#frames.pop() // the list of robots has changed, or a robot was put elsewhere
     this.#frames.push({ at, placed, poses, joints })
     if (this.#frames.length > MOST_FRAMES) this.#frames.shift()
-    return anew
+    return startsOver
   }
 
   /** The latest poses, or undefined. */

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from improv_core.ide.moments import Places, lit_words
-from improv_core.protocol.messages import TransportMessage, beat_at, counted, is_silent
+from improv_core.protocol.messages import TransportMessage, beat_at, counted, is_muted
 from improv_core.score.movement import Duration
 from improv_core.session.state import SessionState
 from improv_core.text import Span
@@ -115,7 +115,7 @@ class Live:
             self._played, self._known, self._ranges = played, document, {}
             self._places = Places(played.analysis, document.analysis)
         muted, soloed = message["muted"], message["soloed"]
-        spans, until = lit_words(replay, beat, self._places, lambda robot: is_silent(robot, muted, soloed))
+        spans, until = lit_words(replay, beat, self._places, lambda robot: is_muted(robot, muted, soloed))
         self._light(spans)
         return until
 

@@ -59,13 +59,13 @@ class Places:
 
 
 def lit_words(
-    replay: Replay, beat: float, place: Callable[[Source], Span | None], is_silent: Callable[[str], bool]
+    replay: Replay, beat: float, place: Callable[[Source], Span | None], is_muted: Callable[[str], bool]
 ) -> LitWords:
     """Return the words that robots play at a beat, except those of silent ones, in the current text."""
     at, until = near(max(beat, 0.0)), None
     spans: set[Span] = set()
     for robot in replay.score.parts:
-        if is_silent(robot) or not (moment := replay.now(robot, at)):
+        if is_muted(robot) or not (moment := replay.now(robot, at)):
             continue
         change = moment.start
         if change <= at:

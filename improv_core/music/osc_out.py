@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from improv_core.music.osc_wire import Argument
 from improv_core.preview.forecast import WordBegins
-from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_at, is_silent
+from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_at, is_muted
 from improv_core.score.senses import RobotSense
 
 SAME = 1e-3
@@ -92,7 +92,7 @@ class Voice:
         for beat, robot, word in sorted(each for each in begins if self.begun < each.beat <= reached):
             if word != words.get(robot):
                 words[robot] = word
-                if word and not is_silent(robot, transport["muted"], transport["soloed"]):
+                if word and not is_muted(robot, transport["muted"], transport["soloed"]):
                     told.append(OscDue(_time(transport, beat), "/improv/word", [robot, word]))
         voice = replace(self, beat=max(self.beat, last + 1), words=words, begun=reached)
         return voice, sorted(told, key=lambda each: each.at)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from improv_core.preview.forecast import Forecast
 from improv_core.protocol.drawn import Snapshot
-from improv_core.protocol.messages import Sensed, TransportMessage, is_silent
+from improv_core.protocol.messages import Sensed, TransportMessage, is_muted
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 
@@ -54,7 +54,7 @@ class IdealFloor:
             self._due = 0.0
 
     def snapshot(self) -> Snapshot:
-        """Return where the robots ideally are now. A silent robot stays where it was."""
+        """Return where the robots ideally are now. A muted robot stays where it was."""
         with self._lock:
             forecast, now = self._forecast, self._clock()
             score, transport = forecast.score, forecast.transport
@@ -70,6 +70,6 @@ class IdealFloor:
             return Snapshot(transport["performed"] + passed, self._jumps, self._places, radii)
 
     def _place(self, robot: str, transport: TransportMessage, now: float) -> Pose | None:
-        if robot in self._places and is_silent(robot, transport["muted"], transport["soloed"]):
+        if robot in self._places and is_muted(robot, transport["muted"], transport["soloed"]):
             return self._places[robot]
         return self._forecast.robot_in_world(robot, now).pose or self._places.get(robot)

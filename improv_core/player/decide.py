@@ -152,7 +152,7 @@ def _silence(run: Run, event: events.Silence, facts: Facts) -> Decided:
     changed = [
         robot
         for robot in (run.score.parts if run.mode == "playing" else ())
-        if run.is_silent(robot, facts.standing) != then.is_silent(robot, facts.standing)
+        if run.stands(robot, facts.standing) != then.stands(robot, facts.standing)
     ]
     return then, [*([Resend(changed)] if changed else []), Report()]
 

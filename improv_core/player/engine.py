@@ -123,7 +123,7 @@ class Engine:
         """Return the next steps of robots that drive back to their parts."""
         run, tracks, over = self.run, self._tracks, self._tracks.active_parts.over
         ready = tracks.listeners.returning - tracks.listeners.away
-        back = [robot for robot in run.score.parts if robot in ready and not run.is_silent(robot, ())]
+        back = [robot for robot in run.score.parts if robot in ready and not run.stands(robot, ())]
         ideal = {robot: each.ideal for robot, each in tracks.odometry.places(now).items()}
         doubtful = [robot for robot in back if tracks.odometry.is_doubtful(robot, now)]
         ends = run.transport.clock(run.transport.end(run.ends(over)))

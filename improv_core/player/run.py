@@ -10,7 +10,7 @@ from fractions import Fraction
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.commands import AUTOMATIONS, Automation
 from improv_core.protocol.fields import within_reach
-from improv_core.protocol.messages import State, is_silent
+from improv_core.protocol.messages import State, is_muted
 from improv_core.safety.interlocks import EmergencyStops
 from improv_core.safety.preflight import Standing
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
@@ -161,9 +161,9 @@ class Run:
             return math.inf
         return self.transport.switch_time(when, performed, beats, self.score.bar or beats_per_bar)
 
-    def is_silent(self, robot: str, standing: Collection[str]) -> bool:
+    def stands(self, robot: str, standing: Collection[str]) -> bool:
         """True if a robot stands although its part moves it; `standing` are those that wait for the next play."""
-        return robot in standing or robot in self.stood or is_silent(robot, self.silenced.muted, self.silenced.soloed)
+        return robot in standing or robot in self.stood or is_muted(robot, self.silenced.muted, self.silenced.soloed)
 
     def may_start(self, by: Automation | None) -> bool:
         """Return whether an automation may have robots begin or continue. A person (None) always may."""

@@ -21,21 +21,21 @@ from improv_core.score.score import Part
 class SetpointQueue:
     """The next setpoint of each mover, which is a robot's base or one of its body parts, and the velocities they hold.
 
-    `send` sends a mover a velocity at a performance time. `is_silent` returns whether a robot must stand now although
+    `send` sends a mover a velocity at a performance time. `stands` returns whether a robot must stand now although
     its part moves it; then `withhold` gets the velocity instead.
     """
 
     def __init__(
         self,
         send: Callable[[Mover, Velocity, float], None],
-        is_silent: Callable[[str], bool],
+        stands: Callable[[str], bool],
         withhold: Callable[[Mover, Velocity, float], None] = lambda mover, velocity, at: None,
     ) -> None:
         self._send_now = send
-        self._is_silent = is_silent
+        self._stands = stands
         self._withhold = withhold
         self._queue: list[_Due] = []
-        self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot were not silent
+        self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot did not stand
         self._zeros_left: dict[Mover, int] = {}  # zeros still to send to the movers of a muted robot
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
         self.repeats = Repeats()
@@ -64,7 +64,7 @@ class SetpointQueue:
         movers = self.movers(robots)
         self.drop(movers)
         for mover in movers:
-            self._zeros_left[mover] = LAST_ZEROS if self._is_silent(mover.robot) else 0
+            self._zeros_left[mover] = LAST_ZEROS if self._stands(mover.robot) else 0
 
     def drop(self, movers: Collection[Mover]) -> None:
         """Drop the setpoints of movers. Those that have left the score still get their zeros."""
@@ -131,13 +131,13 @@ class SetpointQueue:
                 self._send(mover, self._wanted[mover], performed)
 
     def resend(self, robot: str, at: float) -> None:
-        """Send a robot its current velocity now that it has become silent, or no longer is."""
+        """Send a robot its current velocity now that it has begun to stand, or no longer has to."""
         self.silence([robot])
         for mover in self.movers([robot]):
             self._send(mover, self._wanted.get(mover, STILL), at)
 
     def silence(self, robots: Collection[str]) -> None:
-        """Send robots that have become silent their last zeros instead of their setpoints."""
+        """Send robots that have begun to stand their last zeros instead of their setpoints."""
         self._zeros_left.update(dict.fromkeys(self.movers(robots), LAST_ZEROS))
 
     def stop(self, parts: Mapping[str, Part], performed: float) -> list[Exception]:
@@ -188,7 +188,7 @@ class SetpointQueue:
 
     def _send(self, mover: Mover, velocity: Velocity, at: float) -> None:
         self._wanted[mover] = velocity
-        if not self._is_silent(mover.robot):
+        if not self._stands(mover.robot):
             self._send_now(mover, velocity, at)
             return
         if left := self._zeros_left.get(mover, 0):

@@ -221,7 +221,7 @@ def robots_to_home(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Coll
         return []
     if deaf and not run.score.safety.start_without:
         return []
-    return [robot for robot in run.score.parts if robot not in deaf and not run.is_silent(robot, facts.standing)]
+    return [robot for robot in run.score.parts if robot not in deaf and not run.stands(robot, facts.standing)]
 
 
 def _wait(run: Run, facts: Facts) -> Decided:

@@ -77,7 +77,7 @@ def stand(run: Run, event: events.Stand, facts: Facts) -> Decided:
     robot = event.robot
     if robot in run.stood or robot not in run.score.parts:
         return run, []
-    resent: list[Act] = [Resend([robot])] if run.mode == "playing" and not run.is_silent(robot, facts.standing) else []
+    resent: list[Act] = [Resend([robot])] if run.mode == "playing" and not run.stands(robot, facts.standing) else []
     return replace(run, stood={**run.stood, robot: facts.now}), [*resent, Report()]
 
 

@@ -57,7 +57,7 @@ class Tracks:
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
         self.joints = JointCommands(self._send_joints)
-        self.queue = SetpointQueue(self._send, self._is_silent, self._withhold)
+        self.queue = SetpointQueue(self._send, self._stands, self._withhold)
         self.sensing = Sensing()
         self.active_parts = ActiveParts(self._value)
         self.limbs = Limbs()
@@ -317,11 +317,11 @@ class Tracks:
         else:
             self.sink.send_joints(robot, joints, performed, pace)
 
-    def _is_silent(self, robot: str) -> bool:
-        return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
+    def _stands(self, robot: str) -> bool:
+        return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)
 
     def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        """Take the velocity that a silent robot isn't sent: if it drives back, it joins its part where this leads."""
+        """Take a velocity that isn't sent to a standing robot: if it drives back, it joins its part where this leads."""
         if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
             self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
 

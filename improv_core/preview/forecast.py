@@ -13,7 +13,7 @@ from typing import NamedTuple
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import window
-from improv_core.protocol.messages import Measured, Sensed, TransportMessage, beat_at, is_silent
+from improv_core.protocol.messages import Measured, Sensed, TransportMessage, beat_at, is_muted
 from improv_core.protocol.page_messages import RobotWindow
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Exact, near
@@ -126,11 +126,11 @@ class Forecast:
         return replace(found, pose=self.frame(robot).origin.then(found.pose)) if found.pose else found
 
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
-        """A robot's next poses, with the seconds until then; none if nothing plays or the robot is silent."""
+        """A robot's next poses, with the seconds until then; none if nothing plays or the robot is muted."""
         stretch, transport, score = self._stretches.get(robot), self.transport, self.score
         if not stretch or not transport or not score or stretch["pose"] is None:
             return
-        if is_silent(robot, transport["muted"], transport["soloed"]):
+        if is_muted(robot, transport["muted"], transport["soloed"]):
             return
         if transport["state"] not in _UNFINISHED:
             return

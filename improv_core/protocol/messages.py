@@ -396,8 +396,8 @@ def counted(transport: TransportMessage, beat: float) -> str:
     return f"beat {passed + 1}/{'∞' if beats is None else whole}"
 
 
-def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
-    """Return whether a robot stands still while others play: if robots are soloed, all others are silent, otherwise the
+def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
     muted ones."""
     return robot not in soloed if soloed else robot in muted
 

@@ -558,16 +558,16 @@ def test_only_a_person_who_unmutes_a_robot_lets_it_move(
 ) -> None:
     stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
     after, _ = decide(stood, events.Silence(muted, soloed), real(beat))
-    assert after.is_silent("a", ()) == stands
+    assert after.stands("a", ()) == stands
 
 
 @pytest.mark.parametrize("event", [events.Pause(), events.Stop(), events.Seek(1.0), events.Speed(2.0)])
 def test_nothing_else_lets_a_robot_move(event: Event) -> None:
     stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
-    assert decide(stood, event, real(3))[0].is_silent("a", ())
+    assert decide(stood, event, real(3))[0].stands("a", ())
     stopped, _ = decide(stood, events.Stop(), real(3))
     again = decide(stopped, events.Restarted(events.Load(DANCE, 2, "restart")), real(4))
-    assert again[0].is_silent("a", ())
+    assert again[0].stands("a", ())
 
 
 def test_the_simulated_robot_stands_with_the_real_one() -> None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from improv_core.outputs.ros.nodes import Nodes
 from improv_core.preview.forecast import Forecast
-from improv_core.protocol.messages import TransportMessage, counted, is_silent
+from improv_core.protocol.messages import TransportMessage, counted, is_muted
 from improv_core.protocol.publisher_messages import Health
 from improv_core.safety.fault_rules import LATE
 from improv_core.score.motion import Pose
@@ -191,7 +191,7 @@ def is_heard(advertised: Advertised) -> bool:
 
 
 def _flags(robot: str, missing: str | None, clipped: bool, transport: TransportMessage) -> dict[str, str]:
-    muted = is_silent(robot, transport["muted"], transport["soloed"])
+    muted = is_muted(robot, transport["muted"], transport["soloed"])
     return {"listens": _yes(not missing), "within its limits": _yes(not clipped), "muted": _yes(muted)}
 
 

@@ -24,7 +24,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from improv_core.protocol.commands import Stop
-from improv_core.safety.stage_stops import SUFFIX, AskedStages, read_stop, stage_of, yet_to_obey
+from improv_core.safety.stage_stops import SIMULATOR, SUFFIX, AskedStages, read_stop, stage_of, yet_to_obey
 from improv_core.safety.stop_server import ASK, Answer, StopServer
 from improv_core.safety.stops import Stops
 
@@ -142,6 +142,7 @@ def stop_all() -> Iterator[str]:
         # Ask all before the first answer is awaited: one process that hangs must not delay the others.
         asked: dict[str, tuple[Path, socket.socket | None]] = {}
         shows: defaultdict[str, defaultdict[str, list[Path]]] = defaultdict(lambda: defaultdict(list))  # by process
+        killed: defaultdict[str, set[str]] = defaultdict(set)  # the stages that were killed with their process
         for user in _users():
             with _acting_as(user):
                 _leave_note(user)  # first: a process that listens from now on reads it, and the loop finds the others
@@ -165,8 +166,9 @@ def stop_all() -> Iterator[str]:
                     if is_there or _process_of(path) in sessions:
                         shows[_process_of(path)][path.name.partition(".")[0]].append(path)
                     else:  # its process and its session were killed
-                        with suppress(OSError):
-                            path.unlink(missing_ok=True)
+                        with suppress(OSError):  # it has just ended by itself
+                            path.unlink()
+                            killed[_process_of(path)].add(stage_of(path))
         obeyed = frozenset(stages.obeyed(LIMIT))
         for path, silent_or in asked.values():
             try:
@@ -177,6 +179,9 @@ def stop_all() -> Iterator[str]:
             yield _line(process, answer, [*shows.pop(process, {}).values()], obeyed)
         for process, others in shows.items():  # sessions without a socket: only their stages have answered
             yield _line(process, "", [*others.values()], obeyed)
+        for process, stages_of_it in killed.items():
+            if names := ", ".join(yet_to_obey(stages_of_it - {SIMULATOR}, ())):  # perhaps nobody has stopped them
+                yield f"no answer from {names}: look at them, since process {process} and their stage were killed"
 
 
 def _line(process: str, answer: str, shows: Sequence[Sequence[Path]], obeyed: Collection[Path]) -> str:

@@ -222,9 +222,12 @@ class TestImprovStop:
             self.check("no answer from the real robots: look at them, and end process 7 with `kill`")
         stages.close()
 
-    def test_the_sockets_of_a_stage_and_a_session_that_were_killed_are_removed(self, show: Path) -> None:
+    def test_real_robots_whose_stage_and_session_were_killed_are_named_once(self, show: Path) -> None:
         die(show, "ros")
+        die(show, "simulator")
         with socket.socket(socket.AF_UNIX) as killed:
             killed.bind(str(show.with_name("7-session.sock")))
-        self.check()
+        self.check("no answer from the real robots: look at them, since process 7 and their stage were killed")
         assert {path.suffix for path in show.parent.iterdir()} == {""}, "only the note is left"
+        die(show, "simulator")
+        self.check()

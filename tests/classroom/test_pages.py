@@ -100,3 +100,16 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(running: Runnin
     page.get_by_role("button", name="Send out the chosen").click()
     expect(page.locator("#children li")).to_have_count(0)
     expect(page.get_by_role("button", name="Send out the chosen")).to_be_disabled()
+
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
+def test_a_problem_with_joining_is_gone_once_a_child_has_joined(running: Running, page: Page) -> None:
+    page.goto(f"{running.address}#class={running.code}")
+    refused = {"problem": "write your name with letters"}
+    page.route("**/class/join", lambda route: route.fulfill(json=refused), times=1)
+    page.get_by_role("button", name="Join").click()
+    expect(page.locator("#class-line")).to_have_text("write your name with letters")
+    page.get_by_label("Your name").fill("Ada")
+    page.get_by_role("button", name="Join").click()
+    expect(page.locator("#handed-in")).to_have_text("You are in the class as Ada.")
+    expect(page.locator("#class-line")).to_be_empty()  # the dialog opens again if the child has to join again

@@ -37,10 +37,8 @@ export class Class {
 
   async #join() {
     const answer = await post("join", JSON.stringify({ code: this.#code.value, name: this.#name.value }))
-    if (!answer.secret) {
-      find("class-line").textContent = answer.problem ?? ""
-      return
-    }
+    find("class-line").textContent = answer.problem ?? ""
+    if (!answer.secret) return
     this.#secret = answer.secret
     sessionStorage.setItem(KEY, answer.secret)
     this.#dialog.close()

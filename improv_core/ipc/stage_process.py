@@ -16,7 +16,7 @@ from typing import Any, Literal, TypedDict
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.priority_queue import UrgentQueue
-from improv_core.protocol.commands import is_stop
+from improv_core.protocol.commands import Stop, is_stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
@@ -71,7 +71,8 @@ class Stage:
         self._ended = asyncio.Event()
         self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._sending = threading.Lock()
-        self._reported: deque[str] = deque(maxlen=MOST)  # stops that have come straight to it, and were not sent to it
+        self._sent: deque[str] = deque(maxlen=MOST)  # stops that it was sent, which may also come straight to it
+        self._reported: deque[Stop] = deque(maxlen=MOST)  # stops that have come straight to it, and were not sent to it
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
@@ -133,8 +134,8 @@ class Stage:
         self._watch.writing(time.monotonic())
         self._awake.set()
         with self._sending:
-            if message["type"] == "stop" and message.get("direct") in self._reported:
-                self._reported.remove(message["direct"])
+            if message["type"] == "stop" and "direct" in message:
+                self._note_sent(message["direct"])
             if self._stops_by is None:
                 self._outbox.put(message)
             elif is_stop(message):
@@ -223,9 +224,13 @@ class Stage:
     def _settle(self) -> None:
         """Send the stops that have come straight to the stage and went to all others before it could be sent any: until
         then, it obeys nothing. Hold the lock."""
-        for direct in [each for each in self._reported if self._stops.has_settled(each)]:
-            self._reported.remove(direct)
-            self._send_first({"type": "stop", "direct": direct})
+        for stop in [each for each in self._reported if self._stops.has_settled(each["direct"])]:
+            self._note_sent(stop["direct"])
+            self._send_first({name: value for name, value in stop.items() if name != "at"})
+
+    def _note_sent(self, direct: str) -> None:
+        self._sent.append(direct)
+        self._reported = deque((each for each in self._reported if each["direct"] != direct), MOST)
 
     def _close_channel(self) -> None:
         with self._sending:
@@ -263,9 +268,11 @@ class Stage:
         # Here and not on the event loop, which may be busy: a stop at a page has to be obeyed at once.
         stops = 0
         if message["type"] == "request":
-            if message["command"]["type"] == "stop" and (direct := message["command"].get("direct")):
+            command = message["command"]
+            if command["type"] == "stop" and "direct" in command:
                 with self._sending:
-                    self._reported.append(direct)
+                    if command["direct"] not in self._sent:
+                        self._reported.append(command)
             stops = self._stops.arrive(message["command"])
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message, stops)

@@ -48,6 +48,7 @@ class Stops:
         self._expected: Stop | None = None  # the next stop, if that has gone straight to stages
         self._direct: deque[str] = deque(maxlen=MOST_DIRECT)  # the identities of such stops that have been counted
         self._settled: tuple[str, ...] = ()  # those that stages were sent with their identities
+        self._unsettled: dict[str, Stop] = {}  # those that have yet to be repeated, by their identities
         self.stopped = 0
         """The number of these that were stops and not pauses."""
         self.unreachable = ""
@@ -102,12 +103,21 @@ class Stops:
 
     def _settle_later(self, stop: Stop) -> None:
         """Repeat a stop once people count as knowing of it. Only then, stages obey what is asked for after it."""
-        timer = threading.Timer(KNOWN, self.stop, [stop])
+        with self._lock:
+            self._unsettled[stop["direct"]] = stop
+        timer = threading.Timer(KNOWN, self._repeat, [stop])
         timer.daemon = True
         try:
             timer.start()
         except RuntimeError:  # there can't be more threads now
-            self.stop(stop)
+            self._repeat(stop)
+
+    def _repeat(self, stop: Stop) -> None:
+        """Repeat a stop, unless that has happened."""
+        with self._lock:
+            waited = self._unsettled.pop(stop["direct"], None)
+        if waited:
+            self.stop(waited)
 
     def on_stop(self, tell: Callable[[], object]) -> None:
         """Call this at each stop from now on, on its thread; not at a pause. It must not wait for anything."""
@@ -140,10 +150,17 @@ class Stops:
     def arrive(self, request: PageRequest | Watched) -> int:
         """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries.
 
-        Each stage reports a stop that has come straight to it. Only the first report counts.
+        Each stage reports a stop that has come straight to it. Only the first report counts. What an automation asks
+        for after its own stop can't have waited since before it.
         """
-        if is_stop(request) and not self._is_known(request):
-            self.stop(request)
+        if is_stop(request):
+            if not self._is_known(request):
+                self.stop(request)
+        elif by := request.get("by"):
+            with self._lock:
+                its_own = [each for each in self._unsettled.values() if each.get("by") == by]
+            for stop in its_own:
+                self._repeat(stop)
         return self.count
 
     def _is_known(self, request: Stop | Pause) -> bool:

@@ -15,6 +15,7 @@ from urllib.request import urlopen
 import pytest
 
 from improv_core.ipc.stage_process import Heard, Stage
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import ToStage
 from improv_core.safety.stage_watchdog import StageWatchdog
 from improv_core.safety.stops import Stops
@@ -90,6 +91,43 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     lines, first = received({"type": "stop"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
     assert first == [{"type": "stop", "number": 1}, {"type": "ping", "number": 2}]
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]
+
+
+@pytest.mark.parametrize("by_us", [True, False])
+def test_a_stop_that_has_gone_straight_to_the_stage_is_sent_once(by_us: bool) -> None:
+    """Whether it is ours or its report that comes first. A stage obeys no load before it has had the stop from us."""
+    stop: Stop = {"type": "stop", "direct": "x", "by": "osc"}
+    report = {"type": "request", "command": stop}
+    lines = [
+        *(["first = [channel.readline()]"] if by_us else ["first = []"]),
+        f"print(json.dumps({report}), flush=True)",
+        "sys.stdin.readline()",
+        "while select.select([channel], [], [], 0)[0]:",
+        " first.append(channel.readline())",
+        'print(json.dumps({"type": "warning", "message": b"".join(first).decode()}), flush=True)',
+        "sys.stdin.read()",
+    ]
+    load: Any = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "ROS 2"}
+
+    async def listen() -> str:
+        stops, told = Stops(), asyncio.get_running_loop().create_future()
+
+        def hear(stage: Stage, message: Heard, _: int) -> None:
+            if message["type"] == "request":
+                stage.send(load)
+            elif message["type"] == "warning":
+                told.set_result(message["message"])
+
+        code = "\n".join(["import json, os, select, sys", CHANNEL, READY, *lines])
+        stage = await Stage.start([sys.executable, "-c", code], os.environ, hear, stops)
+        if by_us:
+            stops.arrive(stop)
+        sent = str(await asyncio.wait_for(told, LIMIT))
+        await stage.close()
+        return sent
+
+    (obeyed,) = [each for each in map(json.loads, asyncio.run(listen()).splitlines()) if each["type"] == "stop"]
+    assert (obeyed["direct"], obeyed["by"]) == ("x", "osc")
 
 
 def test_a_start_that_is_canceled_ends_all_that_the_stage_has_started(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from improv_core.protocol.commands import Stop
+from improv_core.protocol.commands import Automation, Restart, Stop
 from improv_core.protocol.messages import Load, ToStage
 from improv_core.safety.stops import BEHIND, KNOWN, Stops
 
@@ -148,3 +148,16 @@ def test_stages_obey_nothing_for_a_while_if_we_were_halted_when_somebody_stopped
     assert stops.has_settled("x")
     assert [(message.get("direct"), message.get("by")) for message in stage.sent] == [(None, "osc"), ("x", "osc")]
     assert stops.count == 2, "what has arrived since is as old as the stop"
+
+
+@pytest.mark.parametrize(("by", "sent"), [("osc", True), ("ros", False), (None, False)])
+def test_an_automation_may_continue_at_once_after_its_own_stop(by: Automation | None, sent: bool) -> None:
+    """On a busy machine, its stop may reach us late, too, but always before what it asks for next."""
+    stops, stage = Stops(), Stage()
+    stops.add(stage)
+    stops.arrive({"type": "stop", "direct": "x", "by": "osc", "at": time.monotonic() - 2 * BEHIND})
+    play: Restart = {"type": "restart", "by": by} if by else {"type": "restart"}
+    asked = stops.arrive(play)
+    assert stops.has_settled("x") == sent
+    assert stops.send({"type": "resume"}, stage, asked)
+    assert stops.count == 1 + sent

@@ -199,8 +199,10 @@ class Stage:
         """Ping while the stage doesn't rest. This has its own thread, so that a long message can't delay a ping."""
         while not self._over.is_set():
             if self._watch.rests(time.monotonic()):
-                self._awake.wait()
+                while not self._awake.wait(PING_PERIOD):
+                    self._stops.runs(time.monotonic())
             self._awake.clear()
+            self._stops.runs(time.monotonic())
             if self._watch.may_ping(time.monotonic()):
                 with self._sending:
                     if self._stops_by is not None:
@@ -210,6 +212,7 @@ class Stage:
                         self._watch.ping(self._number)
                         self._outbox.put({"type": "ping", "number": self._number})
             self._over.wait(PING_PERIOD)
+        self._stops.rests()
 
     def _send_first(self, message: Mapping[str, Any]) -> None:
         """Send a numbered message on the channel of stops. Hold the lock."""

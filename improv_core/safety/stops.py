@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import deque
@@ -18,6 +19,9 @@ waited since before the press, as all do that arrive when a suspended process co
 BEHIND = 0.1
 """Seconds after which a stop that has gone straight to stages shows that we were halted, and that what arrives now may
 have waited since before it. So stages obey nothing until people count as knowing of it."""
+HALTED = 0.3
+"""Seconds without `runs`, while we have stages, after which we had been halted. Whatever arrives then may have waited
+since before a stop that came a moment ago."""
 MOST_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count each of them once."""
 
@@ -49,6 +53,8 @@ class Stops:
         self._direct: deque[str] = deque(maxlen=MOST_DIRECT)  # the identities of such stops that have been counted
         self._settled: tuple[str, ...] = ()  # those that stages were sent with their identities
         self._unsettled: dict[str, Stop] = {}  # those that have yet to be repeated, by their identities
+        self._ran: float | None = None  # the latest time at which we ran; None while nothing shows that
+        self._continued = -math.inf  # the latest time at which we continued after we had been halted
         self.stopped = 0
         """The number of these that were stops and not pauses."""
         self.unreachable = ""
@@ -81,10 +87,12 @@ class Stops:
             if message is None:
                 message, self._expected = self._expected or Stop(type="stop"), None
             timed = message.copy()
-            asked, timed["at"] = timed.get("at", now), now
+            asked = timed.get("at")
+            was_halted = asked is not None and (now - asked > BEHIND or self._was_halted(now))
+            timed["at"] = now
             if timed["type"] == "stop" and (direct := timed.pop("direct", timed.get("mark"))):
                 self._direct.append(direct)
-                if now - asked > BEHIND:
+                if was_halted:
                     again = Stop(type="stop", direct=direct)
                     if "by" in timed:
                         again["by"] = timed["by"]
@@ -100,6 +108,22 @@ class Stops:
             self._note(stop=timed["type"] == "stop")
         if again:
             self._settle_later(again)
+
+    def runs(self, now: float) -> None:
+        """Note that this process runs, as it does ten times a second while it has stages."""
+        with self._lock:
+            if self._ran is not None and now > self._ran + HALTED:
+                self._continued = now
+            self._ran = now
+
+    def rests(self) -> None:
+        """Note that until further notice, nothing shows whether this process runs: a stage has ended."""
+        with self._lock:
+            self._ran = None
+
+    def _was_halted(self, now: float) -> bool:
+        """Return whether this process was halted until a moment ago. Hold the lock."""
+        return now < self._continued + KNOWN or (self._ran is not None and now > self._ran + HALTED)
 
     def _settle_later(self, stop: Stop) -> None:
         """Repeat a stop once people count as knowing of it. Only then, stages obey what is asked for after it."""

@@ -23,7 +23,7 @@ from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
 from improv_core.score.score import Score
 from improv_core.session.acts import News
-from improv_core.session.on_request import Wish
+from improv_core.session.on_request import StageRequest
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
@@ -254,7 +254,7 @@ class Performance:
         folder = str(path.parent) if path.is_absolute() else ""
         self._stages().present(path.name, folder, found)
 
-    def ask(self, wish: Wish, asked: int = 0) -> None:
+    def ask(self, wish: StageRequest, asked: int = 0) -> None:
         """Have the stages obey a command, such as seek. For a resume, `asked` is as for `play`."""
         if self._playback:
             self._playback.ask(wish, asked)

@@ -28,7 +28,7 @@ from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
 from improv_core.session.session import RunningStage
 from improv_core.session.start import Options, SinkName, start_stage
-from improv_core.stage.loop import Opened, run
+from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.process import SystemClock, report_sent
 from improv_core.stage.stdio import arrival
 
@@ -101,7 +101,7 @@ class StageOnThread:
         self._inbox.put(End())
         await asyncio.to_thread(self._thread.join)
 
-    def _play(self, opened: Opened) -> None:
+    def _play(self, opened: OpenedOutput) -> None:
         run(opened, self._inbox, SystemClock(), Parent())
         self._viewer.close()
         self._soon({"type": "gone", "message": "the stage exited unexpectedly"}, 0)

@@ -146,6 +146,6 @@ def _start_simulator() -> None:
 
 def _open_page() -> None:
     from improv_core.outputs.simulator.simulator import Simulator
-    from improv_core.page.server import Viewer
+    from improv_core.page.server import PageServer
 
-    Viewer(0, Simulator().snapshot, lambda command: None).close()
+    PageServer(0, Simulator().snapshot, lambda command: None).close()

@@ -26,14 +26,14 @@ if __name__ == "__main__":
 
 from improv_core.ipc.arrivals import End, First, Lost, Play
 from improv_core.page.ideal_floor import IdealFloor
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.safety.parent_heartbeat import Parent
-from improv_core.stage.loop import Inbox, Opened, run
+from improv_core.stage.loop import Inbox, OpenedOutput, run
 from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
 
 TOKEN = "IMPROV_PAGE_TOKEN"
@@ -74,7 +74,7 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
 
 def open_simulated(
     options: argparse.Namespace, put: Tell, token: str | None, stages: Path | None = None
-) -> tuple[Opened, Ready, Viewer]:
+) -> tuple[OpenedOutput, Ready, PageServer]:
     """Return the simulator's stage, its first message, and the server of the pages that show it, which send their stops
     straight to the `stages` of a show, too. Raises OSError if the port is taken."""
     from improv_core.outputs.simulator.simulator import Simulator
@@ -86,7 +86,7 @@ def open_simulated(
         viewer.report(message)
         put(message)
 
-    return Opened(simulator, tell, viewer.show), _ready(simulator.name, viewer), viewer
+    return OpenedOutput(simulator, tell, viewer.show), _ready(simulator.name, viewer), viewer
 
 
 def open_alone(
@@ -128,14 +128,14 @@ def _serve(
     stages: Path | None,
     snapshot: Callable[[], Snapshot],
     scores: IdealFloor | None = None,
-) -> Viewer:
+) -> PageServer:
     def request(command: PageRequest | Watched) -> None:
         if command["type"] == "stop":
             command["at"] = time.monotonic()  # if the parent is halted, it learns of the stop late
         put({"type": "request", "command": command})
 
     try:
-        return Viewer(
+        return PageServer(
             options.port,
             snapshot,
             request,
@@ -151,7 +151,7 @@ def _serve(
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
 
-def _ready(sink: str, viewer: Viewer) -> Ready:
+def _ready(sink: str, viewer: PageServer) -> Ready:
     return {"type": "ready", "protocol": VERSION, "sink": sink, "real": False, "page": viewer.address}
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from improv_core.protocol.drawn import Snapshot
 
 
-class Viewer:
+class PageServer:
     """The page's server, on this machine's loopback address only.
 
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with

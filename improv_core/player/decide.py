@@ -46,7 +46,7 @@ from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
 from improv_core.score.score import Score
 from improv_core.score.seeking import TooFarError, arrive
-from improv_core.score.takeover import Before, Swap, edited, entering
+from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited, entering
 
 SEEN = 0.5
 """Seconds after a fault for which unmuting the robot has no effect: nobody can know yet that it stands."""
@@ -99,7 +99,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     else:
         soonest = run.transport.performed(max(facts.now, load.not_before) - load.late)
         at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
-    swap = Swap(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
+    swap = PendingTakeover(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
     if run.mode == "paused":
         return _take_over(run, swap, facts)
     return replace(run, next=swap), [CreatePublishers(score)]
@@ -194,12 +194,12 @@ def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
     return run, [*back, Dismiss(), *begin_parts(run, score.parts, beat, at, tells=score is not run.begun)]
 
 
-def _take_over(run: Run, swap: Swap, facts: Facts) -> Decided:
+def _take_over(run: Run, swap: PendingTakeover, facts: Facts) -> Decided:
     """Have a score take over. Parts that stay the same play on: what is due in them is sent first."""
     old = run.score
     paused = run.mode == "paused"
     beat = run.transport.origin if paused and not swap.entry else swap.beat(run.transport)
-    before = Before(old, run.scene, run.is_over(beat, facts.over), None if facts.real else facts.poses)
+    before = OutgoingScore(old, run.scene, run.is_over(beat, facts.over), None if facts.real else facts.poses)
     score = edited(swap, beat, before)
     begin, leaving = entering(score, before), old.parts.keys() - score.parts.keys()
     goes_on = run.mode == "playing" and _same_time(score, old) and not swap.shifts(run.transport)

@@ -16,7 +16,7 @@ from improv_core.safety.preflight import Standing
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 from improv_core.score.outside_clock import Following
 from improv_core.score.score import Score
-from improv_core.score.takeover import Swap, never_ends
+from improv_core.score.takeover import PendingTakeover, never_ends
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 
 Mode = State
@@ -65,7 +65,7 @@ class Run:
     generation: int = 0
     restarted: int = 0
     transport: Transport = field(default_factory=lambda: Transport(0.0, 0.0, 0, EMPTY.tempo))
-    next: Swap | None = None
+    next: PendingTakeover | None = None
     speed: Fraction = Fraction(1)
     silenced: Silenced = Silenced()
     stood: Mapping[str, float] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.score.takeover import Before, SceneJson, Swap, Takeover, edited, joined
+from improv_core.score.takeover import OutgoingScore, PendingTakeover, SceneJson, Takeover, edited, joined
 
 PoseAt = Callable[[str, Exact], Pose | None]
 """Returns a robot's ideal pose at a beat of the score that plays; None if it is unknown."""
@@ -62,9 +62,9 @@ class BegunScores:
         if before and old and message["restarted"] == before["restarted"]:
             beat = near(message["beat"])
             index, _ = old.scene_at(beat)
-            swap = Swap(score, generation, "now", 1, 0.0, entry)
+            swap = PendingTakeover(score, generation, "now", 1, 0.0, entry)
             moved = poses if old.open else {}
-            self._begun = edited(swap, beat, Before(old, index, before["state"] == "ended", moved))
+            self._begun = edited(swap, beat, OutgoingScore(old, index, before["state"] == "ended", moved))
         else:
             self._begun = joined(score, entry)
         return self._begun

@@ -239,7 +239,7 @@ _ROWS = (
 COMMANDS: Mapping[str, Command] = {row.name: row for row in _ROWS}
 """The rows, by the type of their message."""
 
-VOID = COMMANDS["stop"].voids | {"load"}
+VOIDED_BY_STOP = COMMANDS["stop"].voids | {"load"}
 """The messages that must not be obeyed after a stop if they were sent before it."""
 
 

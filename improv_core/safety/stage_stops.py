@@ -48,10 +48,10 @@ def stop_stages(show: Path, stop: Stop, limit: float) -> Sequence[str] | None:
         for path in found:
             asked.ask(path)
         obeyed = asked.obeyed(limit)
-    return yet_to_obey(map(stage_of, found), [stage_of(path) for path in obeyed]) if found else None
+    return stages_not_stopped(map(stage_of, found), [stage_of(path) for path in obeyed]) if found else None
 
 
-def yet_to_obey(stages: Iterable[str], obeyed: Collection[str]) -> list[str]:
+def stages_not_stopped(stages: Iterable[str], obeyed: Collection[str]) -> list[str]:
     """Return the names, for people, of those stages that have to obey before robots count as stopped, and have not."""
     asked = {*stages}
     real = asked - {SIMULATOR}

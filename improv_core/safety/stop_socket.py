@@ -24,7 +24,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from improv_core.protocol.commands import Stop
-from improv_core.safety.stage_stops import SIMULATOR, SUFFIX, AskedStages, read_stop, stage_of, yet_to_obey
+from improv_core.safety.stage_stops import SIMULATOR, SUFFIX, AskedStages, read_stop, stage_of, stages_not_stopped
 from improv_core.safety.stop_server import ASK, Answer, StopServer
 from improv_core.safety.stops import Stops
 
@@ -180,7 +180,9 @@ def stop_all() -> Iterator[str]:
         for process, others in shows.items():  # sessions without a socket: only their stages have answered
             yield _line(process, "", [*others.values()], obeyed)
         for process, stages_of_it in killed.items():
-            if names := ", ".join(yet_to_obey(stages_of_it - {SIMULATOR}, ())):  # perhaps nobody has stopped them
+            if names := ", ".join(
+                stages_not_stopped(stages_of_it - {SIMULATOR}, ())
+            ):  # perhaps nobody has stopped them
                 yield f"no answer from {names}: look at them, since process {process} and their stage were killed"
 
 
@@ -189,7 +191,7 @@ def _line(process: str, answer: str, shows: Sequence[Sequence[Path]], obeyed: Co
     late = [
         name
         for sockets in shows
-        for name in yet_to_obey(map(stage_of, sockets), [stage_of(path) for path in sockets if path in obeyed])
+        for name in stages_not_stopped(map(stage_of, sockets), [stage_of(path) for path in sockets if path in obeyed])
     ]
     if late:
         end = f" ({answer})" if answer else f", and end process {process} with `kill`"

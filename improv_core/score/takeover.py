@@ -52,7 +52,7 @@ class Takeover(Begins, Paced, Trailing):
 
 
 @dataclass(frozen=True, slots=True)
-class Swap:
+class PendingTakeover:
     """A score that waits to take over: `when` is now, beat, bar, or end, and `at` the resulting performance time.
 
     `entry` is set if another stage has decided when it takes over.
@@ -78,7 +78,7 @@ class Swap:
 
 
 @dataclass(frozen=True, slots=True)
-class Before:
+class OutgoingScore:
     """The score that plays when another one takes over, and its scene. If it `is_over`, so is its last scene.
 
     `poses` are those of simulated robots that senses have moved; None for real robots.
@@ -90,7 +90,7 @@ class Before:
     poses: Mapping[str, Pose] | None
 
 
-def edited(swap: Swap, beat: Exact, before: Before) -> Score:
+def edited(swap: PendingTakeover, beat: Exact, before: OutgoingScore) -> Score:
     """Return the score that takes over at a beat, with the beats at which its parts of this scene began."""
     scene, since = _scene_after(swap, beat, before)
     parts = {
@@ -100,7 +100,7 @@ def edited(swap: Swap, beat: Exact, before: Before) -> Score:
     return replace(swap.score, parts=parts, scene=scene, since=since)
 
 
-def entering(score: Score, before: Before) -> set[str]:
+def entering(score: Score, before: OutgoingScore) -> set[str]:
     """Return the robots of an edited score whose parts begin. The others play on as they do."""
     return {robot for robot, part in score.parts.items() if not _plays_on(part, before)}
 
@@ -124,7 +124,7 @@ def _scene_of(entry: Begins) -> tuple[int, Exact]:
     return (scene["index"], near(scene["begins"])) if scene else (0, 0)
 
 
-def _scene_after(swap: Swap, beat: Exact, before: Before) -> tuple[int, Exact]:
+def _scene_after(swap: PendingTakeover, beat: Exact, before: OutgoingScore) -> tuple[int, Exact]:
     """The scene with which a score takes over, and the beat at which it began. After the end, all begins again."""
     if swap.entry:
         return _scene_of(swap.entry)
@@ -134,14 +134,14 @@ def _scene_after(swap: Swap, beat: Exact, before: Before) -> tuple[int, Exact]:
     return scene, before.score.scene_begins[scene - before.score.scene] if scene == before.scene else beat
 
 
-def _begins(part: Part, swap: Swap, scene: int, beat: Exact, before: Before) -> Exact:
+def _begins(part: Part, swap: PendingTakeover, scene: int, beat: Exact, before: OutgoingScore) -> Exact:
     """Return the beat at which a part began, in a score that takes over with a scene at a beat."""
     if swap.entry:
         return near(swap.entry.get("begins", {}).get(part.robot, 0))
     return before.score.begins(part.robot, scene) if not before.is_over and _is_alike(part, scene, before) else beat
 
 
-def _edited_part(part: Part, beat: Exact, before: Before) -> Part:
+def _edited_part(part: Part, beat: Exact, before: OutgoingScore) -> Part:
     """Return a part with the pose at which its robot entered this scene."""
     old = before.score.parts.get(part.robot)
     entered = None
@@ -155,12 +155,12 @@ def _edited_part(part: Part, beat: Exact, before: Before) -> Part:
     return replace(part, entered=entered)
 
 
-def _plays_on(part: Part, before: Before) -> bool:
+def _plays_on(part: Part, before: OutgoingScore) -> bool:
     """Return whether a part of an edited score is the one that its robot already plays."""
     return _is_alike(part, part.scene, before) and before.score.begins(part.robot, before.scene) == part.begins
 
 
-def _is_alike(part: Part, scene: int, before: Before) -> bool:
+def _is_alike(part: Part, scene: int, before: OutgoingScore) -> bool:
     """Return whether a part moves its robot in a scene in the same way as the one that it already plays."""
     old = before.score.parts.get(part.robot)
     return old is not None and scene == before.scene and old.edition(scene) == part.edition(scene) != UNNUMBERED

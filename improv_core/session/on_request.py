@@ -15,7 +15,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.acts import Act, Announce, Send, SendScore
 from improv_core.session.state import Change, PlayScore, SessionState
 
-Wish = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
+StageRequest = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 Decided = tuple[SessionState, list[Act]]
 
@@ -30,7 +30,7 @@ class Now:
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 
 
-def asked(state: SessionState, request: PlayScore | Wish | PageRequest | Watched, now: Now) -> Decided:
+def asked(state: SessionState, request: PlayScore | StageRequest | PageRequest | Watched, now: Now) -> Decided:
     """Return the state after a request, and the acts that follow. Raises StageError if nothing can play it.
 
     A request goes to all stages from here, so they never disagree. A stop has already been obeyed when it arrived.

@@ -21,7 +21,7 @@ play."""
 
 
 @dataclass(frozen=True, slots=True)
-class Editions:
+class PartVersions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them.
 
     `latest` is the highest number. `sent` has the scores that may play when another takes over, by generation, oldest
@@ -31,7 +31,7 @@ class Editions:
     latest: int = 0
     sent: Mapping[int, Score] = field(default_factory=dict)
 
-    def number(self, score: Score, generation: int) -> tuple[Editions, Score]:
+    def number(self, score: Score, generation: int) -> tuple[PartVersions, Score]:
         """Return the next editions, and the score with the editions of its parts; `generation` counts scores."""
         new = count(self.latest + 1)
         parts = {robot: replace(part, editions=self._editions(part, new)) for robot, part in score.parts.items()}
@@ -39,9 +39,9 @@ class Editions:
         sent = {**self.sent, generation: score}
         if len(sent) > MOST_SENT:
             del sent[list(sent)[1]]  # the first one plays
-        return Editions(next(new) - 1, sent), score
+        return PartVersions(next(new) - 1, sent), score
 
-    def plays(self, generation: int) -> Editions:
+    def plays(self, generation: int) -> PartVersions:
         """Return it after a stage has reported that a score plays: the scores before it no longer matter."""
         if next(iter(self.sent), generation) == generation or generation not in self.sent:
             return self

@@ -27,7 +27,7 @@ from improv_core.safety.stops import KNOWN, Stops
 from improv_core.score.score import Host, OutsideClock
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, Send, SendScore, StartAgain
-from improv_core.session.on_request import Decided, Now, Wish, asked
+from improv_core.session.on_request import Decided, Now, StageRequest, asked
 from improv_core.session.on_stage_message import heard, heard_clock
 from improv_core.session.start import Options, SinkName, start_stage
 from improv_core.session.state import PlayScore, SessionState
@@ -185,7 +185,7 @@ class Playback:
         self._do(asked(self.state, play, self._now(play.stops)))
         return self.state.generation if self.state.generation != before else None
 
-    def ask(self, wish: Wish, stops: int = 0) -> None:
+    def ask(self, wish: StageRequest, stops: int = 0) -> None:
         """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
         after a stop since then, they don't."""
         self._do(asked(self.state, wish, self._now(stops)))

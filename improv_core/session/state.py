@@ -22,7 +22,7 @@ from improv_core.protocol.editing import ProgramSource
 from improv_core.protocol.messages import Arming, ProgramMessage, Ready, Sensed, TransportMessage, When
 from improv_core.score.score import OutsideClock, Score
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.session.part_versions import Editions
+from improv_core.session.part_versions import PartVersions
 from improv_core.session.start import SinkName
 
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force | OscSense
@@ -76,7 +76,7 @@ class SessionState:
     played: PlayScore | None = None
     latest: PlayScore | None = None
     generation: int = 0
-    editions: Editions = field(default_factory=Editions)
+    editions: PartVersions = field(default_factory=PartVersions)
     entered: TransportMessage | None = None
     behind: float = 0.0
     waits_for: Sequence[str] = ()

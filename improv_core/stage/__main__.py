@@ -35,7 +35,7 @@ if __name__ == "__main__":
 
 from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest
 from improv_core.protocol.messages import VERSION, FromStage, Ready
-from improv_core.stage.loop import Opened, run
+from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
 
 
@@ -65,13 +65,18 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[Opened, Ready]:
+def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[OpenedOutput, Ready]:
     """Return the sink that the options name, and the message to send once it is ready."""
     if options.sink == "simulator":
         from improv_core.outputs.simulator.simulator import Simulator
 
         simulator = Simulator()
-        return Opened(simulator, put), {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False}
+        return OpenedOutput(simulator, put), {
+            "type": "ready",
+            "protocol": VERSION,
+            "sink": simulator.name,
+            "real": False,
+        }
     from improv_core.outputs.ros.output import Ros
 
     def ask(command: PageRequest) -> None:
@@ -97,7 +102,7 @@ def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[Opene
             put(message)
 
     ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-    return Opened(ros, tell_both, ros.announce, guard=ros.guard, pending_zeros=ros.pending_zeros), ready
+    return OpenedOutput(ros, tell_both, ros.announce, guard=ros.guard, pending_zeros=ros.pending_zeros), ready
 
 
 if __name__ == "__main__":

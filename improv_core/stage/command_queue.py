@@ -8,9 +8,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 
 from improv_core.ipc.arrivals import Ordered, Play, after_of, kind_of
-from improv_core.protocol.commands import VOID, Pause
+from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
 from improv_core.protocol.limits import MOST_AHEAD
-from improv_core.safety.stop_fence import Overtaking
+from improv_core.safety.stop_fence import StopFence
 from improv_core.score.score import Score
 
 SLICE = 0.005
@@ -25,7 +25,7 @@ class CommandQueue:
         self._clock = clock
         self._waiting: deque[Ordered] = deque()
         self._preloading: tuple[Play, Iterator[None]] | None = None
-        self.overtaking = Overtaking()
+        self.overtaking = StopFence()
         """The stops that have overtaken arrivals: those arrivals are dropped."""
         self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
 
@@ -69,7 +69,7 @@ class CommandQueue:
 
     def stop(self) -> None:
         """Drop arrivals that must not be obeyed after a stop that has itself arrived on standard input."""
-        self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOID)
+        self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOIDED_BY_STOP)
         if self._preloading and self._preloading[0].moves:
             self._preloading = None
 

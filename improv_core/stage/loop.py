@@ -16,7 +16,7 @@ from improv_core.player.player import Player
 from improv_core.player.sensing import foreseen
 from improv_core.player.separation_monitor import from_elsewhere
 from improv_core.player.start_gate import made_of
-from improv_core.protocol.commands import VOID, Pause, Stop, is_stop
+from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
 from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
@@ -71,7 +71,7 @@ class ZeroRetries(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class OpenedOutput:
     """A sink, and functions that send a message to the parent, announce a score that is about to play, and listen for
     the release of emergency stops that are on."""
 
@@ -82,7 +82,7 @@ class Opened:
     pending_zeros: ZeroRetries | None = None
 
 
-def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
+def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int:
     """Play what arrives until the end, and stop the robots whatever ends it. Returns exit code 1 after a failure."""
     loop = Loop(opened, clock, parent)
     last: Stopped = {"type": "stopped"}
@@ -121,7 +121,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
 class Loop:
     """The reaction of `run` to each arrival, and the time of the next thing to do."""
 
-    def __init__(self, opened: Opened, clock: Clock, parent: Parent) -> None:
+    def __init__(self, opened: OpenedOutput, clock: Clock, parent: Parent) -> None:
         self._opened = opened
         self._clock = clock
         self._parent = parent
@@ -225,7 +225,7 @@ class Loop:
                 self.player.stop(now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
-        elif not (self._deserted and arrival["type"] in VOID):  # its parent will find out, and send all again
+        elif not (self._deserted and arrival["type"] in VOIDED_BY_STOP):  # its parent will find out, and send all again
             self._obey(arrival, now)
 
     def _obey_direct(self, direct: DirectStop, now: float) -> None:

@@ -294,6 +294,6 @@ def of_kind(*kinds: Kind) -> list[str]:
     return [word.text for word in WORDS.values() if word.kind in kinds]
 
 
-def such_that(holds: Callable[[Word], bool]) -> Sequence[str]:
+def words_where(holds: Callable[[Word], bool]) -> Sequence[str]:
     """Return the words for which `holds` returns true, in the table's order."""
     return [word.text for word in WORDS.values() if holds(word)]

@@ -31,8 +31,8 @@ from improv_core.session.session import Playback
 from improv_core.session.start import Options, SinkName
 from improv_core.session.state import PlayScore
 from improv_core.slices import on_checkpoint
-from improv_core.stage.loop import Opened
-from improv_core.website.in_process_stage import Hear, StageHere
+from improv_core.stage.loop import OpenedOutput
+from improv_core.website.in_process_stage import Hear, InProcessStage
 
 PROGRAM = Path("dance.improv")
 """Name of the program: there are no files."""
@@ -42,7 +42,7 @@ LONGEST_CHECK = 0.4
 """Seconds that this check may take, because the page waits meanwhile. A longer check is given up."""
 
 
-class Home:
+class BrowserBackend:
     """Replaces the server of a page. `post` sends the page a message, which is JSON, and `obeyed` the number of a stop
     that was obeyed."""
 
@@ -113,18 +113,18 @@ class Home:
     def _command(self, command: PageRequest) -> None:
         self._stage.tell({"type": "request", "command": command})
 
-    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> StageHere:
-        self._stage = StageHere(self._open, self._broadcast.publish, hear, stops)
+    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> InProcessStage:
+        self._stage = InProcessStage(self._open, self._broadcast.publish, hear, stops)
         return self._stage
 
-    def _open(self, put: Callable[[FromStage], None]) -> Opened:
+    def _open(self, put: Callable[[FromStage], None]) -> OpenedOutput:
         def tell(message: FromStage) -> None:
             if message["type"] == "transport":
                 self._state = message["state"]
             self._broadcast.report(message)
             put(message)
 
-        return Opened(self._simulator, tell, self._broadcast.show)
+        return OpenedOutput(self._simulator, tell, self._broadcast.show)
 
     def _listen(self, news: News, leads: bool) -> None:
         """Do nothing: the page knows it already, and there is no terminal."""

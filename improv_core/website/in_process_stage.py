@@ -17,13 +17,13 @@ from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
-from improv_core.stage.loop import Loop, Opened
+from improv_core.stage.loop import Loop, OpenedOutput
 from improv_core.stage.stdio import arrival
 
-Hear = Callable[["StageHere", Heard, int], None]
+Hear = Callable[["InProcessStage", Heard, int], None]
 
 
-class StageHere:
+class InProcessStage:
     """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn.
 
     `open_sink` gets the function by which the stage sends its parent messages, and `hand_to_pages` messages for pages.
@@ -31,7 +31,7 @@ class StageHere:
 
     def __init__(
         self,
-        open_sink: Callable[[Callable[[FromStage], None]], Opened],
+        open_sink: Callable[[Callable[[FromStage], None]], OpenedOutput],
         hand_to_pages: Callable[[ForPages], None],
         hear: Hear,
         stops: Stops,

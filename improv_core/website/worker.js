@@ -34,14 +34,14 @@ function count(piece, onward) {
 const say = (said) => postMessage(said)
 
 /**
- * @typedef {object} Home
+ * @typedef {object} BrowserBackend
  * @property {(text: string, toml: string, revision: number, beat: number, ready: () => void) => Promise<void>} serve
  * @property {(request: string) => void} hear
  * @property {(toml: string) => void} use
  * @property {() => string | undefined} paths
  * @property {(text: string) => string} code
  */
-/** @type {Home | undefined} */
+/** @type {BrowserBackend | undefined} */
 let home
 
 onmessage = async ({ data }) => {
@@ -104,9 +104,9 @@ async function begin(program) {
       compiled ?? load(),
     ])
     python.runPython(`import sys; sys.path.append("${FOLDER}"); sys.dont_write_bytecode = False`)
-    const { Home } = await imported(python, improv, compiled !== null)
+    const { BrowserBackend } = await imported(python, improv, compiled !== null)
     if (!compiled) keepCompiled(python.pyimport("improv_core.website.compile_cache").compiled(FOLDER).toJs())
-    const own = /** @type {Home} */ (Home((/** @type {string} */ text) => say({ message: text }), (/** @type {number} */ number) => say({ obeyed: number })))
+    const own = /** @type {BrowserBackend} */ (BrowserBackend((/** @type {string} */ text) => say({ message: text }), (/** @type {number} */ number) => say({ obeyed: number })))
     home = own
     await own.serve(program.text, program.toml, Number(program.revision), program.beat, () => say({ ready: true }))
   } catch (problem) {

@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, e
 
 from improv_core.ipc.stage_process import Stage
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest, Watched
@@ -89,13 +89,13 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture
-def viewer(simulator: Simulator, commands: Commands) -> Iterator[Viewer]:
-    viewer = Viewer(0, simulator.snapshot, lambda command: commands.put(command), token=TOKEN)
+def viewer(simulator: Simulator, commands: Commands) -> Iterator[PageServer]:
+    viewer = PageServer(0, simulator.snapshot, lambda command: commands.put(command), token=TOKEN)
     yield viewer
     viewer.close()
 
 
-def link(viewer: Viewer) -> str:
+def link(viewer: PageServer) -> str:
     """Return a URL that opens the page once."""
     return f"{viewer.address}?ticket={issue(TOKEN)}"
 
@@ -274,7 +274,7 @@ def watch(page: Page, show: Show, program: str = "", robots: str = "", **how: An
 
 
 @pytest.fixture
-def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Page]:
+def still(page: Page, viewer: PageServer, simulator: Simulator) -> Callable[..., Page]:
     """Return a function that opens the page of a program that is still at its first beat. There is no stage behind
     it."""
 

@@ -9,7 +9,7 @@ from datetime import datetime
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.protocol.page_messages import for_pages
 from tests.page.conftest import (
     Chromium,
@@ -221,7 +221,7 @@ def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> No
 
 
 def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(
-    still: Callable[..., Page], viewer: Viewer, commands: Commands
+    still: Callable[..., Page], viewer: PageServer, commands: Commands
 ) -> None:
     page = still("beat 60\nada $ repeat 8 forward\n")
     page.get_by_role("slider", name="Position in beats").focus()

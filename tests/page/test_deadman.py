@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.preview import window
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -21,7 +21,7 @@ window.press = (button, pressed) => pads[1].buttons[button].pressed = pressed
 
 
 @pytest.fixture
-def held(page: Page, viewer: Viewer, commands: Commands) -> Page:
+def held(page: Page, viewer: PageServer, commands: Commands) -> Page:
     """A page with a gamepad, while robots move only if its button 4 is held."""
     page.add_init_script(GAMEPADS)
     page.goto(link(viewer))
@@ -30,7 +30,7 @@ def held(page: Page, viewer: Viewer, commands: Commands) -> Page:
     return page
 
 
-def require(viewer: Viewer, deadman: Any) -> None:
+def require(viewer: PageServer, deadman: Any) -> None:
     score = score_of(analyze("r $ forward"))
     viewer.publish({**window.about(score, 1, takes_start_poses=False), "deadman": deadman})
 
@@ -41,7 +41,9 @@ def until_released(commands: Commands) -> None:
         assert kind == "held"
 
 
-def test_the_page_names_the_deadman_button_and_sends_its_state(held: Page, viewer: Viewer, commands: Commands) -> None:
+def test_the_page_names_the_deadman_button_and_sends_its_state(
+    held: Page, viewer: PageServer, commands: Commands
+) -> None:
     line = held.get_by_text("hold button 4 to move")
     expect(line).to_be_visible()
     held.evaluate("press(3, true)")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from playwright.sync_api import Page, expect
 
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from tests.page.conftest import Keep, link, transport
 
 
 def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
-    page: Page, viewer: Viewer, keep: Keep
+    page: Page, viewer: PageServer, keep: Keep
 ) -> None:
     hint = page.locator("#hint")
     viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": [], "count": 0})

@@ -81,7 +81,7 @@ def test_nothing_is_on_the_floor_before_the_first_score() -> None:
 def test_pages_of_real_robots_are_told_that_they_stopped_only_if_the_session_has_ended(
     problem: str, told: list[object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(main, "Viewer", viewer := Mock())
+    monkeypatch.setattr(main, "PageServer", viewer := Mock())
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     job = open_alone(options_in([]), lambda message: None, inbox.put, TOKEN)
     inbox.put(End(problem))

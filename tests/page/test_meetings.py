@@ -15,7 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.score import Score
-from improv_core.score.takeover import Before, Swap, edited
+from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited
 
 LIMIT = 30.0
 APART = "ada at 0 0\nbo at 3 0 facing 180\nada $ repeat (forward backward)\nbo $ rest\n"
@@ -45,8 +45,8 @@ def taken_over(before: str, after: str, beat: Fraction) -> Score:
     kept = {name: 2 if name in changed(before, after) else 1 for name in new.parts}
     numbered = replace(old, parts={name: replace(part, editions=(1,)) for name, part in old.parts.items()})
     parts = {name: replace(part, editions=(kept[name],)) for name, part in new.parts.items()}
-    swap = Swap(replace(new, parts=parts), 2, "now", 4, 0.0, None)
-    return edited(swap, beat, Before(numbered, 0, False, {}))
+    swap = PendingTakeover(replace(new, parts=parts), 2, "now", 4, 0.0, None)
+    return edited(swap, beat, OutgoingScore(numbered, 0, False, {}))
 
 
 def changed(before: str, after: str) -> set[str]:

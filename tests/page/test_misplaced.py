@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.safety.preflight import Standing, message
 from improv_core.score.motion import Pose
 from tests.page.conftest import Commands, asked
@@ -17,14 +17,14 @@ ADVICE = "move ada 2.00 m toward 180°"
 
 
 @pytest.fixture
-def waiting(still: Callable[..., Page], viewer: Viewer) -> Page:
+def waiting(still: Callable[..., Page], viewer: PageServer) -> Page:
     """The page of a dance that doesn't begin, since ada stands two meters off."""
     page = still("ada bo $ forward\n", "[robots.ada]\nstart = { x = 0 }\n[robots.bo]\nstart = { y = 2 }\n")
     viewer.publish(message(ADA, 1))
     return page
 
 
-def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer: Viewer) -> None:
+def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer: PageServer) -> None:
     panel = waiting.get_by_role("region", name="Robots that are not in their places")
     lines = panel.get_by_role("listitem")
     expect(panel.get_by_role("heading")).to_have_text("Not in place")

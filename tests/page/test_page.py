@@ -11,21 +11,21 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
 from tests.page.conftest import LIMIT, Commands, Keep, link, part, transport, wait
 from tests.web_server import served
 
 
-def open_page(page: Page, viewer: Viewer) -> None:
+def open_page(page: Page, viewer: PageServer) -> None:
     page.goto(link(viewer))
     wait(page, "window.improv?.connected")
 
 
 @pytest.mark.slow("draws a dance, and is photographed twice")
 def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
-    page: Page, viewer: Viewer, simulator: Simulator, commands: Commands, keep: Keep
+    page: Page, viewer: PageServer, simulator: Simulator, commands: Commands, keep: Keep
 ) -> None:
     requested: list[str] = []
     page.on("request", lambda request: requested.append(request.url))
@@ -66,7 +66,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
 
 @pytest.mark.slow("opens pages in two windows")
 def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing_for_others(
-    browser: Browser, window: BrowserContext, viewer: Viewer
+    browser: Browser, window: BrowserContext, viewer: PageServer
 ) -> None:
     url, page = link(viewer), window.new_page()
     page.goto(url)
@@ -84,7 +84,7 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
     other.close()
 
     viewer.close()  # its token is worth nothing for the next server
-    next_server = Viewer(urlsplit(viewer.address).port or 0, Simulator().snapshot, lambda command: None)
+    next_server = PageServer(urlsplit(viewer.address).port or 0, Simulator().snapshot, lambda command: None)
     expect(again.locator("#notice")).to_contain_text("This address works only once", timeout=LIMIT * 1000)
     again.close()
     next_server.close()
@@ -92,7 +92,7 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
 
 @pytest.mark.slow("opens pages in frames")
 def test_a_frame_has_a_token_only_if_its_own_address_has_a_ticket(
-    window: BrowserContext, viewer: Viewer, tmp_path: Path
+    window: BrowserContext, viewer: PageServer, tmp_path: Path
 ) -> None:
     """Any user of this machine can serve a page that frames ours in a tab that has its token."""
     page = window.new_page()

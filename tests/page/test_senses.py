@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.senses import BuiltIn, Key, Senses, Topic
@@ -26,7 +26,7 @@ def senses() -> Senses:
 
 
 @pytest.fixture
-def sensing(page: Page, viewer: Viewer, simulator: Simulator, senses: Senses) -> Page:
+def sensing(page: Page, viewer: PageServer, simulator: Simulator, senses: Senses) -> Page:
     """A page of a robot that reads all kinds of senses."""
     score = score_of(analyze("ada $ repeat (forward left)\n"))
     score = replace(score, parts={"ada": replace(score.parts["ada"], senses=senses)})
@@ -38,7 +38,7 @@ def sensing(page: Page, viewer: Viewer, simulator: Simulator, senses: Senses) ->
     return page
 
 
-def sensed(viewer: Viewer, sense: str, value: bool | None) -> None:
+def sensed(viewer: PageServer, sense: str, value: bool | None) -> None:
     viewer.publish(
         {
             "type": "sensed",
@@ -53,7 +53,7 @@ def sensed(viewer: Viewer, sense: str, value: bool | None) -> None:
     )
 
 
-def test_a_chip_shows_a_sense_and_its_area_lights_up(sensing: Page, viewer: Viewer) -> None:
+def test_a_chip_shows_a_sense_and_its_area_lights_up(sensing: Page, viewer: PageServer) -> None:
     chip = sensing.locator(".chip", has_text="near")
     expect(chip).to_have_attribute("data-value", "silent")
     wait(sensing, f"{AHEAD} === '{DARK}'")

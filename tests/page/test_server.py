@@ -26,7 +26,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import connection_limit, peer_user, routes
 from improv_core.page.answers import MOST_BEATS
 from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest
@@ -50,7 +50,7 @@ UPGRADE = {
 NOBODY: Callable[[], Snapshot] = Snapshot
 
 
-def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
+def ask(viewer: PageServer, path: str, **headers: str) -> http.client.HTTPResponse:
     """Return the answer to a request with exactly these headers; `_` in their names is `-`."""
     connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.address).port or 0, timeout=LIMIT)
     connection.putrequest("GET", path, skip_host="Host" in headers)
@@ -60,17 +60,17 @@ def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
     return connection.getresponse()
 
 
-def own(viewer: Viewer) -> tuple[str, str]:
+def own(viewer: PageServer) -> tuple[str, str]:
     """Return the server's own host, and the header that authorizes a request."""
     return urlsplit(viewer.address).netloc, f"token={quote(TOKEN)}"
 
 
-def opened(viewer: Viewer, query: str) -> str:
+def opened(viewer: PageServer, query: str) -> str:
     """Return the token of the page that a query opens; empty if it opens none."""
     return token_behind(f"{viewer.address}?{query}")
 
 
-def test_a_ticket_opens_the_page_once(viewer: Viewer) -> None:
+def test_a_ticket_opens_the_page_once(viewer: PageServer) -> None:
     first, second = (urlsplit(link(viewer)).query for _ in range(2))
     assert opened(viewer, second) == TOKEN
     assert opened(viewer, first) == TOKEN  # several may be out at once
@@ -78,7 +78,7 @@ def test_a_ticket_opens_the_page_once(viewer: Viewer) -> None:
         assert opened(viewer, used) == ""
 
 
-def test_nothing_but_a_ticket_opens_the_page(viewer: Viewer) -> None:
+def test_nothing_but_a_ticket_opens_the_page(viewer: PageServer) -> None:
     ticket = urlsplit(link(viewer)).query
     forged = (
         *(f"ticket={each}" for each in ("", "-", "1-2-3", "%C3%A9", quote(TOKEN), issue("another token"))),
@@ -94,7 +94,7 @@ def test_nothing_but_a_ticket_opens_the_page(viewer: Viewer) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can be another user")
 @pytest.mark.parametrize("host", ["127.0.0.1", "::ffff:127.0.0.1"])
-def test_a_ticket_in_the_process_list_is_useless_to_another_user(viewer: Viewer, host: str) -> None:
+def test_a_ticket_in_the_process_list_is_useless_to_another_user(viewer: PageServer, host: str) -> None:
     """As soon as a browser is started, another user may be faster than it."""
     url = f"{viewer.address}?ticket={issue(TOKEN, own=True)}"
     where = urlsplit(url)
@@ -138,7 +138,7 @@ def test_a_users_own_ticket_is_refused_if_the_connection_belongs_to_nobody() -> 
     assert mine.redeem(ticket, os.getuid())
 
 
-def test_a_ticket_authorizes_nothing_else(viewer: Viewer) -> None:
+def test_a_ticket_authorizes_nothing_else(viewer: PageServer) -> None:
     host, _ = own(viewer)
     for query in (urlsplit(link(viewer)).query, urlsplit(link(viewer)).query.replace("ticket", "token")):
         assert ask(viewer, f"/live?{query}", **UPGRADE, Origin=f"http://{host}").status == 403
@@ -147,18 +147,18 @@ def test_a_ticket_authorizes_nothing_else(viewer: Viewer) -> None:
     assert ask(viewer, f"/token?{own(viewer)[1]}").status == 204
 
 
-def test_no_ticket_survives_the_server_that_could_remember_it(viewer: Viewer) -> None:
+def test_no_ticket_survives_the_server_that_could_remember_it(viewer: PageServer) -> None:
     used, unused = (urlsplit(link(viewer)).query for _ in range(2))
     assert opened(viewer, used) == TOKEN
     viewer.close()
-    again = Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None, token=TOKEN)
+    again = PageServer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None, token=TOKEN)
     for query in (used, unused):
         assert opened(again, query) == ""
     assert ask(again, f"/token?{own(again)[1]}").status == 204  # an open page keeps working
     again.close()
 
 
-def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
+def test_only_hosts_of_this_machine_are_answered(viewer: PageServer) -> None:
     host, token = own(viewer)
     local = host.replace("127.0.0.1", "localhost")
     assert ask(viewer, f"/?{token}", Host=local).status == 200
@@ -169,7 +169,7 @@ def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
         assert ask(viewer, "/page.js", Host=stranger).status == 403
 
 
-def test_the_websocket_needs_the_token_and_our_own_origin(viewer: Viewer) -> None:
+def test_the_websocket_needs_the_token_and_our_own_origin(viewer: PageServer) -> None:
     host, token = own(viewer)
     assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=f"http://{host}").status == 101
     assert ask(viewer, "/live", **UPGRADE, Origin=f"http://{host}").status == 403
@@ -178,14 +178,14 @@ def test_the_websocket_needs_the_token_and_our_own_origin(viewer: Viewer) -> Non
         assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=origin).status == 403
 
 
-def test_only_the_files_of_the_page_are_served(viewer: Viewer) -> None:
+def test_only_the_files_of_the_page_are_served(viewer: PageServer) -> None:
     _, token = own(viewer)
     assert ask(viewer, "/floor/motion.js").getheader("Content-Type") == "text/javascript; charset=utf-8"
     for path in ("/server.py", "/index.html", "/../server.py", "/%2e%2e/server.py", "//etc/passwd", f"/stage?{token}"):
         assert ask(viewer, path).status == 404
 
 
-def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: Viewer) -> None:
+def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: PageServer) -> None:
     answer = ask(viewer, f"/?{own(viewer)[1]}")
     policy = answer.getheader("Content-Security-Policy") or ""
     assert "default-src 'none'" in policy
@@ -199,15 +199,15 @@ def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: View
     assert answer.getheader("Referrer-Policy") == "no-referrer"
 
 
-def test_a_taken_port_is_a_plain_error(viewer: Viewer) -> None:
+def test_a_taken_port_is_a_plain_error(viewer: PageServer) -> None:
     with pytest.raises(OSError, match="in use"):
-        Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None)
+        PageServer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None)
 
 
 # Messages over the WebSocket
 
 
-async def connected(viewer: Viewer, session: aiohttp.ClientSession) -> aiohttp.ClientWebSocketResponse:
+async def connected(viewer: PageServer, session: aiohttp.ClientSession) -> aiohttp.ClientWebSocketResponse:
     host, token = own(viewer)
     return await session.ws_connect(f"http://{host}/live?{token}", origin=f"http://{host}")
 
@@ -219,7 +219,7 @@ async def until(socket: aiohttp.ClientWebSocketResponse, wanted: Callable[[dict[
             return message
 
 
-def test_a_new_page_gets_published_messages_and_the_robots(viewer: Viewer, simulator: Simulator) -> None:
+def test_a_new_page_gets_published_messages_and_the_robots(viewer: PageServer, simulator: Simulator) -> None:
     simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 2.0))}), restart=True)
     simulator.send("ada", Twist(y=1 / 3), 0.0)
     simulator.advance(1.0)
@@ -250,7 +250,7 @@ def test_a_new_page_gets_published_messages_and_the_robots(viewer: Viewer, simul
     }
 
 
-def test_each_page_gets_each_place_of_a_trail_once(viewer: Viewer, simulator: Simulator) -> None:
+def test_each_page_gets_each_place_of_a_trail_once(viewer: PageServer, simulator: Simulator) -> None:
     simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
 
     async def check() -> None:
@@ -281,7 +281,7 @@ def test_nothing_is_sent_while_nothing_changes(simulator: Simulator) -> None:
         looks.put(seen := simulator.snapshot())
         return seen
 
-    viewer = Viewer(0, look, lambda command: None, token=TOKEN)
+    viewer = PageServer(0, look, lambda command: None, token=TOKEN)
 
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
@@ -304,7 +304,7 @@ def test_nothing_is_sent_while_nothing_changes(simulator: Simulator) -> None:
     viewer.close()
 
 
-def test_a_robot_standing_where_another_stood_is_reported_with_a_pose(viewer: Viewer, simulator: Simulator) -> None:
+def test_a_robot_standing_where_another_stood_is_reported_with_a_pose(viewer: PageServer, simulator: Simulator) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -321,7 +321,7 @@ def test_each_bump_is_reported_once_even_in_a_replayed_dance() -> None:
     bump = Bump(1.5, 0.25, 0.0, ("ada", "bo"))
     again = Bump(*bump)
     shown = Snapshot(bumps=(bump,))
-    viewer = Viewer(0, lambda: shown, lambda command: None, token=TOKEN)
+    viewer = PageServer(0, lambda: shown, lambda command: None, token=TOKEN)
 
     async def check() -> None:
         nonlocal shown
@@ -352,7 +352,7 @@ def is_bumps(message: dict[str, Any]) -> bool:
     return bool(message["type"] == "bumps")
 
 
-def test_the_last_published_message_comes_before_the_end(viewer: Viewer) -> None:
+def test_the_last_published_message_comes_before_the_end(viewer: PageServer) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -368,7 +368,7 @@ def test_the_last_published_message_comes_before_the_end(viewer: Viewer) -> None
 # The picture
 
 
-def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer: Viewer) -> None:
+def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer: PageServer) -> None:
     host, token = own(viewer)
     assert ask(viewer, f"/path.svg?{token}").status == 404  # nothing has been played
     for program in ("ada $ forward left forward", "ada $ left"):
@@ -382,7 +382,7 @@ def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer
     assert ask(viewer, f"/path.svg?{token}", Host="evil.example").status == 403
 
 
-def test_only_known_commands_are_passed_on(viewer: Viewer, commands: Commands) -> None:
+def test_only_known_commands_are_passed_on(viewer: PageServer, commands: Commands) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -402,7 +402,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: Commands) -
     assert commands.empty()
 
 
-def answer_to(viewer: Viewer, query: str, **headers: str) -> http.client.HTTPResponse:
+def answer_to(viewer: PageServer, query: str, **headers: str) -> http.client.HTTPResponse:
     """Send a stop as the page does, over its own connection."""
     host, token = own(viewer)
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
@@ -410,13 +410,13 @@ def answer_to(viewer: Viewer, query: str, **headers: str) -> http.client.HTTPRes
     return connection.getresponse()
 
 
-def press(viewer: Viewer, query: str, **headers: str) -> int:
+def press(viewer: PageServer, query: str, **headers: str) -> int:
     """Return the status of the answer to a stop."""
     return answer_to(viewer, query, **headers).status
 
 
 def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_was_obeyed(
-    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+    viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
     stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
@@ -431,7 +431,7 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
 
 
 def test_an_unconfirmed_stop_is_answered_with_the_names_yet_to_obey_it(
-    viewer: Viewer, monkeypatch: pytest.MonkeyPatch
+    viewer: PageServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
 
@@ -455,7 +455,7 @@ def test_a_stop_goes_straight_to_stages_and_is_confirmed_although_the_parent_say
     monkeypatch.setattr(routes, "ASK_LIMIT", LIMIT if not hangs else 0.05)
     with TemporaryDirectory(dir="/tmp") as folder:
         stages = Stages(Path(folder, "7-abc"), "simulator", "ros", hangs=hangs)
-        viewer = Viewer(0, NOBODY, commands.put, token=TOKEN, show=Path(folder, "7-abc"))
+        viewer = PageServer(0, NOBODY, commands.put, token=TOKEN, show=Path(folder, "7-abc"))
         for _ in range(2 if hangs else 1):  # the page sends it again
             said = answer_to(viewer, "page=p&number=1")
             assert (said.status, said.read()) == answer
@@ -467,7 +467,7 @@ def test_a_stop_goes_straight_to_stages_and_is_confirmed_although_the_parent_say
 
 
 def test_a_stop_needs_the_token_our_own_origin_and_a_number(
-    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+    viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert press(viewer, "page=p&number=1", Origin="http://evil.example") == 403
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.0)
@@ -483,7 +483,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
 
 
 def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
-    viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+    viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.0)
     host, token = own(viewer)
@@ -508,7 +508,7 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
     assert commands.empty()
 
 
-def test_pages_in_frames_are_counted_as_they_come_and_go(viewer: Viewer, commands: Commands) -> None:
+def test_pages_in_frames_are_counted_as_they_come_and_go(viewer: PageServer, commands: Commands) -> None:
     host, token = own(viewer)
 
     async def told(session: aiohttp.ClientSession, *more: str) -> aiohttp.ClientWebSocketResponse:
@@ -526,7 +526,7 @@ def test_pages_in_frames_are_counted_as_they_come_and_go(viewer: Viewer, command
     assert commands.empty()
 
 
-def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: Commands) -> None:
+def test_a_page_that_floods_is_cut_off(viewer: PageServer, commands: Commands) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -538,7 +538,7 @@ def test_a_page_that_floods_is_cut_off(viewer: Viewer, commands: Commands) -> No
     asyncio.run(check())
 
 
-def test_a_page_that_asks_gets_the_next_beats(viewer: Viewer) -> None:
+def test_a_page_that_asks_gets_the_next_beats(viewer: PageServer) -> None:
     viewer.show(score_of(analyze("ada $ repeat (forward left)")), 3)
 
     async def check() -> None:
@@ -560,7 +560,7 @@ def test_a_page_that_asks_gets_the_next_beats(viewer: Viewer) -> None:
     asyncio.run(check())
 
 
-def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> None:
+def test_a_window_is_of_the_score_whose_generation_it_names(viewer: PageServer) -> None:
     """The window is right even while another score waits to take over, which is the only one that counts once it
     has."""
     casts = {1: "ada", 2: "bo"}
@@ -579,7 +579,9 @@ def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> N
 
 
 @pytest.mark.parametrize(("edges", "expected"), [((0.0,), "forward forward"), ((0.0, 2.0), "forward left")])
-def test_senses_of_real_robots_come_before_their_jump(viewer: Viewer, edges: tuple[float, ...], expected: str) -> None:
+def test_senses_of_real_robots_come_before_their_jump(
+    viewer: PageServer, edges: tuple[float, ...], expected: str
+) -> None:
     """The simulator beside them is a tenth of a second behind."""
     program = "ada $ repeat (if near left else forward)\n"
     viewer.show(score_of(analyze(program)), 1)
@@ -600,7 +602,7 @@ def test_senses_of_real_robots_come_before_their_jump(viewer: Viewer, edges: tup
     assert " ".join(words) == expected  # decisions at the beat of a jump assume that no sense is true
 
 
-def test_a_page_that_does_not_read_delays_nobody(viewer: Viewer) -> None:
+def test_a_page_that_does_not_read_delays_nobody(viewer: PageServer) -> None:
     host, token = own(viewer)
     stuck = socket.socket()
     stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -621,7 +623,7 @@ def test_a_page_that_does_not_read_delays_nobody(viewer: Viewer) -> None:
     stuck.close()
 
 
-def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
+def test_the_number_of_pages_is_bounded(viewer: PageServer) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as session:
             sockets = [await connected(viewer, session) for _ in range(MAX_PAGES)]
@@ -637,7 +639,7 @@ def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
     asyncio.run(check())
 
 
-def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None:
+def test_publishing_and_closing_after_the_end_do_nothing(viewer: PageServer) -> None:
     viewer.close()
     viewer.publish(transport(1, "playing"))
     viewer.close()
@@ -646,7 +648,7 @@ def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None
 # Connections
 
 
-def silent(viewer: Viewer) -> socket.socket:
+def silent(viewer: PageServer) -> socket.socket:
     """Open a connection that sends nothing."""
     where = urlsplit(viewer.address)
     return socket.create_connection((where.hostname, where.port or 0), timeout=LIMIT)
@@ -660,7 +662,7 @@ def is_closed(connection: socket.socket) -> bool:
         return True
 
 
-def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
+def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
     monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 0.1)
     for sent in (b"", b"GET / HTTP/1.1\r\n"):
         connection = silent(viewer)
@@ -668,7 +670,7 @@ def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatc
         assert is_closed(connection)
 
 
-def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
+def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
     monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 1.0)
     used = http.client.HTTPConnection(urlsplit(viewer.address).netloc, timeout=LIMIT)
     used.request("GET", "/page.js")
@@ -681,7 +683,7 @@ def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, v
     used.close()
 
 
-def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
+def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
     most = 16
     monkeypatch.setattr(connection_limit, "MAX_CONNECTIONS", most)
     monkeypatch.setattr(connection_limit, "SILENT_LIMIT", 1000.0)

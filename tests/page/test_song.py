@@ -13,7 +13,7 @@ import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import song_file
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from improv_core.page.song_file import SongError, open_song, range_of
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -36,44 +36,44 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def playing(folder: Path) -> Iterator[Viewer]:
+def playing(folder: Path) -> Iterator[PageServer]:
     """Run a page's server with a dance whose song is song.wav."""
-    viewer = Viewer(0, Simulator().snapshot, lambda command: None, token=TOKEN)
+    viewer = PageServer(0, Simulator().snapshot, lambda command: None, token=TOKEN)
     show(viewer, Music("song.wav", str(folder)))
     yield viewer
     viewer.close()
 
 
-def show(viewer: Viewer, music: Music | None) -> None:
+def show(viewer: PageServer, music: Music | None) -> None:
     viewer.show(replace(score_of(analyze("ada $ forward")), music=music), 1)
 
 
-def ask(viewer: Viewer, token: str = TOKEN, path: str = "/song", **headers: str) -> http.client.HTTPResponse:
+def ask(viewer: PageServer, token: str = TOKEN, path: str = "/song", **headers: str) -> http.client.HTTPResponse:
     connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.address).port or 0, timeout=LIMIT)
     sent = {name.replace("_", "-"): value for name, value in headers.items()}
     connection.request("GET", f"{path}?token={quote(token)}", headers=sent)
     return connection.getresponse()
 
 
-def check(viewer: Viewer, music: Music | None, line: str) -> None:
+def check(viewer: PageServer, music: Music | None, line: str) -> None:
     """Check the line that the server sends if there is no song."""
     show(viewer, music)
     answer = ask(viewer)
     assert (answer.headers["Content-Type"], answer.read().decode()) == ("text/plain; charset=utf-8", line)
 
 
-def test_a_page_with_its_token_gets_the_song(playing: Viewer) -> None:
+def test_a_page_with_its_token_gets_the_song(playing: PageServer) -> None:
     answer = ask(playing)
     assert (answer.status, answer.headers["Content-Type"], answer.read()) == (200, "audio/wav", SONG)
 
 
-def test_nobody_else_does(playing: Viewer) -> None:
+def test_nobody_else_does(playing: PageServer) -> None:
     assert ask(playing, token="another").status == 403
     assert ask(playing, Origin="http://example.org").status == 403
     assert ask(playing, Host="example.org").status == 403
 
 
-def test_a_page_that_has_the_song_is_not_sent_it_again_until_it_changes(playing: Viewer, folder: Path) -> None:
+def test_a_page_that_has_the_song_is_not_sent_it_again_until_it_changes(playing: PageServer, folder: Path) -> None:
     tag = ask(playing).headers["ETag"]
     assert (ask(playing, If_None_Match=tag).status, ask(playing, If_None_Match=tag).read()) == (304, b"")
     (folder / "song.wav").write_bytes(SONG[1:])
@@ -102,21 +102,21 @@ def test_ranges(header: str | None, expected: range | None) -> None:
     assert range_of(header, 10) == expected
 
 
-def test_a_part_of_the_song_is_sent_if_a_page_asks_for_one(playing: Viewer) -> None:
+def test_a_part_of_the_song_is_sent_if_a_page_asks_for_one(playing: PageServer) -> None:
     part = ask(playing, Range="bytes=100-299")
     assert (part.status, part.headers["Content-Range"], part.read()) == (206, "bytes 100-299/2048", SONG[100:300])
     beyond = ask(playing, Range="bytes=5000-")
     assert (beyond.status, beyond.headers["Content-Range"]) == (416, "bytes */2048")
 
 
-def test_a_song_may_be_deeper_in_the_folder_or_empty(playing: Viewer, folder: Path) -> None:
+def test_a_song_may_be_deeper_in_the_folder_or_empty(playing: PageServer, folder: Path) -> None:
     show(playing, Music("sounds/deep.ogg", str(folder)))
     assert ask(playing).read() == SONG
     (folder / "sounds" / "deep.ogg").write_bytes(b"")
     assert (ask(playing).status, ask(playing).read()) == (200, b"")
 
 
-def test_nothing_from_outside_of_the_folder_is_sent(playing: Viewer, folder: Path) -> None:
+def test_nothing_from_outside_of_the_folder_is_sent(playing: PageServer, folder: Path) -> None:
     (folder / "link.wav").symlink_to(folder.parent / "secret.wav")
     (folder / "links").symlink_to(folder.parent)
     (folder / "text.wav").symlink_to(folder / "notes.txt")
@@ -153,7 +153,7 @@ def test_a_link_that_replaces_the_found_file_is_not_followed(
         open_song(Music("sounds/deep.ogg", str(folder)))
 
 
-def test_one_line_says_why_there_is_no_song(playing: Viewer, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_line_says_why_there_is_no_song(playing: PageServer, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check(playing, None, "This dance has no song.")
     check(playing, Music(), "This dance has no song.")
     check(playing, Music("song.wav"), "This dance has no song.")
@@ -171,6 +171,6 @@ def test_one_line_says_why_there_is_no_song(playing: Viewer, folder: Path, monke
     check(playing, Music("song.wav", str(folder)), large)
 
 
-def test_a_page_can_ask_for_the_time(playing: Viewer) -> None:
+def test_a_page_can_ask_for_the_time(playing: PageServer) -> None:
     assert float(ask(playing, path="/time").read()) > 1e9
     assert ask(playing, token="another", path="/time").status == 403

@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import routes
-from improv_core.page.server import Viewer
+from improv_core.page.server import PageServer
 from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, Show, link, wait, watch
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
@@ -46,7 +46,7 @@ def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Pag
 
 
 @pytest.mark.slow("waits until the page tries again")
-def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: Page, viewer: Viewer) -> None:
+def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: Page, viewer: PageServer) -> None:
     page.goto(link(viewer))
     wait(page, "window.improv?.connected")
     viewer.close()
@@ -54,7 +54,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     page.get_by_role("button", name="Stop").click()
     expect(page.locator("#notice")).to_have_text(NOTICE)
     commands: Commands = queue.SimpleQueue()
-    again = Viewer(urlsplit(viewer.address).port or 0, Simulator().snapshot, commands.put, token=TOKEN)
+    again = PageServer(urlsplit(viewer.address).port or 0, Simulator().snapshot, commands.put, token=TOKEN)
     while (command := commands.get(timeout=LIMIT))["type"] != "stop":
         pass
     expect(page.locator("#notice")).to_have_text(NOTICE)
@@ -66,7 +66,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
 
 
 def test_the_page_names_the_robots_yet_to_obey_a_stop(
-    page: Page, viewer: Viewer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+    page: Page, viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
     page.goto(link(viewer))
@@ -82,7 +82,7 @@ def test_the_page_names_the_robots_yet_to_obey_a_stop(
     expect(page.locator("#notice")).to_be_hidden()
 
 
-def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: Viewer, commands: Commands) -> None:
+def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: PageServer, commands: Commands) -> None:
     page.goto(link(viewer))
     wait(page, "window.improv?.connected")
     page.evaluate("""() => {

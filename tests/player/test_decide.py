@@ -57,7 +57,7 @@ from improv_core.score.motion import STILL, Pose
 from improv_core.score.movement import Duration
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Safety, Score
-from improv_core.score.takeover import Swap, Takeover
+from improv_core.score.takeover import PendingTakeover, Takeover
 from improv_core.score.transport import Switch, Transport
 from improv_core.score.world import World
 from tests.player.test_player import score
@@ -125,7 +125,7 @@ def lines(done: Sequence[Act]) -> list[str]:
 
 @pytest.mark.parametrize("mode", MODES)
 def test_a_stop_stops_everything(mode: Mode) -> None:
-    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    swap = PendingTakeover(OTHER, 2, "beat", 4, 4.0, None)
     then, done = decide(run(mode, 3, next=swap), events.Stop(), real(3))
     assert (then.mode, then.next, then.transport.origin) == ("stopped", None, 3)
     assert done == [Zero(), Report()]
@@ -138,7 +138,7 @@ def test_a_stop_lets_a_stage_that_only_has_to_stop_robots_keep_waiting() -> None
 
 @pytest.mark.parametrize("mode", MODES)
 def test_a_pause_stops_what_plays_and_keeps_the_save_that_waits(mode: Mode) -> None:
-    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    swap = PendingTakeover(OTHER, 2, "beat", 4, 4.0, None)
     then, done = decide(run(mode, 3, next=swap, continues=True), events.Pause(), at(3))
     plays = mode == "playing"
     assert (then.mode, then.next, then.continues) == ("paused" if plays else mode, swap, False)
@@ -157,7 +157,7 @@ def test_only_a_pause_can_be_resumed(mode: Mode) -> None:
 
 
 def test_a_save_that_waits_for_a_beat_waits_for_that_beat_after_a_pause_too() -> None:
-    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    swap = PendingTakeover(OTHER, 2, "beat", 4, 4.0, None)
     then, _ = decide(run("paused", 3.25, next=swap), events.Resume(), at(10))
     assert then.next == replace(swap, at=10.75)
 
@@ -318,18 +318,18 @@ def test_a_save_takes_over_from_what_plays_or_restarts(mode: Mode, when: When, d
 @pytest.mark.parametrize(("when", "second"), [("now", 2.5), ("beat", 3), ("bar", 4), ("end", 8)])
 def test_a_save_takes_over_at_its_time(when: Switch, second: float) -> None:
     then, done = decide(run("playing"), events.Load(OTHER, 2, when), at(2.5))
-    assert then.next == Swap(OTHER, 2, when, 4, second, None)
+    assert then.next == PendingTakeover(OTHER, 2, when, 4, second, None)
     assert done == [CreatePublishers(OTHER)]
 
 
 def test_another_stage_sets_the_time() -> None:
     entry: Takeover = {"beat": 5.0, "monotonic": ZERO + 5.25}
     then, _ = decide(run("playing"), events.Load(OTHER, 2, "now", entry), at(3))
-    assert then.next == Swap(OTHER, 2, "now", 4, 5.25, entry)
+    assert then.next == PendingTakeover(OTHER, 2, "now", 4, 5.25, entry)
 
 
 def test_a_takeover_is_prepared_before_the_run_says_so() -> None:
-    swap = Swap(OTHER, 2, "beat", 4, 3.0, None)
+    swap = PendingTakeover(OTHER, 2, "beat", 4, 3.0, None)
     before = run("playing", next=swap)
     then, done = decide(before, Due(3.0, Rank.TAKEOVER), at(3))
     assert then == replace(before, next=None)
@@ -351,7 +351,7 @@ def test_a_robot_whose_part_is_the_same_is_left_alone() -> None:
     numbered = {name: replace(part, editions=(7,)) for name, part in DANCE.parts.items()}
     dance = replace(DANCE, parts=numbered)
     edit = replace(dance, parts={**numbered, "b": replace(OTHER.parts["b"], editions=(8,))})
-    before = run("playing", dance=dance, next=Swap(edit, 2, "beat", 4, 3.0, None))
+    before = run("playing", dance=dance, next=PendingTakeover(edit, 2, "beat", 4, 3.0, None))
     then, done = decide(before, Due(3.0, Rank.TAKEOVER), at(3))
     assert done[0] == Drop({"b"})
     last = done[-1]
@@ -362,7 +362,7 @@ def test_a_robot_whose_part_is_the_same_is_left_alone() -> None:
 
 def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> None:
     guarded = replace(OTHER, safety=Safety(deadman=DEADMAN))
-    before = run("playing", next=Swap(guarded, 2, "beat", 4, 3.0, None))
+    before = run("playing", next=PendingTakeover(guarded, 2, "beat", 4, 3.0, None))
     then, done = decide(before, Due(3.0, Rank.TAKEOVER), real(3))
     last = done[-1]
     assert isinstance(last, Then)
@@ -374,7 +374,9 @@ def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> 
 def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
     facts = real(3, places={"a": Standing(Pose(), Pose(1.0))})
     faster = replace(OTHER, tempo=Fraction(120))
-    then, done = decide(run("playing", next=Swap(faster, 2, "beat", 4, 3.0, None)), Due(3.0, Rank.TAKEOVER), facts)
+    then, done = decide(
+        run("playing", next=PendingTakeover(faster, 2, "beat", 4, 3.0, None)), Due(3.0, Rank.TAKEOVER), facts
+    )
     last = done[-1]
     assert isinstance(last, Then)
     assert decide(then, last.event, facts)[0].mode == "playing"
@@ -461,7 +463,7 @@ def test_a_robot_that_drives_back_stands_at_the_end() -> None:
 
 
 def test_a_save_that_waits_for_an_end_unknown_in_advance_takes_over_there() -> None:
-    swap = Swap(OTHER, 2, "end", 4, math.inf, None)
+    swap = PendingTakeover(OTHER, 2, "end", 4, math.inf, None)
     then, done = decide(run("playing", next=swap), Due(8.0, Rank.END), at(8))
     assert (then.mode, then.next) == ("playing", None)
     assert names(done) == ["Drop", "SendUntil", "Prepare", "Then"]
@@ -785,7 +787,7 @@ EVENTS: Sequence[Event] = [
 @pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
 def test_removed_robots_stop_and_nothing_begins_that_must_wait(event: Event) -> None:
     dance = replace(SCENES, safety=Safety(stop=STOP, deadman=DEADMAN))
-    swap = Swap(OTHER, 2, "beat", 4, 3.0, None) if isinstance(event, Due) else None
+    swap = PendingTakeover(OTHER, 2, "beat", 4, 3.0, None) if isinstance(event, Due) else None
     for mode, held, stops, knows in product(MODES, (False, True), (EmergencyStops(), PRESSED), (True, False)):
         before = run(mode, 3, GUARDED if isinstance(event, Due) else dance, stops=stops, next=swap)
         facts = real(3, held=frozenset({BUTTON} if held else ()))
@@ -814,11 +816,11 @@ def test_each_event_has_its_rule_and_each_act_its_function() -> None:
         (run("playing"), 8, Due(8.0, Rank.END)),
         (run("playing", dance=SCENES), 2, Due(2.0, Rank.SCENE)),
         (run("playing"), math.inf, NEVER),
-        (run("playing", next=Swap(OTHER, 2, "beat", 4, 3.0, None)), 8, Due(3.0, Rank.TAKEOVER)),
-        (run("playing", next=Swap(OTHER, 2, "end", 4, 8.0, None)), 8, Due(8.0, Rank.TAKEOVER)),
-        (run("playing", dance=SCENES, next=Swap(OTHER, 2, "bar", 4, 2.0, None)), 2, Due(2.0, Rank.SCENE)),
-        (run("ended", 8, next=Swap(OTHER, 2, "now", 4, 9.0, None)), 8, Due(9.0, Rank.TAKEOVER)),
-        (run("paused", 3, next=Swap(OTHER, 2, "now", 4, 3.0, None)), 8, NEVER),
+        (run("playing", next=PendingTakeover(OTHER, 2, "beat", 4, 3.0, None)), 8, Due(3.0, Rank.TAKEOVER)),
+        (run("playing", next=PendingTakeover(OTHER, 2, "end", 4, 8.0, None)), 8, Due(8.0, Rank.TAKEOVER)),
+        (run("playing", dance=SCENES, next=PendingTakeover(OTHER, 2, "bar", 4, 2.0, None)), 2, Due(2.0, Rank.SCENE)),
+        (run("ended", 8, next=PendingTakeover(OTHER, 2, "now", 4, 9.0, None)), 8, Due(9.0, Rank.TAKEOVER)),
+        (run("paused", 3, next=PendingTakeover(OTHER, 2, "now", 4, 3.0, None)), 8, NEVER),
         *((run(mode, 3), 8, NEVER) for mode in MODES if mode != "playing"),
     ],
 )

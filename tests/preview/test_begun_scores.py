@@ -13,7 +13,7 @@ from improv_core.player.reports import Told
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.protocol.messages import When
 from improv_core.score.score import Score
-from improv_core.session.part_versions import Editions
+from improv_core.session.part_versions import PartVersions
 from tests.player.test_player import Stage, score
 
 
@@ -26,7 +26,7 @@ class Followed(Stage):
         self.compared: list[int] = []
         """The scenes that played, at each report."""
         self._begun = BegunScores()
-        self._editions = Editions()
+        self._editions = PartVersions()
         self._generation = 0
 
     def load(self, program: str, when: When = "restart") -> None:

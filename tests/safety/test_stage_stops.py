@@ -21,8 +21,8 @@ from improv_core.safety.stage_stops import (
     socket_of,
     sockets_of,
     stage_of,
+    stages_not_stopped,
     stop_stages,
-    yet_to_obey,
 )
 from improv_core.safety.stop_server import ASK, MOST_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
@@ -61,7 +61,7 @@ def show(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def test_stages_of_real_robots_have_to_obey_or_the_simulator_alone(
     stages: Sequence[str], obeyed: Sequence[str], who: Sequence[str]
 ) -> None:
-    assert yet_to_obey(stages, obeyed) == who
+    assert stages_not_stopped(stages, obeyed) == who
 
 
 def test_all_stages_get_a_stop_at_once_and_those_that_have_not_obeyed_are_named(show: Path) -> None:

@@ -12,7 +12,7 @@ from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.messages import Pressed, Ready, State, ToStage, TransportMessage
 from improv_core.score.score import Score
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Send, SendScore, StartAgain
-from improv_core.session.on_request import Now, Wish, asked
+from improv_core.session.on_request import Now, StageRequest, asked
 from improv_core.session.on_stage_message import heard
 from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore, SessionState
@@ -30,7 +30,7 @@ NOW = 1000.0
 
 From = tuple[SinkName, Heard | Failed]
 """A message of a stage; its start, or its end; or that it could not be started."""
-Event = From | PlayScore | Wish | PageRequest | Watched
+Event = From | PlayScore | StageRequest | PageRequest | Watched
 
 
 def play(score: Score = DANCE, **how: Any) -> PlayScore:

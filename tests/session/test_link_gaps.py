@@ -24,7 +24,7 @@ from improv_core.score.score_json import RowsRead, RowsWritten, to_json
 from improv_core.session.group import rules
 from improv_core.session.group.acts import Decided, Say, SendTo, Times
 from improv_core.session.group.state import HERE, GroupState, Hosted
-from improv_core.stage.loop import Loop, Opened
+from improv_core.stage.loop import Loop, OpenedOutput
 from improv_core.stage.stdio import arrival
 from tests.player.test_player import Memory
 from tests.session.test_group import PAD, PI, Story, on_hosts
@@ -49,7 +49,7 @@ class Machine:
     def __init__(self, clock: World, host: str) -> None:
         self.sink, self.parent, self.read = Memory(), Parent(), RowsRead()
         self.sink.real = True
-        self.loop = Loop(Opened(self.sink, lambda message: clock.comes_up(host, message)), clock, self.parent)
+        self.loop = Loop(OpenedOutput(self.sink, lambda message: clock.comes_up(host, message)), clock, self.parent)
         self.number = self.before = 0  # as in `Stage`
 
     @property

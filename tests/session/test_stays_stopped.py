@@ -32,7 +32,7 @@ from improv_core.session.acts import Send, SendScore
 from improv_core.session.on_request import Now, asked
 from improv_core.session.on_stage_message import heard
 from improv_core.session.state import PlayScore, SessionState
-from improv_core.stage.loop import Loop, Opened
+from improv_core.stage.loop import Loop, OpenedOutput
 from tests.player.test_player import Memory, score
 from tests.session.story import READY
 
@@ -53,7 +53,7 @@ class Performance:
         self.robots.real = True
         self.lines: list[str] = []
         self._situation, self._heard = Situation(), play_again.Heard()
-        self._loop = Loop(Opened(self.robots, self._tell), self, Parent())
+        self._loop = Loop(OpenedOutput(self.robots, self._tell), self, Parent())
         self._state = heard(SessionState(), "ros", READY["ros"], Now())[0].opened(["ros"])
         dance = replace(score(PROGRAM), safety=SAFETY)
         self._score = replace(dance, clock=OutsideClock(follow)) if follow else dance

@@ -10,7 +10,7 @@ import pytest
 from improv_core.ipc.arrivals import Arrival, End, First, Ordered, Play
 from improv_core.protocol.limits import SILENCE_LIMIT
 from improv_core.protocol.messages import Load
-from improv_core.safety.stop_fence import Overtaking
+from improv_core.safety.stop_fence import StopFence
 from improv_core.score.motion import STILL
 from improv_core.score.score import Score
 from improv_core.stage.command_queue import SLICE, CommandQueue
@@ -20,7 +20,7 @@ from tests.stage.test_loop import PING, START, errors, perform
 
 def check(heard: str, *void: tuple[str, int | None, bool]) -> None:
     """Check the void requests after messages on the channel of stops, numbered from 1; `lost` if the parent hangs."""
-    state = Overtaking()
+    state = StopFence()
     for number, kind in enumerate(heard.split(), 1):
         state = state.lose() if kind == "lost" else state.hear(kind, number)
     assert [(kind, after, state.voids(kind, after)) for kind, after, _ in void] == list(void)

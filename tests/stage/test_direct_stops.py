@@ -11,9 +11,9 @@ import pytest
 
 from improv_core.ipc.arrivals import DirectStop, End, First, Lost
 from improv_core.ipc.priority_queue import UrgentQueue
-from improv_core.protocol.commands import VOID
+from improv_core.protocol.commands import VOIDED_BY_STOP
 from improv_core.safety.stage_stops import stop_stages
-from improv_core.safety.stop_fence import MOST, Overtaking
+from improv_core.safety.stop_fence import MOST, StopFence
 from improv_core.score.motion import STILL
 from improv_core.stage.command_queue import CommandQueue
 from improv_core.stage.process import DirectStops
@@ -51,30 +51,30 @@ def check(*arrivals: tuple[float, Any], told: list[tuple[str, float]], reports: 
     assert [each["command"] for each in said if each["type"] == "request"] == [{**X, "at": START + 0.1}] * reports
 
 
-@pytest.mark.parametrize("request_", sorted(VOID))
+@pytest.mark.parametrize("request_", sorted(VOIDED_BY_STOP))
 @pytest.mark.parametrize("after", [1, 2, None])
 def test_a_request_is_void_until_the_parent_has_sent_the_stop(request_: str, after: int | None) -> None:
     """The parent may ping before it learns of the stop, so that the number of a request says nothing."""
-    state = Overtaking().hear("ping", 2).hear_direct("x")
+    state = StopFence().hear("ping", 2).hear_direct("x")
     assert state.voids(request_, after)
     state = state.settle("x").hear("stop", 3)
     assert [state.voids(request_, number) for number in (2, 3)] == [True, False]
 
 
 def test_each_of_several_stops_has_to_come_from_the_parent() -> None:
-    state = Overtaking().hear_direct("x").hear_direct("y").settle("y").hear("stop", 1)
+    state = StopFence().hear_direct("x").hear_direct("y").settle("y").hear("stop", 1)
     assert state.voids("load", 1)
     assert [state.has(each) for each in "xyz"] == [True, True, False]
     assert not state.settle("x").voids("load", 1)
 
 
 def test_a_stop_that_comes_late_voids_nothing_after_it_has_come_from_the_parent() -> None:
-    state = Overtaking().settle("x").hear("stop", 1).hear_direct("x")
+    state = StopFence().settle("x").hear("stop", 1).hear_direct("x")
     assert not state.voids("load", 1)
 
 
 def test_a_flood_of_stops_keeps_the_fence_closed_and_is_forgotten() -> None:
-    state = Overtaking()
+    state = StopFence()
     for number in range(3 * MOST):
         state = state.hear_direct(str(number))
     assert len(state.direct) == MOST

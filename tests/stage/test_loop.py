@@ -34,7 +34,7 @@ from improv_core.score.score import Deadman, Host, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
-from improv_core.stage.loop import Opened, run
+from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.stdio import arrival
 from tests.player.test_player import Memory, score
 
@@ -132,7 +132,7 @@ def perform(
     turned = Turned(arrivals, sleeps_at, late)
     if isinstance(sink, Slow):
         sink.turned = turned
-    run(Opened(sink, told.append), turned, turned, turned.parent)
+    run(OpenedOutput(sink, told.append), turned, turned, turned.parent)
     return told
 
 
@@ -337,7 +337,7 @@ def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool,
 
     stop: Stop = {"type": "stop", "mark": "page 1"}
     turned = Turned([(0, load("r $ repeat forward\n")), (0.5, {"type": "stop"}), (1, stop), (2, End())])
-    opened = Opened(sink, lambda message: tell("parent" if real else "pages", "obeyed", message))
+    opened = OpenedOutput(sink, lambda message: tell("parent" if real else "pages", "obeyed", message))
     run(opened, turned, turned, turned.parent)
     assert told == [(each, STILL) for each in who]
 
@@ -373,7 +373,7 @@ def test_a_failure_while_playing_ends_the_stage_with_its_reason() -> None:
     told: list[FromStage] = []
     turned = Turned([(0, load("r $ forward\n")), (9, End())])
     sink.breaks_at = (0.2, "r")
-    assert run(Opened(sink, told.append), turned, turned, turned.parent) == 1
+    assert run(OpenedOutput(sink, told.append), turned, turned, turned.parent) == 1
     assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
     assert all(twist == Twist(2.0) for *_, twist in sink.sent)
 
@@ -432,7 +432,7 @@ def test_simulated_robots_keep_limits_only_beside_real_ones() -> None:
         scores: list[Score] = []
         turned = Turned([(0, Play(message, replace(play.score, parts=limited))), (9, End())])
         run(
-            Opened(Memory(), lambda told: None, lambda score, generation: scores.append(score)),
+            OpenedOutput(Memory(), lambda told: None, lambda score, generation: scores.append(score)),
             turned,
             turned,
             turned.parent,
@@ -483,6 +483,6 @@ def test_pages_are_shown_the_scene_to_which_playback_goes_back() -> None:
     sink, pages = Memory(), Shown()
     sink.real = False
     turned = Turned([(0, load(program)), (0.5, force), (2.5, seek), (3, End())])
-    opened = Opened(sink, pages.tell, pages.show)
+    opened = OpenedOutput(sink, pages.tell, pages.show)
     run(opened, turned, turned, turned.parent)
     assert pages.scenes == [0, 1, 0]

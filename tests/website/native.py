@@ -13,7 +13,7 @@ from typing import Any
 
 from aiohttp import web
 
-from improv_core.website.browser_session import Home
+from improv_core.website.browser_session import BrowserBackend
 
 WORKER = """// Passes on what the page says, to where Python runs.
 const socket = new WebSocket("ws://127.0.0.1:PORT")
@@ -58,7 +58,9 @@ async def _welcome(request: web.Request) -> web.WebSocketResponse:
     socket = web.WebSocketResponse(max_msg_size=0)
     await socket.prepare(request)
     said: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-    home = Home(lambda text: said.put_nowait({"message": text}), lambda number: said.put_nowait({"obeyed": number}))
+    home = BrowserBackend(
+        lambda text: said.put_nowait({"message": text}), lambda number: said.put_nowait({"obeyed": number})
+    )
 
     async def tell() -> None:
         while True:

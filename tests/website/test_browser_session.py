@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from improv_core.website import browser_session
-from improv_core.website.browser_session import Home
+from improv_core.website.browser_session import BrowserBackend
 
 LIMIT = 60.0
 Message = dict[str, Any]
@@ -24,7 +24,7 @@ class At:
         self.messages: list[Message] = []
         self.obeyed: list[int] = []
         self._new = asyncio.Event()
-        self.home = Home(self._take, self.obeyed.append)
+        self.home = BrowserBackend(self._take, self.obeyed.append)
 
     def ask(self, kind: str, **values: Any) -> None:
         self.home.hear(json.dumps({"type": kind, **values}))
@@ -181,5 +181,5 @@ def test_another_program_than_that_of_the_link_begins_at_its_beginning() -> None
 
 
 def test_a_qr_code_holds_a_link() -> None:
-    code = Home(lambda text: None, lambda number: None).code("https://example.org/#dance=abc")
+    code = BrowserBackend(lambda text: None, lambda number: None).code("https://example.org/#dance=abc")
     assert code.startswith("<svg xmlns=")

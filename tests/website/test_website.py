@@ -69,11 +69,11 @@ def test_the_python_files_need_no_others(built: Path, tmp_path: Path) -> None:
     scene = """
 import asyncio, sys
 sys.path = [each for each in sys.path if "site-packages" not in each and each] + [sys.argv[1]]
-from improv_core.website.browser_session import Home
+from improv_core.website.browser_session import BrowserBackend
 
 async def play():
     told, ready = [], asyncio.Event()
-    home = Home(told.append, lambda number: None)
+    home = BrowserBackend(told.append, lambda number: None)
     serving = asyncio.create_task(home.serve("", "[robots.ada]\\nprofile = 1", 0, 0.0, ready.set))
     await ready.wait()
     for text in ("fly = lift || left\\nada $ near", "ada is puppet\\nada $ forward || head left"):

@@ -64,6 +64,16 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
 
 
+def test_a_dance_whose_performance_ends_is_shown_as_stopped(page: Page, viewer: PageServer) -> None:
+    """A page without the simulator hears no more of real robots then."""
+    page.goto(link(viewer))
+    wait(page, "window.improv?.connected")
+    viewer.publish(transport(1, "playing"))
+    expect(page.locator("#state")).to_have_text("playing")
+    viewer.publish({"type": "stopped"})
+    expect(page.locator("#state")).to_have_text("stopped")
+
+
 @pytest.mark.slow("opens pages in two windows")
 def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing_for_others(
     browser: Browser, window: BrowserContext, viewer: PageServer

@@ -116,7 +116,7 @@ function take(message) {
   else if (message.type === "fault") takeFault(message)
   else if (message.type === "why_still") sayWhyStill(message)
   else if (message.type === "source") takeSource(message)
-  else if (message.type === "stopped") notices.end(message)
+  else if (message.type === "stopped") takeEnd(message)
   else editor.takeAnswer(message)
   view.touch()
 }
@@ -247,6 +247,15 @@ function takeTransport(message) {
   if (begins || message.state !== state) notices.announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
   showTransport()
+}
+
+/** @param {Messages["stopped"]} message */
+function takeEnd(message) {
+  const { transport } = clock
+  if (!message.message && ["playing", "paused", "waiting"].includes(transport.state)) {
+    takeTransport({ type: "transport", ...transport, state: "stopped", beat: clock.beat() }) // perhaps nobody sends that any more
+  }
+  notices.end(message)
 }
 
 /** @param {"open" | "lost" | "refused"} now */

@@ -95,7 +95,7 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
 
 @pytest.mark.parametrize("by_us", [True, False])
 def test_a_stop_that_has_gone_straight_to_the_stage_is_sent_once(by_us: bool) -> None:
-    """Whether it is ours or its report that comes first. A stage obeys no load before it has had the stop from us."""
+    """Ours or its report may come first. A stage obeys no load before it has had the stop from us."""
     stop: Stop = {"type": "stop", "direct": "x", "by": "osc"}
     report = {"type": "request", "command": stop}
     lines = [

@@ -79,6 +79,7 @@ def test_an_unusable_history_is_reported_once_and_the_program_plays(state: Path)
         assert said(client, "was not kept in the history") >= 1
         state.unlink()
         save(client, 4, "r $ left\n")
+        assert len(client.command("history")) == 1  # which waits until it has been written
         (state / "5.improv").write_bytes(b"\xff")
         assert len(client.command("history")) == 1
         client.wait_for_line("1 file of the history can't be read")

@@ -280,6 +280,7 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     text.press("Control+z")
     expect(text).to_have_value(before)  # one step
     text.press("Control+y")
+    expect(dialog.get_by_label("x", exact=True).last).to_have_value("2")  # the server has read it again
 
     dialog.get_by_label("heading", exact=True).last.fill("90")
     page.get_by_role("button", name="Play", exact=True).click()  # at once: the typed text is written, then saved

@@ -82,7 +82,7 @@ PROBLEMS: Mapping[str, tuple[Callable[[Host], object], str]] = {
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
-def test_a_problem_there_is_a_line_here(host: Host, problem: str) -> None:
+def test_a_problem_on_a_host_is_one_line_here(host: Host, problem: str) -> None:
     cause, line = PROBLEMS[problem]
     cause(host)
     check(host, line)

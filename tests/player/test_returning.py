@@ -218,7 +218,7 @@ def pause(floor: Floor) -> None:
     ],
     ids=["its part stands", "a pause", "a slow speed", "a fast speed", "a save"],
 )
-def test_it_continues_only_where_its_part_is(program: str, happens: Callable[[Floor], None]) -> None:
+def test_a_robot_continues_only_at_the_place_of_its_part(program: str, happens: Callable[[Floor], None]) -> None:
     floor = returning(program)
     happens(floor)
     while BACK not in floor.lines:

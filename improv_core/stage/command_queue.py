@@ -25,7 +25,7 @@ class CommandQueue:
         self._clock = clock
         self._waiting: deque[Ordered] = deque()
         self._preloading: tuple[Play, Iterator[None]] | None = None
-        self.overtaking = StopFence()
+        self.fence = StopFence()
         """The stops that have overtaken arrivals: those arrivals are dropped."""
         self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
 
@@ -104,10 +104,10 @@ class CommandQueue:
         return None
 
     def _awaits(self, arrival: Ordered) -> bool:
-        return self.overtaking.awaits(kind_of(arrival), after_of(arrival))
+        return self.fence.awaits(kind_of(arrival), after_of(arrival))
 
     def _is_void(self, arrival: Ordered) -> bool:
-        return self.overtaking.voids(kind_of(arrival), after_of(arrival))
+        return self.fence.voids(kind_of(arrival), after_of(arrival))
 
 
 def _time_of(arrival: Ordered, now: float) -> float:

@@ -189,7 +189,7 @@ class Loop:
                 self._halt(arrival.message, now)
         elif isinstance(arrival, First):
             message = arrival.message
-            self._commands.overtaking = self._commands.overtaking.hear(message["type"], arrival.number)
+            self._commands.fence = self._commands.fence.hear(message["type"], arrival.number)
             if message["type"] == "stop":
                 self._commands.forget_pause()
                 self._settle(message)
@@ -231,9 +231,9 @@ class Loop:
     def _obey_direct(self, direct: DirectStop, now: float) -> None:
         """Obey a stop that has come straight here, report it to the parent, and then answer it."""
         name = direct.stop["direct"]
-        if not self._commands.overtaking.has(name):
+        if not self._commands.fence.has(name):
             self._commands.forget_pause()
-            self._commands.overtaking = self._commands.overtaking.hear_direct(name)
+            self._commands.fence = self._commands.fence.hear_direct(name)
             self.player.stop(now, direct.stop.get("by"))
             self._tell({"type": "request", "command": {**direct.stop, "at": now}})
         direct.confirm()
@@ -241,7 +241,7 @@ class Loop:
     def _settle(self, stop: Stop | Pause) -> None:
         """Note that the parent has sent a stop that may have come straight here, too."""
         if stop["type"] == "stop" and "direct" in stop:
-            self._commands.overtaking = self._commands.overtaking.settle(stop["direct"])
+            self._commands.fence = self._commands.fence.settle(stop["direct"])
 
     def stop(self) -> None:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
@@ -264,12 +264,12 @@ class Loop:
         self._tell({"type": "deserted", "seconds": self._parent.patience})
         self._deserted = True
         self.player.stop(now)
-        self._commands.overtaking = self._commands.overtaking.lose()
+        self._commands.fence = self._commands.fence.lose()
 
     def _halt(self, line: str, now: float) -> None:
         """Stop all robots, and report why. No message that the parent has sent until now may move them."""
         self.player.stop(now)
-        self._commands.overtaking = self._commands.overtaking.lose()
+        self._commands.fence = self._commands.fence.lose()
         self._tell({"type": "error", "message": line})
 
     def _tell(self, message: FromStage) -> None:

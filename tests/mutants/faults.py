@@ -92,8 +92,8 @@ STAGE = (
     ),
     Fault(
         "stage/loop.py",
-        'overtaking.lose()\n        self._tell({"type": "error"',
-        'overtaking\n        self._tell({"type": "error"',
+        'fence.lose()\n        self._tell({"type": "error"',
+        'fence\n        self._tell({"type": "error"',
         "what a parent sent before it hung moves robots after they were stopped",
     ),
     Fault(

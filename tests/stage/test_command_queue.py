@@ -85,14 +85,14 @@ def test_a_stop_ends_the_meeting_of_robots() -> None:
     later = play("a $ forward\n", 1)
     order.add(later)
     assert order.next() is None
-    order.overtaking = order.overtaking.hear("stop", 1)
+    order.fence = order.fence.hear("stop", 1)
     assert order.next() == later
     assert sink.met == ["a", "b", "a"]
 
 
 def test_a_score_that_only_stops_robots_is_never_void() -> None:
     order = CommandQueue(Slow().preload, lambda: 0.0)
-    order.overtaking = order.overtaking.hear("stop", 5)
+    order.fence = order.fence.hear("stop", 5)
     standing = play("", 1)
     order.add(standing)
     assert order.next() == standing

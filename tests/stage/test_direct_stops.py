@@ -171,6 +171,6 @@ def test_a_stage_in_place_of_a_dead_one_answers_once_it_has_stopped_or_moves_its
 def test_a_score_that_only_stops_robots_is_never_void() -> None:
     """It has a new stage stop the robots of a dead one."""
     order = CommandQueue(Memory().preload, lambda: 0.0)
-    order.overtaking = order.overtaking.hear_direct("x")
+    order.fence = order.fence.hear_direct("x")
     order.add(standing := play("", 1))
     assert order.next() == standing

@@ -1,4 +1,7 @@
-"""A process of ours that answers one question at a time. Questions and answers are values that pickle can copy."""
+"""A process of ours in which a function answers one question at a time. Both are values that pickle can copy.
+
+It is `python -m improv_ls.asking MODULE FUNCTION`.
+"""
 
 from __future__ import annotations
 
@@ -7,33 +10,40 @@ import pickle
 import sys
 import threading
 from base64 import b64decode, b64encode
-from typing import Any
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, Generic, TypeVar
 
 from improv_core.ipc.child import Child, Policy
+from improv_core.protocol.json_lines import own_output
 
 ANSWER_LIMIT = 120.0
 """Seconds that an answer may take on a busy machine; a process that needs more counts as hung."""
 POLICY = Policy(1.0)
+Question = TypeVar("Question")
+Answer = TypeVar("Answer")
 
 
-class Answerer:
-    """The process of a module that runs by itself. It starts with the first question."""
+class Answerer(Generic[Question, Answer]):
+    """The process of a function, which a module has. It starts with the first question."""
 
-    def __init__(self, module: str, limit: float = ANSWER_LIMIT) -> None:
-        self.limit = limit
-        self._module = module
+    def __init__(self, function: Callable[[Question], Answer]) -> None:
+        self.function = function
+        self.limit = ANSWER_LIMIT
         self._child: Child | None = None
 
-    def ask(self, question: object) -> Any:
+    def ask(self, question: Question) -> Answer:
         """Return the answer of the process. Blocks; raises EOFError or OSError if the process has ended, or has hung
         and was killed."""
-        child = self._child = self._child or Child([sys.executable, "-m", self._module], POLICY)
+        command = [sys.executable, "-m", __name__, self.function.__module__, self.function.__name__]
+        child = self._child = self._child or Child(command, POLICY)
         patience = threading.Timer(self.limit, child.kill)
         patience.daemon = True
         patience.start()
         try:
-            child.write(json.dumps(packed(question)).encode() + b"\n")
-            return unpacked(child.read()[0])
+            child.write(json.dumps(_packed(question)).encode() + b"\n")
+            answer: Answer = _unpacked(child.read()[0])
+            return answer
         finally:
             patience.cancel()
 
@@ -46,9 +56,20 @@ class Answerer:
             child.wait()
 
 
-def packed(value: object) -> str:
+def _packed(value: object) -> str:
     return b64encode(pickle.dumps(value)).decode()
 
 
-def unpacked(line: bytes) -> Any:
+def _unpacked(line: bytes) -> Any:
     return pickle.loads(b64decode(json.loads(line)))
+
+
+def _serve(module: str, function: str) -> None:
+    """Answer the questions from standard input, until it is closed."""
+    say, answer = own_output(), getattr(import_module(module), function)
+    for line in sys.stdin.buffer:
+        say(_packed(answer(_unpacked(line))))
+
+
+if __name__ == "__main__":
+    _serve(*sys.argv[1:])

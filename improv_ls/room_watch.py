@@ -10,8 +10,9 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.program import joint_check, room
 from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
+from improv_ls.asking import Answerer
 from improv_ls.documents import Document
-from improv_ls.room_checker import RoomChecker
+from improv_ls.room_checker import OpenProgram, check
 
 QUIET = 0.2
 """Seconds after the latest key before a program is checked."""
@@ -34,7 +35,7 @@ class RoomWatch:
     def __init__(self, documents: Mapping[str, Document], show: Callable[[Document], None]) -> None:
         self._documents = documents
         self._show = show
-        self._checker = RoomChecker()
+        self._checker = Answerer(check)
         self._checked: dict[str, _Checked] = {}
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[None] | None = None
@@ -71,10 +72,9 @@ class RoomWatch:
             checked = self._checked[document.uri]
             found: Sequence[Diagnostic] = ()
             if room.needs_check(document.analysis) or joint_check.needs_check(document.analysis):
+                program = OpenProgram(document.uri, document.analysis.text, checked.robots)
                 try:
-                    found = await asyncio.to_thread(
-                        self._checker.check, document.uri, document.analysis.text, checked.robots
-                    )
+                    found = await asyncio.to_thread(self._checker.ask, program)
                 except (EOFError, OSError):
                     self._checker.close()
             if self._checked.get(document.uri) is checked:

@@ -11,7 +11,7 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
-from improv_ls.session import Session
+from improv_ls.session import Session, uri_of
 
 FEATURES = {
     types.INITIALIZE: "initialize.initialize",
@@ -39,7 +39,7 @@ FEATURES = {
     types.TEXT_DOCUMENT_FORMATTING: "formatting.formatting",
     types.TEXT_DOCUMENT_RANGE_FORMATTING: "formatting.range_formatting",
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: "formatting.on_type_formatting",
-    types.TEXT_DOCUMENT_DECLARATION: "declaration.declaration",
+    types.TEXT_DOCUMENT_DECLARATION: "definition.definition",
     types.TEXT_DOCUMENT_DEFINITION: "definition.definition",
     types.TEXT_DOCUMENT_REFERENCES: "references.references",
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "document_highlight.document_highlight",
@@ -56,6 +56,22 @@ FEATURES = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: "semantic_tokens.semantic_tokens_range",
     types.WORKSPACE_SYMBOL: "workspace_symbol.workspace_symbol",
 }
+IN_ROBOTS_FILES = {
+    types.TEXT_DOCUMENT_DECLARATION: "robots_file.declaration",
+    types.TEXT_DOCUMENT_DEFINITION: "robots_file.definition",
+    types.TEXT_DOCUMENT_REFERENCES: "robots_file.references",
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "robots_file.document_highlight",
+    **{
+        method: FEATURES[method]
+        for method in (
+            *(types.TEXT_DOCUMENT_HOVER, types.TEXT_DOCUMENT_COMPLETION, types.TEXT_DOCUMENT_CODE_ACTION),
+            *(types.TEXT_DOCUMENT_FORMATTING, types.TEXT_DOCUMENT_RANGE_FORMATTING),
+            *(types.TEXT_DOCUMENT_PREPARE_RENAME, types.TEXT_DOCUMENT_RENAME, types.TEXT_DOCUMENT_DOCUMENT_SYMBOL),
+            *(types.TEXT_DOCUMENT_SELECTION_RANGE, types.TEXT_DOCUMENT_FOLDING_RANGE),
+        )
+    },
+}
+"""The handlers of requests about an `improv.toml`; other requests about documents are for programs alone."""
 _FILES = types.FileOperationRegistrationOptions(
     [
         types.FileOperationFilter(types.FileOperationPattern("**/*.{improv,toml}"), "file"),
@@ -98,6 +114,13 @@ _ASYNCHRONOUS = {
 }
 
 
+_NOTHING: Mapping[str, Any] = {
+    **dict.fromkeys((types.TEXT_DOCUMENT_HOVER, types.TEXT_DOCUMENT_COMPLETION, types.TEXT_DOCUMENT_SIGNATURE_HELP)),
+    **dict.fromkeys((types.TEXT_DOCUMENT_PREPARE_RENAME, types.TEXT_DOCUMENT_RENAME)),
+    **dict.fromkeys(method for method in FEATURES if method.startswith("textDocument/semanticTokens/")),
+    types.TEXT_DOCUMENT_DIAGNOSTIC: types.RelatedFullDocumentDiagnosticReport([]),
+}
+"""The answers about documents that we don't know, unless they are empty lists."""
 _REQUESTS = {method for method in FEATURES if types.METHOD_TO_TYPES.get(method, (None, method))[1]}
 
 
@@ -107,7 +130,9 @@ def create_server() -> Session:
     server.publish = partial(_loaded_later("publish_diagnostics.publish"), server)
     server.urdfs_changed = partial(_loaded_later("workspace_files.urdfs_changed"), server)
     for method, handler in FEATURES.items():
-        server.feature(method, OPTIONS.get(method))(_loaded_later(handler))
+        about_document = method in _REQUESTS and method.startswith(("textDocument/", "callHierarchy/"))
+        handle = _about_document(method) if about_document else _loaded_later(handler)
+        server.feature(method, OPTIONS.get(method))(handle)
         if handler not in _ASYNCHRONOUS and method in _REQUESTS and method != types.INITIALIZE:
             server.sliced.add(method)
     for name, handler in COMMANDS.items():
@@ -123,6 +148,22 @@ def serve() -> int:
     # rest of the message is lost.
     with open(1, "wb", closefd=False) as output:
         return create_server().serve(0, output)
+
+
+def _about_document(method: str) -> Callable[..., Any]:
+    """Wrap the handlers of a request about a document: that for programs, and that for `improv.toml`, if any."""
+    for_program = _loaded_later(FEATURES[method])
+    for_file = _loaded_later(IN_ROBOTS_FILES[method]) if method in IN_ROBOTS_FILES else None
+
+    def handle(ls: Session, params: Any) -> Any:
+        uri = uri_of(params) or ""
+        if document := ls.documents.get(uri):
+            return for_program(ls, document, params)
+        if for_file and (file := ls.robots_files.get(uri)):
+            return for_file(ls, file, params)
+        return _NOTHING.get(method, [])
+
+    return handle
 
 
 def _loaded_later(handler: str) -> Callable[..., Any]:

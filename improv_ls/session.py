@@ -54,6 +54,12 @@ class Checked:
     sent: LastSent[types.Diagnostic]
 
 
+def uri_of(params: Any) -> str | None:
+    """Return the document that a request is about, if it is about one."""
+    document = getattr(params, "text_document", None) or getattr(params, "item", None)
+    return document.uri if document else None
+
+
 class Session(StdioServer):
     """One editor's session."""
 
@@ -133,10 +139,9 @@ class Session(StdioServer):
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
         """Answer a request, in slices, as soon as the document is far enough up to date."""
         place = getattr(params, "position", None) or getattr(getattr(params, "range", None), "end", None)
-        document = getattr(params, "text_document", None) or getattr(params, "item", None)
         line = -1 if method == types.TEXT_DOCUMENT_DIAGNOSTIC else place.line if place else None
         whole = method == types.TEXT_DOCUMENT_RENAME
-        self.settling.answer(function, future, document.uri if document else None, line, whole)
+        self.settling.answer(function, future, uri_of(params), line, whole)
 
     def _refresh(self) -> None:
         """Have the editor ask again for its decorations, because a document is up to date now."""

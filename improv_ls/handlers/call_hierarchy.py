@@ -2,48 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lsprotocol import types
 
 from improv_core.ide import call_hierarchy as hierarchy
+from improv_core.program.analysis import Analysis
 from improv_ls.documents import Document
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import call_hierarchy_item
 
 
-def prepare(ls: Session, params: types.CallHierarchyPrepareParams) -> list[types.CallHierarchyItem]:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return []
+def prepare(ls: Session, document: Document, params: types.CallHierarchyPrepareParams) -> list[types.CallHierarchyItem]:
     entry = hierarchy.prepare(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     return [call_hierarchy_item(document.uri, document.lines, entry, ls.editor.encoding)] if entry else []
 
 
-def incoming(ls: Session, params: types.CallHierarchyIncomingCallsParams) -> list[types.CallHierarchyIncomingCall]:
-    document = ls.documents.get(params.item.uri)
-    if not document:
-        return []
-    calls = hierarchy.incoming(document.analysis, _place(ls, document, params.item))
-    return [types.CallHierarchyIncomingCall(*_converted(ls, document, call)) for call in calls]
+def incoming(
+    ls: Session, document: Document, params: types.CallHierarchyIncomingCallsParams
+) -> list[types.CallHierarchyIncomingCall]:
+    return [types.CallHierarchyIncomingCall(*call) for call in _calls(ls, document, params.item, hierarchy.incoming)]
 
 
-def outgoing(ls: Session, params: types.CallHierarchyOutgoingCallsParams) -> list[types.CallHierarchyOutgoingCall]:
-    document = ls.documents.get(params.item.uri)
-    if not document:
-        return []
-    calls = hierarchy.outgoing(document.analysis, _place(ls, document, params.item))
-    return [types.CallHierarchyOutgoingCall(*_converted(ls, document, call)) for call in calls]
+def outgoing(
+    ls: Session, document: Document, params: types.CallHierarchyOutgoingCallsParams
+) -> list[types.CallHierarchyOutgoingCall]:
+    return [types.CallHierarchyOutgoingCall(*call) for call in _calls(ls, document, params.item, hierarchy.outgoing)]
 
 
-def _place(ls: Session, document: Document, item: types.CallHierarchyItem) -> int:
-    """Return the offset of an item in the current text."""
-    return to_offset(document.lines, item.selection_range.start, ls.editor.encoding)
-
-
-def _converted(
-    ls: Session, document: Document, call: hierarchy.HierarchyCall
-) -> tuple[types.CallHierarchyItem, Sequence[types.Range]]:
-    item = call_hierarchy_item(document.uri, document.lines, call.entry, ls.editor.encoding)
-    return item, [to_range(document.lines, span, ls.editor.encoding) for span in call.spans]
+def _calls(
+    ls: Session,
+    document: Document,
+    item: types.CallHierarchyItem,
+    find: Callable[[Analysis, int], Iterable[hierarchy.HierarchyCall]],
+) -> Iterator[tuple[types.CallHierarchyItem, Sequence[types.Range]]]:
+    """Yield the calls of an item, at its place in the current text."""
+    lines, encoding = document.lines, ls.editor.encoding
+    for call in find(document.analysis, to_offset(lines, item.selection_range.start, encoding)):
+        ranges = [to_range(lines, span, encoding) for span in call.spans]
+        yield call_hierarchy_item(document.uri, lines, call.entry, encoding), ranges

@@ -16,11 +16,10 @@ from improv_core.ide.references import symbol_at
 from improv_core.ide.robots_file.trial import trials
 from improv_core.ide.scenes import Scenes
 from improv_core.plain import message_without_links
-from improv_core.robots.config import FILE_NAME
+from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.robots.edits import add, place
 from improv_core.text import Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of, robots_file_now
-from improv_ls.handlers import robots_file
 from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
 from improv_ls.positions import to_range, to_scenes, to_span
 from improv_ls.session import Session
@@ -30,11 +29,7 @@ MOST_EDITS = 20
 """The most edits of an action that are sent before somebody chooses it, to editors that ask for the edits then."""
 
 
-def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeAction]:
-    uri = params.text_document.uri
-    document = ls.documents.get(uri) or ls.robots_files.get(uri)
-    if not document:
-        return []
+def code_action(ls: Session, document: Document | RobotsFile, params: types.CodeActionParams) -> list[types.CodeAction]:
     span = to_span(document.lines, params.range, ls.editor.encoding)
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
     later = "edit" in (ls.editor.can("text_document.code_action.resolve_support.properties") or ())
@@ -69,7 +64,7 @@ def _actions(
 ) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """Yield actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
     if isinstance(document, RobotsFile):
-        found = robots_file.actions(document, span)
+        found = fixes(read_robots(document.lines.text, path_of(document.uri)).diagnostics, span)
     else:
         found = fixes(diagnostics_of(ls, document), span)
         if document.analysis.is_settled:  # a refactored program must keep its meaning

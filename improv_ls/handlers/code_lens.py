@@ -7,21 +7,18 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.ide.code_lens import lenses, scene_ids
+from improv_ls.documents import Document
 from improv_ls.positions import to_scenes
 from improv_ls.session import Session
 
 
-def code_lens(ls: Session, params: types.CodeLensParams) -> list[types.CodeLens]:
-    uri = params.text_document.uri
-    document = ls.documents.get(uri)
-    if not document or not ls.editor.settings.code_lens:
+def code_lens(ls: Session, document: Document, params: types.CodeLensParams) -> list[types.CodeLens]:
+    if not ls.editor.settings.code_lens or document.analysis.earlier:  # not read yet, so it has no analysis
         return []
-    if document.analysis.earlier:  # not read yet, so it has no analysis
-        return []
-    scenes = ls.scenes_with_lenses.setdefault(uri, scene_ids(document.analysis))
+    scenes = ls.scenes_with_lenses.setdefault(document.uri, scene_ids(document.analysis))
     found = []
     for lens in lenses(document.analysis, scenes):
-        arguments: list[Any] = [uri]
+        arguments: list[Any] = [document.uri]
         if lens.only:
             arguments.append(to_scenes(lens.only))
         start = types.Position(lens.line, 0)

@@ -7,28 +7,36 @@ from lsprotocol import types
 from improv_core.ide.completion import complete
 from improv_core.ide.completion import document as documentation_of
 from improv_core.ide.completion_item import Item
+from improv_core.ide.robots_file import completion as robots_file
 from improv_ls import to_lsp
-from improv_ls.handlers import robots_file
+from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers.hover import shows_pictures
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 
 
-def completion(ls: Session, params: types.CompletionParams) -> types.CompletionList | None:
-    if file := ls.robots_files.get(params.text_document.uri):
-        return robots_file.completion(ls, file, params)
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
-    found = complete(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
+def completion(
+    ls: Session, document: Document | RobotsFile, params: types.CompletionParams
+) -> types.CompletionList | None:
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
+    if isinstance(document, RobotsFile):
+        found, short = robots_file.complete(document.lines.text, offset, _robots_of(ls, document)), {"value"}
+    else:
+        found, short = complete(document.analysis, offset), {"plane", "sense"}
     if not found:
         return None
     # A trigger asks only in places with few choices, so that lists do not pop up between all words.
-    is_short = found.items and found.items[0].kind in ("plane", "sense")
-    if params.context and params.context.trigger_character and not is_short:
+    if params.context and params.context.trigger_character and not (found.items and found.items[0].kind in short):
         return None
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
     return to_lsp.completion(document.uri, document.lines, found, bool(snippets), ls.editor.encoding)
+
+
+def _robots_of(ls: Session, file: RobotsFile) -> list[str]:
+    """Return the robots of the open programs that use the file."""
+    path = path_of(file.uri)
+    programs = (document for document in ls.documents.values() if document.analysis.config.path == path)
+    return [robot for document in programs for robot in document.analysis.robots]
 
 
 def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:

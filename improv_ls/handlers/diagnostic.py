@@ -10,12 +10,9 @@ from improv_ls.session import LastSent, Session, sent
 
 
 def diagnostic(
-    ls: Session, params: types.DocumentDiagnosticParams
+    ls: Session, document: Document, params: types.DocumentDiagnosticParams
 ) -> types.RelatedFullDocumentDiagnosticReport | types.RelatedUnchangedDocumentDiagnosticReport:
     """Return all diagnostics of a document, or that they have not changed since they were sent last."""
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return types.RelatedFullDocumentDiagnosticReport([])
     now = diagnosed(ls, document)
     if now.result_id == params.previous_result_id:
         return types.RelatedUnchangedDocumentDiagnosticReport(now.result_id)

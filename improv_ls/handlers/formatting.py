@@ -15,28 +15,26 @@ from improv_ls.positions import to_offset, to_range, to_span
 from improv_ls.session import Session
 
 
-def formatting(ls: Session, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
-    if file := ls.robots_files.get(params.text_document.uri):
-        return _converted(ls, file, robots_file.format_file(file.lines.text))
-    document = ls.documents.get(params.text_document.uri)
-    return _converted(ls, document, format_all(document.analysis)) if document else None
+def formatting(
+    ls: Session, document: Document | RobotsFile, params: types.DocumentFormattingParams
+) -> list[types.TextEdit]:
+    if isinstance(document, RobotsFile):
+        return _converted(ls, document, robots_file.format_file(document.lines.text))
+    return _converted(ls, document, format_all(document.analysis))
 
 
-def range_formatting(ls: Session, params: types.DocumentRangeFormattingParams) -> list[types.TextEdit] | None:
-    if file := ls.robots_files.get(params.text_document.uri):
-        span = to_span(file.lines, params.range, ls.editor.encoding)
-        return _converted(ls, file, robots_file.format_span(file.lines.text, span))
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def range_formatting(
+    ls: Session, document: Document | RobotsFile, params: types.DocumentRangeFormattingParams
+) -> list[types.TextEdit]:
     span = to_span(document.lines, params.range, ls.editor.encoding)
+    if isinstance(document, RobotsFile):
+        return _converted(ls, document, robots_file.format_span(document.lines.text, span))
     return _converted(ls, document, format_span(document.analysis, span))
 
 
-def on_type_formatting(ls: Session, params: types.DocumentOnTypeFormattingParams) -> list[types.TextEdit] | None:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def on_type_formatting(
+    ls: Session, document: Document, params: types.DocumentOnTypeFormattingParams
+) -> list[types.TextEdit]:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     return _converted(ls, document, indent(document.analysis, offset))
 

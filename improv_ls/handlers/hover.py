@@ -7,21 +7,20 @@ from collections.abc import Sequence
 from lsprotocol import types
 
 from improv_core.ide.hover import hover as hover_at
+from improv_core.ide.robots_file import hover as robots_file
 from improv_ls import to_lsp
-from improv_ls.handlers import robots_file
+from improv_ls.documents import Document, RobotsFile
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 
 
-def hover(ls: Session, params: types.HoverParams) -> types.Hover | None:
-    if file := ls.robots_files.get(params.text_document.uri):
-        return robots_file.hover(ls, file, params)
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def hover(ls: Session, document: Document | RobotsFile, params: types.HoverParams) -> types.Hover | None:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     formats = ls.editor.can("text_document.hover.content_format")
-    found = hover_at(document.analysis, offset, shows_pictures(ls, formats))
+    if isinstance(document, RobotsFile):
+        found = robots_file.hover(document.lines.text, offset)
+    else:
+        found = hover_at(document.analysis, offset, shows_pictures(ls, formats))
     if not found:
         return None
     return types.Hover(to_lsp.markup(found, formats), to_range(document.lines, found.span, ls.editor.encoding))

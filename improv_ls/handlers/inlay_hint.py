@@ -5,14 +5,13 @@ from __future__ import annotations
 from lsprotocol import types
 
 from improv_core.ide.inlay_hint import hints
+from improv_ls.documents import Document
 from improv_ls.positions import to_position, to_span
 from improv_ls.session import Session
 
 
-def inlay_hint(ls: Session, params: types.InlayHintParams) -> list[types.InlayHint]:
-    document, settings = ls.documents.get(params.text_document.uri), ls.editor.settings
-    if not document:
-        return []
+def inlay_hint(ls: Session, document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
+    settings = ls.editor.settings
     seen = to_span(document.lines, params.range, ls.editor.encoding)
     found = hints(document.analysis, seen) if settings.inlay_hints_beats else []
     if settings.inlay_hints_playing:

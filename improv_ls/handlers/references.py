@@ -9,17 +9,14 @@ from improv_core.ide import references as finding
 from improv_core.ide.references import Symbol, symbol_at
 from improv_core.text import LineIndex
 from improv_ls.documents import Document, robots_of
-from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import location
 
 
-def references(ls: Session, params: types.ReferenceParams) -> list[types.Location]:
-    if file := ls.robots_files.get(params.text_document.uri):
-        return robots_file.references(ls, file, params)
-    document, symbol = symbol_under(ls, params)
-    if not document or not symbol:
+def references(ls: Session, document: Document, params: types.ReferenceParams) -> list[types.Location]:
+    symbol = symbol_under(ls, document, params.position)
+    if not symbol:
         return []
     declared = params.context.include_declaration
     return [
@@ -32,15 +29,9 @@ def references(ls: Session, params: types.ReferenceParams) -> list[types.Locatio
     ]
 
 
-_Asked = types.DefinitionParams | types.ReferenceParams | types.DocumentHighlightParams
-
-
-def symbol_under(ls: Session, params: _Asked) -> tuple[Document | None, Symbol | None]:
-    """Return the document, and the name or robot under the cursor."""
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None, None
-    return document, symbol_at(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
+def symbol_under(ls: Session, document: Document, position: types.Position) -> Symbol | None:
+    """Return the name or robot under the cursor."""
+    return symbol_at(document.analysis, to_offset(document.lines, position, ls.editor.encoding))
 
 
 def sections(ls: Session, document: Document, symbol: Symbol) -> list[types.Location]:

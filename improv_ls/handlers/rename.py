@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from urllib.parse import unquote
 
 from lsprotocol import types
@@ -11,7 +13,7 @@ from pygls.uris import from_fs_path
 from improv_core.ide import rename as renaming
 from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
-from improv_ls.documents import Document, robots_of
+from improv_ls.documents import Document, RobotsFile, robots_of
 from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
@@ -19,43 +21,45 @@ from improv_ls.sharing import programs_for
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
 
-def prepare_rename(ls: Session, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
-    if file := ls.robots_files.get(params.text_document.uri):
-        try:
-            found = robots_file.renamable(ls, file, params)
-        except renaming.RefusalError as refusal:
-            raise _failed(refusal) from refusal
-        return types.PrepareRenamePlaceholder(to_range(file.lines, found.span, ls.editor.encoding), found.name)
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def prepare_rename(
+    ls: Session, document: Document | RobotsFile, params: types.PrepareRenameParams
+) -> types.PrepareRenamePlaceholder:
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
+    with _refusals():
+        if isinstance(document, RobotsFile):
+            found = robots_file.renamable(document, offset)
+            span, name = found.span, found.name
+        else:
+            symbol = renaming.renamable(document.analysis, offset)
+            span, name = symbol.span, symbol.text
+    return types.PrepareRenamePlaceholder(to_range(document.lines, span, ls.editor.encoding), name)
+
+
+def rename(ls: Session, document: Document | RobotsFile, params: types.RenameParams) -> types.WorkspaceEdit:
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
+    with _refusals():
+        if isinstance(document, RobotsFile):
+            changed = robots_file.rename(ls, document, offset, params.new_name)
+        else:
+            changed = _in_program(ls, document, offset, params.new_name)
+    return workspace_edit(changed, ls.editor.takes_document_changes, ls.editor.encoding)
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """Answer a refusal with its reason, in one line."""
     try:
-        symbol = renaming.renamable(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
+        yield
     except renaming.RefusalError as refusal:
-        raise _failed(refusal) from refusal
-    return types.PrepareRenamePlaceholder(to_range(document.lines, symbol.span, ls.editor.encoding), symbol.text)
+        failed = types.LSPErrorCodes.RequestFailed
+        raise JsonRpcException(message_without_links(str(refusal)), failed) from refusal
 
 
-def rename(ls: Session, params: types.RenameParams) -> types.WorkspaceEdit | None:
-    file, document = ls.robots_files.get(params.text_document.uri), ls.documents.get(params.text_document.uri)
-    try:
-        changed = robots_file.rename(ls, file, params) if file else _in_program(ls, document, params)
-    except renaming.RefusalError as refusal:
-        raise _failed(refusal) from refusal
-    return workspace_edit(changed, ls.editor.takes_document_changes, ls.editor.encoding) if changed else None
-
-
-def _in_program(ls: Session, document: Document | None, params: types.RenameParams) -> dict[str, ChangedText]:
-    if not document:
-        return {}
-    symbol = renaming.renamable(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
-    edits = renaming.rename(document.analysis, symbol, params.new_name)
+def _in_program(ls: Session, document: Document, offset: int, new: str) -> dict[str, ChangedText]:
+    symbol = renaming.renamable(document.analysis, offset)
+    edits = renaming.rename(document.analysis, symbol, new)
     changed = {document.uri: ChangedText(document.version, document.lines, edits)}
-    return changed | (_elsewhere(ls, document, symbol.text, params.new_name) if symbol.is_robot else {})
-
-
-def _failed(refusal: renaming.RefusalError) -> JsonRpcException:
-    return JsonRpcException(message_without_links(str(refusal)), types.LSPErrorCodes.RequestFailed)
+    return changed | (_elsewhere(ls, document, symbol.text, new) if symbol.is_robot else {})
 
 
 def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, ChangedText]:

@@ -7,24 +7,19 @@ from collections.abc import Sequence
 from lsprotocol import types
 
 from improv_ls.coloring import Chunk, chunks, edits, encoded
+from improv_ls.documents import Document
 from improv_ls.positions import to_span
 from improv_ls.session import Session, sent
 
 
-def semantic_tokens(ls: Session, params: types.SemanticTokensParams) -> types.SemanticTokens | None:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def semantic_tokens(ls: Session, document: Document, params: types.SemanticTokensParams) -> types.SemanticTokens:
     found = chunks(document.analysis, ls.editor.encoding)
     return types.SemanticTokens(encoded(found), _keep(ls, document.uri, found))
 
 
 def semantic_tokens_delta(
-    ls: Session, params: types.SemanticTokensDeltaParams
-) -> types.SemanticTokens | types.SemanticTokensDelta | None:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+    ls: Session, document: Document, params: types.SemanticTokensDeltaParams
+) -> types.SemanticTokens | types.SemanticTokensDelta:
     before = ls.sent_tokens.get(document.uri)
     found = chunks(document.analysis, ls.editor.encoding)
     result_id = _keep(ls, document.uri, found)
@@ -34,10 +29,9 @@ def semantic_tokens_delta(
     return types.SemanticTokensDelta(changed, result_id)
 
 
-def semantic_tokens_range(ls: Session, params: types.SemanticTokensRangeParams) -> types.SemanticTokens | None:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def semantic_tokens_range(
+    ls: Session, document: Document, params: types.SemanticTokensRangeParams
+) -> types.SemanticTokens:
     seen = to_span(document.lines, params.range, ls.editor.encoding)
     return types.SemanticTokens(encoded(chunks(document.analysis, ls.editor.encoding, *seen)))
 

@@ -6,13 +6,11 @@ from lsprotocol import types
 
 from improv_core.ide.signature_help import signature
 from improv_ls import to_lsp
+from improv_ls.documents import Document
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 
 
-def signature_help(ls: Session, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
-    document = ls.documents.get(params.text_document.uri)
-    if not document:
-        return None
+def signature_help(ls: Session, document: Document, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
     found = signature(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     return to_lsp.signature(found) if found else None

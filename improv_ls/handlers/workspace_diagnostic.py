@@ -12,7 +12,8 @@ from pygls.uris import from_fs_path
 
 from improv_core.robots.config import Robots
 from improv_ls import to_lsp
-from improv_ls.checker import Checker, Findings, ProgramFile
+from improv_ls.asking import Answerer
+from improv_ls.checker import Findings, ProgramFile, check
 from improv_ls.documents import Document, path_of, robots_of
 from improv_ls.handlers.diagnostic import diagnosed
 from improv_ls.programs import LARGEST_FILE, programs_in
@@ -60,7 +61,7 @@ async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Se
     ls.checked = {uri: each for uri, each in ls.checked.items() if uri in listed}
     robots: dict[Path, Robots] = {}
     uris = list(listed)
-    checker, told = Checker(), partial(_diagnostics, ls)
+    checker, told = Answerer(check), partial(_diagnostics, ls)
     try:
         for first in range(0, len(uris), AT_ONCE):
             portion = uris[first : first + AT_ONCE]
@@ -90,7 +91,7 @@ def _check(
     listed: Mapping[str, Path],
     checked: Mapping[str, Checked],
     robots: dict[Path, Robots],
-    checker: Checker,
+    checker: Answerer[Sequence[ProgramFile], list[Findings | None]],
     told: Callable[[str, Findings], list[types.Diagnostic]],
 ) -> dict[str, Checked]:
     """Check these files on a thread. A file that has not changed is not read. `robots` keeps the robots of each
@@ -110,7 +111,7 @@ def _check(
             stamps.append(stamp)
             changed.append(ProgramFile(uri, path, config))
     news = {}
-    for program, stamp, found in zip(changed, stamps, checker.check(changed) if changed else (), strict=True):
+    for program, stamp, found in zip(changed, stamps, checker.ask(changed) if changed else (), strict=True):
         items = told(program.uri, found) if found else []
         before = checked.get(program.uri)
         same = before.sent if before and before.sent.items == items else None

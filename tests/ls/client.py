@@ -22,8 +22,7 @@ import pytest
 from pygls.protocol import default_converter
 
 from improv_ls import framing, placing, progress, settling, slices
-from improv_ls.checker import Checker, ProgramFile, found_in
-from improv_ls.room_checker import RoomChecker, Rooms
+from improv_ls.asking import Answerer
 from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]
@@ -68,6 +67,8 @@ class Spoken(NamedTuple):
 
     by_server: bool
     message: Message
+    at: float = 0.0
+    """The time at which the server's last byte of it came, by `time.perf_counter`."""
 
 
 class Client:
@@ -152,9 +153,7 @@ class Client:
         if not self._hurries:
             self._environment.setattr(slices, "SLICE", LIMIT)
             self._environment.setattr(settling, "PATIENCE", LIMIT)
-            self._environment.setattr(Checker, "check", _check)
-            rooms = Rooms()
-            self._environment.setattr(RoomChecker, "check", lambda _, *program: rooms.check(*program))
+            self._environment.setattr(Answerer, "ask", lambda answerer, question: answerer.function(question))
         self._codes: list[int] = []
 
         def serve() -> None:
@@ -343,17 +342,13 @@ class Client:
                 if name.lower() == b"content-length":
                     length = int(value)
                 header = stream.readline()
-            message = json.loads(stream.read(length))
-            self.log.append(Spoken(True, message))
+            body, at = stream.read(length), time.perf_counter()
+            message = json.loads(body)
+            self.log.append(Spoken(True, message, at))
             if "method" in message and "id" in message:
                 (self._answer if self._answers else self._unanswered.append)(message)
             self._inbox.put(message)
         self._inbox.put(None)
-
-
-def _check(_: Checker, programs: Sequence[ProgramFile]) -> Any:
-    """Check as the process of a checker does."""
-    return [*map(found_in, programs)]
 
 
 class ProcessClient(Client):
@@ -365,13 +360,14 @@ class ProcessClient(Client):
         capabilities: Mapping[str, Any] = CAPABILITIES,
         env: Mapping[str, str] | None = None,
         process: int | None = None,
+        command: Sequence[str] = (sys.executable, "-m", "improv_ls"),
     ) -> None:
-        self._env = env
+        self._env, self._command = env, command
         super().__init__(options, capabilities, process=process)
 
     def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "improv_ls"],
+            self._command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

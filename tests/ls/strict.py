@@ -71,7 +71,7 @@ def complaints(capabilities: Capabilities, log: Sequence[Spoken]) -> list[str]:
     asked: dict[object, Message] = {}
     tokens: dict[object, str] = {}  # of progress, and the latest message about each
     found: list[str] = []
-    for by_server, message in log:
+    for by_server, message, _ in log:
         method = message.get("method")
         if not by_server:
             if method and "id" in message:

@@ -144,7 +144,7 @@ def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder
         line = span(2, 0, 1)
         found = client.request("textDocument/rangeFormatting", {**document, "range": line, "options": options})
         assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, "")]
-        assert client.request("textDocument/onTypeFormatting", place(uri, 2, 0, ch="\n", options=options)) is None
+        assert client.request("textDocument/onTypeFormatting", place(uri, 2, 0, ch="\n", options=options)) == []
 
 
 def test_an_unknown_robot_is_added(folder: Folder) -> None:

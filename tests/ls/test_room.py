@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import threading
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from improv_core.robots.config import read_robots
-from improv_ls.room_checker import RoomChecker, Rooms
+from improv_ls.asking import Answerer
 from tests.ls.client import LIMIT, Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
-from tests.processes import ours
 
 URI = "file:///dance.improv"
 PROGRAM = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
@@ -48,8 +43,8 @@ def test_meetings_in_a_text_are_dropped_with_the_next_key() -> None:
 def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = threading.Event()
     with Client(QUIET, capabilities=PULLS) as client, monkeypatch.context() as patch:
-        check = RoomChecker.check
-        patch.setattr(RoomChecker, "check", lambda *program: check(*program) if asked.wait(LIMIT) else ())
+        check = Answerer.ask
+        patch.setattr(Answerer, "ask", lambda *program: check(*program) if asked.wait(LIMIT) else ())
         client.open(URI, PROGRAM)
         first = pull(client, URI)
         assert first["items"] == []
@@ -58,32 +53,3 @@ def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again(monkeypatch: p
         again = pull(client, URI, first["resultId"])
         assert codes({"diagnostics": again["items"]}) == ["meets"]
         assert again["items"][0]["relatedInformation"][0]["message"] == "`ada` does this then"
-
-
-@pytest.fixture
-def checker() -> Iterator[RoomChecker]:
-    checker = RoomChecker()
-    yield checker
-    checker.close()
-
-
-def test_rooms_are_checked_in_a_process(checker: RoomChecker) -> None:
-    config = read_robots("")
-    assert [each.code for each in checker.check(URI, PROGRAM, config)] == ["meets"]
-    assert checker.check(URI, PROGRAM.replace("1 -1", "5 -1"), config) == ()
-    for process in ours("improv_ls.room_checker"):
-        os.kill(process, signal.SIGKILL)
-    with pytest.raises((EOFError, OSError)):
-        checker.check(URI, PROGRAM, config)
-    checker.close()
-    assert [each.code for each in checker.check(URI, PROGRAM, config)] == ["meets"]
-
-
-def test_only_the_latest_programs_are_kept() -> None:
-    rooms, config = Rooms(), read_robots("")
-    for number in range(30):
-        assert len(rooms.check(f"file:///{number}.improv", PROGRAM, config)) == 1
-    assert len(rooms._versions) == 20
-    for text, count in (("", 0), (PROGRAM, 1), (f"{PROGRAM}oops", 0), (PROGRAM, 1)):
-        assert len(rooms.check(URI, text, config)) == count
-    assert len(rooms.check(URI, PROGRAM, read_robots("[profiles.x]\nstep = 1"))) == 1

@@ -68,7 +68,7 @@ def test_no_input_reaches_the_editor_unescaped(tmp_path: Path) -> None:
         def check(word: str, key: str) -> None:
             client.log.clear()
             use(client, tmp_path, word.encode(errors="replace").decode(), key, numbers)
-            said = [text for by_server, message in client.log if by_server for text in shown(message)]
+            said = [text for each in client.log if each.by_server for text in shown(each.message)]
             assert said
             assert set().union(*map(steering, said)) == set()
 

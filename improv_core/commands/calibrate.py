@@ -16,6 +16,7 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -62,17 +63,14 @@ MOST_ROOM = 100.0
 
 @click.command("calibrate")
 @click.argument("robot")
-@parameters.backend
-@parameters.port
-@parameters.no_browser
+@parameters.live
 @click.option("--tempo", type=click.IntRange(1, 1000), default=60, show_default=True, help="Play at this tempo.")
 @click.option("--tape", is_flag=True, help="Ask you to measure with a tape, even if the robot's pose can be read.")
 @click.option("--write", is_flag=True, help="Write the result into improv.toml without asking.")
-def command(robot: str, backend: str, port: int, no_browser: bool, tempo: int, tape: bool, write: bool) -> None:
+def command(robot: str, live: LiveOptions, tempo: int, tape: bool, write: bool) -> None:
     """Measure how far a robot really drives and turns, and correct its profile. Ctrl-C stops the robot."""
-    options = parameters.options(Path(FILE_NAME), backend, port)
-    robots = _robots_with(robot)
-    sys.exit(run(_calibrate(robots, robot, options, browser=not no_browser, tempo=tempo, tape=tape, write=write)))
+    options, robots = live.options(Path(FILE_NAME)), _robots_with(robot)
+    sys.exit(run(_calibrate(robots, robot, options, browser=live.browser, tempo=tempo, tape=tape, write=write)))
 
 
 def _robots_with(robot: str) -> Robots:
@@ -208,7 +206,7 @@ class _Conversation:
             began = await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
             await performing.finished.wait()
             try:
-                if not (began and performing.has_ended):
+                if not (began and performing.results.state == "ended"):
                     raise _NothingMeasuredError("the dance was stopped, so nothing was measured: start again")
                 return None if self._asks else self._moved(score_of(analysis))
             except _NothingMeasuredError as problem:
@@ -216,12 +214,12 @@ class _Conversation:
 
     def _moved(self, score: Score) -> tuple[Pose, Pose]:
         """Return the robot's poses before and after a dance, as measured from outside. Raises _NothingMeasuredError."""
-        if simulated := self._performing.simulated_move(self._robot):
+        if simulated := self._performing.results.simulated_move(self._robot):
             return simulated
         poses = f"the poses of {self._robot} on {self._robots.robots[self._robot].odom}"
-        if self._robot not in self._performing.measured:
+        if self._robot not in self._performing.results.measured:
             raise _NothingMeasuredError(f"{poses} didn't arrive: check their publisher, or use `--tape`")
-        first, last = self._performing.measured[self._robot]
+        first, last = self._performing.results.measured[self._robot]
         if first["source"] == CONTINUOUS and self._counts_wheels:
             self._asks = True
             raise _NothingMeasuredError(

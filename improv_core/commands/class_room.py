@@ -20,8 +20,8 @@ from improv_core.classroom.messages import FromChildren, FromDesk
 from improv_core.classroom.roster import new_code
 from improv_core.classroom.student_server import SiteFolderError, check_site
 from improv_core.classroom.teacher_server import TeacherPage
-from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.page.routes import HOST
 from improv_core.program.files import ReadError, robots_in
@@ -58,7 +58,7 @@ def command(site: Path, address: str | None, port: int, file: Path | None) -> No
     of it is kept.
     """
     robots = _robots(file) if file else None
-    options = parameters.options(file, "both", 0) if file else Options(backend="sim")
+    options = LiveOptions("both", 0, browser=False).options(file) if file else Options(backend="sim")
     try:
         check_site(site)
         children = Children(site, _confirmed(address, port), port, new_code())

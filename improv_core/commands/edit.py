@@ -12,19 +12,17 @@ from zlib import crc32
 
 import click
 
-from improv_core.commands import count_in as counting
-from improv_core.commands import parameters, scenes
-from improv_core.commands.count_in import CountIn
+from improv_core.commands import parameters, settings
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
-from improv_core.commands.scenes import WantedScenes
+from improv_core.commands.parameters import LiveOptions
+from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.page.program_editor import PageEditor, is_first_beat, moved
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
-from improv_core.protocol.messages import When
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options
 from improv_core.storage.atomic_write import real
@@ -42,24 +40,12 @@ NEVER = -1
 
 @click.command("edit")
 @click.argument("file", required=False, type=click.Path(path_type=Path))
-@parameters.backend
-@parameters.port
-@parameters.no_browser
+@parameters.live
 @parameters.osc_network
-@counting.options
+@settings.options
 @parameters.continues
 @parameters.at_bar
-@scenes.options
-def command(
-    file: Path | None,
-    backend: str,
-    port: int,
-    no_browser: bool,
-    osc_network: bool,
-    count_in: CountIn,
-    when: When,
-    wanted: WantedScenes,
-) -> None:
+def command(file: Path | None, live: LiveOptions, settings: PlaySettings) -> None:
     """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
 
     Without FILE, this opens the dance*.improv of this folder that was saved last, or makes a new one. Ctrl-C stops
@@ -74,35 +60,23 @@ def command(
     if not file or not file.exists():
         file = make(file)
     version = read_version(file)
-    options = parameters.options(file, backend, port or _usual_port(file), osc_network=osc_network)
-    options = replace(options, page=True)
-    sys.exit(run(edit(file, version, options, when, wanted, count_in, browser=not no_browser)))
+    options = replace(live, port=live.port or _usual_port(file)).options(file)
+    sys.exit(run(edit(file, version, replace(options, page=True), settings, browser=live.browser)))
 
 
 REHEARSES = "this rehearsal doesn't begin at beat 0: leave out --from and --only to move the song"
 
 
-async def edit(
-    path: Path,
-    version: Version,
-    options: Options,
-    when: When,
-    wanted: WantedScenes,
-    count_in: CountIn,
-    *,
-    browser: bool,
-) -> int:
-    """Let pages edit a program until interrupted, and play the wanted scenes of it. Return the exit code. Raises
-    StageError."""
+async def edit(path: Path, version: Version, options: Options, settings: PlaySettings, *, browser: bool) -> int:
+    """Let pages edit a program and play it, until interrupted. Return the exit code. Raises StageError."""
     asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
     async with performance(
         options,
         browser=False,
-        scenes=wanted,
-        count_in=count_in,
+        settings=settings,
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
     ) as performing:
-        desk = _Desk(performing, path, version, when)
+        desk = _Desk(performing, path, version)
         if browser:
             opening = asyncio.create_task(performing.open_browser())
         performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
@@ -115,11 +89,10 @@ async def edit(
 class _Desk:
     """One program that pages edit, and its file."""
 
-    def __init__(self, performing: TerminalSession, path: Path, version: Version, when: When) -> None:
+    def __init__(self, performing: TerminalSession, path: Path, version: Version) -> None:
         self._performing = performing
         self._path = path
         self._version = version
-        self._when = when
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots)
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
@@ -196,7 +169,7 @@ class _Desk:
         self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})
         self._show()
         analysis = self._editor.analysis(ask["text"])
-        await self._performing.play_if_right(analysis, self._path, asked, self._when)
+        await self._performing.play_if_right(analysis, self._path, asked)
 
     def _show(self) -> None:
         """Send all pages the content of the file."""

@@ -11,6 +11,7 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.group import Group
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.play import play
 from improv_core.commands.programs import report_diagnostics
 from improv_core.commands.terminal import run
@@ -49,10 +50,8 @@ def command(ctx: click.Context) -> None:
 
 @command.command("play")
 @click.argument("number", metavar="N", type=click.IntRange(min=1))
-@parameters.backend
-@parameters.port
-@parameters.no_browser
-def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
+@parameters.live
+def play_again(number: int, live: LiveOptions) -> None:
     """Play a program from the history once. Ctrl-C stops the robots."""
     program = _program(number)
     path = Path(program.file)
@@ -65,8 +64,7 @@ def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
     report_diagnostics(path, analysis)
     if not analysis.ok:
         sys.exit(PROBLEMS)
-    options = parameters.options(path, backend, port)
-    sys.exit(run(play(analysis, path, options, browser=not no_browser)))
+    sys.exit(run(play(analysis, path, live.options(path), browser=live.browser)))
 
 
 def _program(number: int) -> Played:

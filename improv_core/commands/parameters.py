@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,24 +60,49 @@ backend = click.option(
 )
 
 
-def options(file: Path, backend: str, port: int, *, osc_network: bool = False) -> Options:
-    """Return the options for playing a program, with the arguments after `--ros-args`."""
-    from improv_core.outputs.ros.setup.interpreter import find_ros_python
-    from improv_core.program.files import ReadError, robots_near
-    from improv_core.session.start import Options
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """Options of a live performance: the backend that plays, the port of its page, whether a browser shows it, and
+    whether OSC messages reach other machines."""
 
-    node = None
-    with suppress(ReadError):  # an error about the program itself comes when it is read
-        node = robots_near(file.absolute().parent).node
-    arguments = click.get_current_context().obj or ()
-    return Options(
-        backend,
-        port,
-        find_python=find_ros_python,
-        node=node,
-        ros_arguments=arguments,
-        osc="network" if osc_network else "here",
-    )
+    backend: str
+    port: int
+    browser: bool
+    osc_network: bool = False
+
+    def options(self, file: Path) -> Options:
+        """Return the options for playing a program, with the arguments after `--ros-args`."""
+        from improv_core.outputs.ros.setup.interpreter import find_ros_python
+        from improv_core.program.files import ReadError, robots_near
+        from improv_core.session.start import Options
+
+        node = None
+        with suppress(ReadError):  # an error about the program itself comes when it is read
+            node = robots_near(file.absolute().parent).node
+        return Options(
+            self.backend,
+            self.port,
+            find_python=find_ros_python,
+            node=node,
+            ros_arguments=click.get_current_context().obj or (),
+            osc="network" if self.osc_network else "here",
+        )
+
+
+def live(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--backend`, `--port`, and `--no-browser` to a command, which gets their values as `live`; also that of
+    `--osc-network`, if it has it."""
+
+    @backend
+    @port
+    @no_browser
+    @wraps(command)
+    def with_live(
+        *given: Any, backend: str, port: int, no_browser: bool, osc_network: bool = False, **others: Any
+    ) -> None:
+        command(*given, live=LiveOptions(backend, port, not no_browser, osc_network), **others)
+
+    return with_live
 
 
 MOST_SECONDS = 1e12

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import parameters, scenes
+from improv_core.commands import parameters
 from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.programs import read_to_play
+from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import MEASURED_AT_REST
@@ -37,24 +39,21 @@ NAMED = 3
 
 @click.command("place")
 @parameters.file
-@parameters.backend
-@parameters.port
-@parameters.no_browser
+@parameters.live
 @click.option("--from", "scene", metavar="NAME", help="Where robots are when the scene of this name begins.")
 @click.option("--yes", is_flag=True, help="Do not ask whether the floor is clear.")
-def command(file: Path, backend: str, port: int, no_browser: bool, scene: str | None, yes: bool) -> None:
+def command(file: Path, live: LiveOptions, scene: str | None, yes: bool) -> None:
     """Drive real robots slowly to where a program has them. Ctrl-C stops them.
 
     It is known where they are from poses in the world: `odom_frame = "world"` in improv.toml.
     """
-    if backend == "sim":
+    if live.backend == "sim":
         raise CommandError("simulated robots begin in their places: there is nothing to drive")
-    options = parameters.options(file, backend, port)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    score = score_of(scenes.chosen(analysis, scenes.WantedScenes(first=scene)).analysis)
+    score = score_of(PlaySettings(first=scene).chosen(analysis).analysis)
     check(score)
-    sys.exit(run(_place(score, file, options, browser=not no_browser, yes=yes)))
+    sys.exit(run(_place(score, file, live.options(file), browser=live.browser, yes=yes)))
 
 
 def check(score: Score) -> None:
@@ -131,7 +130,7 @@ class _Placing:
 
     def _travelers(self) -> Mapping[str, Traveler]:
         """Return the poses and the places of all robots. Raises CommandError if the poses are not in one frame."""
-        measured = {robot: self._performing.measured[robot][1] for robot in self._score.parts}
+        measured = {robot: self._performing.results.measured[robot][1] for robot in self._score.parts}
         frames = {each["frame"]: robot for robot, each in measured.items()}
         if len(frames) > 1:
             (frame, robot), (another, other) = [*frames.items()][:2]
@@ -153,10 +152,10 @@ class _Placing:
         await first(performing.finished.wait(), self._lose_patience())
         if performing.stops.count:
             return INTERRUPTED
-        if not performing.finished.is_set() or performing.broken.is_set() or not performing.has_ended:
+        if not performing.finished.is_set() or performing.broken.is_set() or performing.results.state != "ended":
             return FAILED
         await asyncio.sleep(MEASURED_AT_REST)
-        if unseen := self._score.parts.keys() - performing.measured.keys():
+        if unseen := self._score.parts.keys() - performing.results.measured.keys():
             raise CommandError(f"no pose of {_names(sorted(unseen))} came: start the node that publishes them")
         return None
 

@@ -5,23 +5,21 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
 
 import click
 
-from improv_core.commands import count_in as counting
-from improv_core.commands import parameters, scenes
+from improv_core.commands import parameters, settings
 from improv_core.commands.begin_time import moment
-from improv_core.commands.count_in import CountIn
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.rehearsal import perform
-from improv_core.commands.scenes import WantedScenes
-from improv_core.commands.terminal import first, performance, run
+from improv_core.commands.rehearsal import check_end, perform
+from improv_core.commands.settings import PlaySettings
+from improv_core.commands.terminal import USUAL, first, performance, run
 from improv_core.outputs.recording.recorder import Recorder, sensed_in
 from improv_core.player.reports import Told
 from improv_core.player.sensing import foreseen
@@ -30,8 +28,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.protocol.decoding import ProtocolError
-from improv_core.protocol.messages import Arming, Sensed, TransportMessage
-from improv_core.score.movement import ENDLESS
+from improv_core.protocol.messages import Sensed, TransportMessage
 from improv_core.session.start import Options
 
 
@@ -45,12 +42,9 @@ def _time(text: str) -> datetime:
 
 @click.command("play")
 @parameters.file
-@parameters.backend
-@parameters.port
-@parameters.no_browser
+@parameters.live
 @parameters.osc_network
-@counting.options
-@scenes.options
+@settings.options
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
@@ -65,16 +59,11 @@ def _time(text: str) -> datetime:
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
     file: Path,
-    backend: str,
-    port: int,
-    no_browser: bool,
-    osc_network: bool,
-    count_in: CountIn,
-    wanted: WantedScenes,
+    live: LiveOptions,
+    settings: PlaySettings,
     fast: bool,
     seconds: float | None,
     recording: Path | None,
-    force: bool,
     armed: bool,
     begins: datetime | None,
     once: bool,
@@ -87,32 +76,22 @@ def command(
     """
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
-    if fast and backend in ("ros", "both"):
+    if fast and live.backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
-    if fast and (count_in.wanted or count_in.bell):
+    if fast and (settings.count_in or settings.bell):
         raise CommandError("--fast begins at once: leave out --count-in and --bell")
     if fast and (armed or begins):
         raise CommandError("--fast begins at once: leave out --armed and --at")
+    settings = replace(settings, senses=senses_of(recording))
     if fast:
-        sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording), wanted=wanted))
-    options = parameters.options(file, backend, port, osc_network=osc_network)
-    senses = senses_of(recording)
+        sys.exit(play_fast(file, seconds, settings, report=report is not None))
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    scenes.chosen(analysis, wanted)  # before the search for robots
+    settings.chosen(analysis)  # before the search for robots
+    settings = replace(settings, arming={"begins": begins.timestamp()} if begins else {} if armed else None)
     stays = sys.stdout.isatty() and not once and not report
     playing = play(
-        analysis,
-        file,
-        options,
-        browser=not no_browser,
-        report=report is not None,
-        stays=stays,
-        senses=senses,
-        wanted=wanted,
-        count_in=count_in,
-        anyway=force,
-        arming={"begins": begins.timestamp()} if begins else {} if armed else None,
+        analysis, file, live.options(file), settings, browser=live.browser, report=report is not None, stays=stays
     )
     sys.exit(run(playing))
 
@@ -133,33 +112,23 @@ async def play(
     analysis: Analysis,
     path: Path,
     options: Options,
+    settings: PlaySettings = USUAL,
     *,
     browser: bool,
     report: bool = False,
     stays: bool = False,
     recorder: Recorder | None = None,
-    senses: Sequence[Sensed] | None = None,
-    wanted: WantedScenes | None = None,
-    count_in: CountIn | None = None,
-    anyway: bool = False,
-    arming: Arming | None = None,
 ) -> int:
-    """Play a program without errors once, and with `arming` not before somebody begins. Return the exit code.
+    """Play a program without errors once. Return the exit code.
 
     If it `stays`, its page can play it again until an interrupt.
 
     Raises StageError; OSError and ValueError if the recording fails.
     """
     async with performance(
-        options,
-        browser=browser,
-        quiet=report,
-        recorder=recorder,
-        scenes=wanted,
-        count_in=count_in or CountIn(),
-        begins_with=path.name,
+        options, browser=browser, quiet=report, recorder=recorder, settings=settings, begins_with=path.name
     ) as performing:
-        await performing.play(analysis, path, senses=senses, anyway=anyway, arming=arming)
+        await performing.play(analysis, path)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():
             if report:
@@ -168,7 +137,7 @@ async def play(
         stopped = (
             performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])
         )
-        failed = performing.was_stopped and not stopped  # a line has already given the reason
+        failed = performing.results.state == "stopped" and not stopped  # a line has already given the reason
         if not stopped:
             await performing.settle()
         if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
@@ -179,14 +148,7 @@ async def play(
     return INTERRUPTED if stopped else FAILED if failed or performing.broken.is_set() else 0
 
 
-def play_fast(
-    path: Path,
-    seconds: float | None,
-    *,
-    report: bool,
-    senses: Sequence[Sensed] | None = None,
-    wanted: WantedScenes | None = None,
-) -> int:
+def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, report: bool) -> int:
     """Play a program in the simulator without the page, faster than real time. Return the exit code.
 
     Raises ReadError and CommandError.
@@ -195,10 +157,9 @@ def play_fast(
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS
-    chosen = scenes.chosen(analysis, wanted or WantedScenes())
+    chosen = settings.chosen(analysis)
     analysis, score = chosen.analysis, score_of(chosen.analysis)
-    if score.beats == ENDLESS and seconds is None:
-        raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
+    check_end(score, seconds)
     last: TransportMessage | None = None
     errors = Errors()
 
@@ -216,7 +177,7 @@ def play_fast(
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)
-    perform(score, simulator, seconds, tell, None if senses is None else map(foreseen, senses))
+    perform(score, simulator, seconds, tell, None if settings.senses is None else map(foreseen, settings.senses))
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
     ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
     if report:

@@ -16,14 +16,15 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.play import play
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.rehearsal import perform
+from improv_core.commands.rehearsal import check_end, perform
+from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.player.reports import Told
 from improv_core.program.compiler import score_of
-from improv_core.score.movement import ENDLESS
 from improv_core.session.start import Options
 from improv_core.storage.atomic_write import replacing, why
 
@@ -49,26 +50,21 @@ def command(
         sys.exit(record(file, output, seconds))
     if seconds:
         raise CommandError("--for cannot be combined with --backend; stop a live run with Ctrl-C")
-    options = parameters.options(file, backend, port)
+    options = LiveOptions(backend, port, not no_browser).options(file)
     sys.exit(run(record_live(file, output, options, browser=not no_browser, anyway=force)))
-
-
-class RecordError(CommandError):
-    """The recording can't be made; one plain line that says why."""
 
 
 def record(path: Path, output: Path, seconds: float | None) -> int:
     """Record a program, or its first seconds, as fast as it can be computed. Return the exit code.
 
-    Raises ReadError and RecordError.
+    Raises ReadError and CommandError.
     """
     from improv_core.outputs.simulator.recorded import RecordedSimulator
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     score = score_of(analysis)
-    if score.beats == ENDLESS and seconds is None:
-        raise RecordError("this program never ends: limit it, for example with `--for 60` (seconds)")
+    check_end(score, seconds)
     began = time.perf_counter()
     for number in (signal.SIGINT, signal.SIGTERM):  # so that no partial file is left, even where a shell ignores them
         signal.signal(number, signal.default_int_handler)
@@ -92,13 +88,13 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
     """Play a program, wherever robots stand if `anyway`, and record the commands as they are sent. Return the exit
     code.
 
-    Raises ReadError, StageError and RecordError.
+    Raises ReadError, StageError and CommandError.
     """
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     with recording(output) as recorder:
         options = replace(options, report_sent=True)
-        code = await play(analysis, path, options, browser=browser, recorder=recorder, anyway=anyway)
+        code = await play(analysis, path, options, PlaySettings(anyway=anyway), browser=browser, recorder=recorder)
     if code == INTERRUPTED and not recorder.setpoints:
         return _interrupted(output)
     echo(_summary(output, recorder))
@@ -109,10 +105,10 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
 def recording(output: Path) -> Iterator[Recorder]:
     """Yield a recorder into a file that gets its name once it is complete, and only if robots got any commands.
 
-    Beat 0 is now. Raises RecordError, also for exceptions of the body if it can't be written or performed.
+    Beat 0 is now. Raises CommandError, also for exceptions of the body if it can't be written or performed.
     """
     if output.suffix.lower() != ".mcap":
-        raise RecordError(f"{output}: the recording's name must end in .mcap")
+        raise CommandError(f"{output}: the recording's name must end in .mcap")
     try:
         with suppress(_NothingRecordedError), replacing(output) as file:
             recorder = Recorder(file, time.time_ns())
@@ -122,7 +118,7 @@ def recording(output: Path) -> Iterator[Recorder]:
                 raise _NothingRecordedError
     except (OSError, ValueError, OverflowError) as error:
         reason = why(error) if isinstance(error, OSError) else str(error)
-        raise RecordError(f"{output} was not written: {reason}") from None
+        raise CommandError(f"{output} was not written: {reason}") from None
 
 
 class _NothingRecordedError(Exception):
@@ -136,6 +132,6 @@ def _interrupted(output: Path) -> int:
 
 def _summary(output: Path, recorder: Recorder) -> str:
     if not recorder.setpoints:
-        raise RecordError(f"no robot got a command: {output} was not written")
+        raise CommandError(f"no robot got a command: {output} was not written")
     robots = "1 robot" if recorder.robots == 1 else f"{recorder.robots} robots"
     return f"{output}: {robots}, {recorder.setpoints} messages, {recorder.seconds:.1f} s"

@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from improv_core.commands.exit_codes import CommandError
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
 from improv_core.protocol.output import Sink
+from improv_core.score.movement import ENDLESS
 from improv_core.score.score import Score
+
+
+def check_end(score: Score, seconds: float | None) -> None:
+    """Raise CommandError if neither a score nor a number of seconds ends a performance."""
+    if score.beats == ENDLESS and seconds is None:
+        raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
 
 
 def perform(

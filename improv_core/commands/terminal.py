@@ -8,48 +8,35 @@ import signal
 import threading
 import time
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
+from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 from improv_core import STARTED
 from improv_core.commands.begin_time import in_words
-from improv_core.commands.count_in import CountIn
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.keys import pressed
-from improv_core.commands.scenes import WantedScenes
+from improv_core.commands.results import Results
 from improv_core.commands.screen import Screen
+from improv_core.commands.settings import PlaySettings
 from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.page.browser import has_browser
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.errors import Errors
-from improv_core.program.report import Mistake, as_lines, mistakes, outcome, summary
+from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.protocol.messages import (
-    Armed,
-    Arming,
-    Decided,
-    Measured,
-    MeasuredRobot,
-    MisplacedRobot,
-    Poses,
-    Ready,
-    Sensed,
-    Sent,
-    TransportMessage,
-    When,
-)
+from improv_core.protocol.messages import Armed, Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
 from improv_core.protocol.robot_messages import SentJoints
 from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
-from improv_core.safety.stop_socket import StopSocket, listening
+from improv_core.safety.stop_socket import listening
 from improv_core.safety.stops import Stops
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Pose, Twist
+from improv_core.score.motion import Twist
 from improv_core.session.acts import News
 from improv_core.session.session import Edit, Playback
 from improv_core.session.start import Options
@@ -63,7 +50,7 @@ BROWSER_LIMIT = 5.0
 
 HINT = "o or Enter opens the page again, Ctrl-C ends"
 """Last line of the terminal while it reads keys: an address works only once."""
-NO_COUNT = CountIn()
+USUAL = PlaySettings()
 HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
 """Last line of the terminal while a program is armed."""
 
@@ -99,16 +86,18 @@ async def performance(
     recorder: Recorder | None = None,
     hears_keys: bool = True,
     edit: Edit | None = None,
-    scenes: WantedScenes | None = None,
-    count_in: CountIn = NO_COUNT,
+    settings: PlaySettings = USUAL,
     begins_with: str = "",
 ) -> AsyncIterator[TerminalSession]:
     """Yield a performance with its stages started, and close it in the end. Raises StageError, and as `close` does.
 
     `begins_with` is the name of the program that plays first: `improv stop` reports it while stages start.
     """
-    performing = TerminalSession(options, quiet, recorder, edit, scenes, count_in, begins_with)
-    reached = performing.listen()
+    performing = TerminalSession(options, settings, quiet, recorder, edit)
+    performing.playback.begins_with = begins_with
+    reached = listening(performing.playback.stop, performing.stops, STARTED)
+    if performing.stops.unreachable:
+        performing.screen.complain(f"improv: `improv stop` won't work: {performing.stops.unreachable}")
     loop, ours = asyncio.get_running_loop(), threading.get_ident()
     interrupts: list[int] = []
 
@@ -152,30 +141,20 @@ class TerminalSession:
     def __init__(
         self,
         options: Options,
-        quiet: bool,
-        recorder: Recorder | None,
-        edit: Edit | None,
-        scenes: WantedScenes | None = None,
-        count_in: CountIn = NO_COUNT,
-        begins_with: str = "",
+        settings: PlaySettings = USUAL,
+        quiet: bool = False,
+        recorder: Recorder | None = None,
+        edit: Edit | None = None,
     ) -> None:
-        self._scenes = scenes or WantedScenes()
-        self._count_in = count_in
+        self._settings = settings
         self.stops = Stops()
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
-        self.playback.begins_with = begins_with
+        self.results = Results()
         self.rehearses = False
         """True if the latest performance doesn't begin at the starts of its program."""
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
         self._opening: set[asyncio.Task[None]] = set()
-        self._latest: TransportMessage | None = None  # from the leading stage
-        self._poses: Poses = {}  # from the stage that has them
-        self._errors = Errors()
-        self._misplaced: Mapping[str, MisplacedRobot] = {}
-        self.measured: dict[str, tuple[MeasuredRobot, MeasuredRobot]] = {}
-        """First and latest pose of robots since beat 0, if they are measured."""
-        self._playing: set[str] = set()  # the stages that play
         self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
         self._hears_keys = False
         self._watched = asyncio.Event()  # somebody has opened the page
@@ -184,21 +163,7 @@ class TerminalSession:
         self.broken = asyncio.Event()  # a stage has ended by itself
         self.refused = asyncio.Event()  # robots are not in their places, and there is no page
         # If nobody can read the messages about the robots, the robots stop; `main` prints the reason.
-        self.screen = Screen(quiet, self.interrupted.set, rings=count_in.bell)
-
-    @property
-    def is_playing(self) -> bool:
-        return bool(self._playing)
-
-    @property
-    def has_ended(self) -> bool:
-        """True if the latest program was played to its end."""
-        return self._latest is not None and self._latest["state"] == "ended"
-
-    @property
-    def was_stopped(self) -> bool:
-        """True if the latest program was stopped before its end."""
-        return self._latest is not None and self._latest["state"] == "stopped"
+        self.screen = Screen(quiet, self.interrupted.set, rings=settings.bell)
 
     @property
     def has_page(self) -> bool:
@@ -208,13 +173,6 @@ class TerminalSession:
     def _page(self) -> Ready | None:
         """The first message of the process with the page."""
         return next((ready for ready in self.playback.state.stages.values() if "page" in ready), None)
-
-    def listen(self) -> StopSocket | None:
-        """Let `improv stop` reach this performance from now on."""
-        reached = listening(self.playback.stop, self.stops, STARTED)
-        if self.stops.unreachable:
-            self.screen.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
-        return reached
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
@@ -256,34 +214,24 @@ class TerminalSession:
         link = self.playback.link(own=True)
         return link is not None and has_browser() and await asyncio.to_thread(webbrowser.open, link)
 
-    async def play(
-        self,
-        analysis: Analysis,
-        path: Path,
-        asked: int = 0,
-        when: When = "restart",
-        senses: Sequence[Sensed] | None = None,
-        anyway: bool = False,
-        arming: Arming | None = None,
-    ) -> bool:
-        """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`;
-        `senses` come from a recording. With `anyway`, robots may stand anywhere; with `arming`, it waits once
-        everything is ready.
+    async def play(self, analysis: Analysis, path: Path, asked: int = 0) -> bool:
+        """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`.
 
         Return whether it begins. Raises UnplayableError if it lacks these scenes.
         """
         if self.interrupted.is_set():
             return False
-        only = self._scenes.of(analysis)
+        settings = self._settings
+        only = settings.selected(analysis)
         self.rehearses = only.moved
         self.present(path)
         self.finished.clear()
-        score = self._count_in.of(score_of(only.analysis))
+        score = settings.counted_in(score_of(only.analysis))
         if self._recorder:
-            self._recorder.prepare(score, restart=when == "restart")
-        wanted = PlayScore(score, path.name, asked, when, senses=senses, anyway=anyway, arming=arming)
+            self._recorder.prepare(score, restart=settings.when == "restart")
+        wanted = PlayScore(score, path.name, asked, settings.when, senses=settings.senses, arming=settings.arming)
         page = self._page
-        begins = await self.playback.play(wanted)
+        begins = await self.playback.play(replace(wanted, anyway=settings.anyway))
         if self.has_page and self._page is not page:
             # The stages of hosts were started with another page, which opens by no earlier address.
             self.screen.say(f"watch it at {self.playback.link()}")
@@ -298,7 +246,7 @@ class TerminalSession:
         self.finished.set()
         return False
 
-    async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When, anyway: bool = False) -> None:
+    async def play_if_right(self, analysis: Analysis, path: Path, asked: int) -> None:
         """Play a saved program, as `play` does, or print why it can't play."""
         for line in as_lines(path, analysis):
             self.screen.complain(line)
@@ -306,7 +254,7 @@ class TerminalSession:
             self.refuse(path, mistakes(path, analysis))
             return
         try:
-            await self.play(analysis, path, asked, when, anyway=anyway)
+            await self.play(analysis, path, asked)
         except UnplayableError as error:
             self.screen.complain(f"improv: {error}")
             self.refuse(path, [Mistake(path.name, 0, 0, "", str(error))])
@@ -315,7 +263,7 @@ class TerminalSession:
         """Print that a saved program can't play, and have the page show the reason."""
         self.playback.begins_with = ""
         self.present(path, mistakes)
-        if self.is_playing:
+        if self.playback.state.is_on:
             self.screen.say("✗ the previous dance keeps playing")
         else:
             self.screen.say("✗ nothing is playing: fix the program and save")
@@ -326,9 +274,9 @@ class TerminalSession:
 
     async def settle(self) -> None:
         """If robots' poses are measured, wait until the robots rest, and print their errors."""
-        if self._errors.robots:
+        if self.results.errors.robots:
             await asyncio.sleep(MEASURED_AT_REST)
-            for line in self._errors.lines():
+            for line in self.results.errors.lines():
                 self.screen.say(line)
 
     async def close(self) -> None:
@@ -351,60 +299,59 @@ class TerminalSession:
             self.screen.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
-        """Report the start and end poses of the latest program's robots, how near they came to each other, and their
-        measured errors, if any; also the robots that aren't in their places, which keep it from beginning."""
+        """Report the results of the latest program."""
         played = self.playback.state.played
-        found = outcome(self._latest, self._poses, self._errors, played.score if played else None)
-        return {**found, "misplaced": self._misplaced} if self._misplaced else found
-
-    def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
-        """Return a robot's poses at beat 0 and now, if the leading stage simulates it."""
-        if not self._latest or "poses" not in self._latest:
-            return None
-        start, now = (self._latest[which][robot] for which in ("start", "poses"))
-        return Pose(**start), Pose(**now)
+        return self.results.as_json(played.score if played else None)
 
     def _hear(self, message: News, leads: bool) -> None:
-        if message["type"] == "transport":
-            self._follow(message, leads)
-        elif message["type"] == "stopped":
-            self._keep_poses(message)
-        elif message["type"] == "watched":
-            self._watched.set()
-        elif message["type"] in ("sent", "sent_joints", "sensed", "decided", "measured") and leads:
-            if message["type"] == "measured":
-                self._errors.take(message)
-                for robot, each in message["robots"].items():
-                    self.measured[robot] = self.measured.get(robot, (each, each))[0], each
-            self._record(message)
-        elif message["type"] == "fault":
-            if leads:
-                self._errors.note(message)
-                if message["line"] and not self.interrupted.is_set():
-                    self.screen.complain(f"improv: {message['line']}")
-        elif message["type"] == "link":
-            self._errors.take_link(message)
-        elif message["type"] == "unreached":
-            if leads:  # even after an interrupt: somebody has to look
-                self.screen.complain(f"improv: {message['message']}")
-        elif message["type"] == "armed":
-            if leads:
-                self._show_armed(message)
-        elif message["type"] == "misplaced":
-            if leads:
-                self._misplaced = message["robots"]
-            if leads and message["robots"] and not self.has_page:  # it could begin with `anyway`
-                if len(message["robots"]) > NAMED:  # otherwise the next line names all
-                    for misplaced in message["robots"].values():
-                        self.screen.complain(f"improv: {misplaced['line']}")
-                self.refused.set()
-        elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
-            if not self.interrupted.is_set():
-                self.screen.complain(f"improv: {message['message']}")
-            if message["type"] == "gone":
-                self._playing.discard(_role(leads))
+        match message["type"]:
+            case "transport":
+                self._follow(message, leads)
+            case "stopped":
+                self.results.keep_poses(message)
+            case "watched":
+                self._watched.set()
+            case "link":
+                self.results.errors.take_link(message)
+            case "warning" | "error":
+                self._complain(message["message"])
+            case "gone":
+                self._complain(message["message"])
                 self.broken.set()
                 self.finished.set()
+            case _ if not leads:
+                pass
+            case "measured":
+                self.results.measure(message)
+                self._record(message)
+            case "sent" | "sent_joints" | "sensed" | "decided":
+                self._record(message)
+            case "fault":
+                self.results.errors.note(message)
+                if message["line"]:
+                    self._complain(message["line"])
+            case "unreached":  # even after an interrupt: somebody has to look
+                self.screen.complain(f"improv: {message['message']}")
+            case "armed":
+                self._show_armed(message)
+            case "misplaced":
+                self._show_misplaced(message)
+            case _:
+                pass
+
+    def _complain(self, line: str) -> None:
+        """Print a problem, unless somebody has interrupted the performance."""
+        if not self.interrupted.is_set():
+            self.screen.complain(f"improv: {line}")
+
+    def _show_misplaced(self, message: Misplaced) -> None:
+        """Give up if robots are not in their places, and nobody can begin anyway on a page."""
+        self.results.misplaced = message["robots"]
+        if message["robots"] and not self.has_page:
+            if len(message["robots"]) > NAMED:  # otherwise the next line names all
+                for misplaced in message["robots"].values():
+                    self.screen.complain(f"improv: {misplaced['line']}")
+            self.refused.set()
 
     def _show_armed(self, message: Armed) -> None:
         """Print that everything is ready, and how to begin."""
@@ -428,23 +375,11 @@ class TerminalSession:
         self.screen.say(f"armed: all is ready, and begins {at}with {', or '.join(ways)}")
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
-        self._keep_poses(transport)
-        if leads:
-            if not self._latest or transport["restarted"] != self._latest["restarted"]:
-                self._errors, self.measured = Errors(), {}
-            self._latest = transport
-        if transport["state"] == "playing":
-            self._playing.add(_role(leads))
-        else:
-            self._playing.discard(_role(leads))
+        self.results.follow(transport, leads)
         if leads:
             self.screen.count(transport)
-        if not self._playing and transport["state"] in ("ended", "stopped"):
+        if transport["state"] in ("ended", "stopped") and self.results.is_over:
             self.finished.set()
-
-    def _keep_poses(self, message: Poses) -> None:
-        if "poses" in message:
-            self._poses = message
 
     def _record(self, message: Sent | SentJoints | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
@@ -462,7 +397,3 @@ class TerminalSession:
         except (OSError, ValueError) as problem:  # raised later: here, it would end the thread that reads the stage
             self._not_recorded = problem
             self.finished.set()
-
-
-def _role(leads: bool) -> str:
-    return "leader" if leads else "twin"

@@ -7,16 +7,14 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import count_in as counting
-from improv_core.commands import parameters, scenes
-from improv_core.commands.count_in import CountIn
+from improv_core.commands import parameters, settings
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
-from improv_core.commands.scenes import WantedScenes
+from improv_core.commands.parameters import LiveOptions
+from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.program.analysis import analyze
 from improv_core.program.files import STANDARD_INPUT, ReadError, robots_near
 from improv_core.program.report import Mistake
-from improv_core.protocol.messages import When
 from improv_core.session.start import Options
 from improv_core.storage.saves import Saved, changes, read_saved, saved_or_awaited, settle
 from improv_core.storage.stopped_saves import StopWitness, Verdict, decide, is_shared, look
@@ -31,58 +29,33 @@ ANSWERS = {
 
 @click.command("watch")
 @parameters.file
-@parameters.backend
-@parameters.port
-@parameters.no_browser
+@parameters.live
 @parameters.osc_network
-@counting.options
+@settings.options
 @parameters.continues
 @parameters.at_bar
-@scenes.options
 @parameters.force
-def command(
-    file: Path,
-    backend: str,
-    port: int,
-    no_browser: bool,
-    osc_network: bool,
-    count_in: CountIn,
-    when: When,
-    wanted: WantedScenes,
-    force: bool,
-) -> None:
+def command(file: Path, live: LiveOptions, settings: PlaySettings) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
     if file == STANDARD_INPUT:
         raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
-    options = parameters.options(file, backend, port, osc_network=osc_network)
-    sys.exit(run(watch(file, options, when, wanted, count_in, browser=not no_browser, anyway=force)))
+    sys.exit(run(watch(file, live.options(file), settings, browser=live.browser)))
 
 
-async def watch(
-    path: Path,
-    options: Options,
-    when: When,
-    wanted: WantedScenes,
-    count_in: CountIn,
-    *,
-    browser: bool,
-    anyway: bool = False,
-) -> int:
-    """Play a program, or the wanted scenes of it, and again at every save, until interrupted. Return the exit code.
-    Raises ReadError and StageError.
+async def watch(path: Path, options: Options, settings: PlaySettings, *, browser: bool) -> int:
+    """Play a program, and again at every save, until interrupted. Return the exit code. Raises ReadError and
+    StageError.
 
-    A save takes effect as `when` sets. If the program does not exist yet, but its folder does, wait for it.
+    If the program does not exist yet, but its folder does, wait for it.
     """
     saved = saved_or_awaited(path)
     begins_with = "" if saved.text is None else path.name
-    async with performance(
-        options, browser=browser, scenes=wanted, count_in=count_in, begins_with=begins_with
-    ) as performing:
-        await first(_follow(performing, path, saved, when, anyway), performing.interrupted.wait())
+    async with performance(options, browser=browser, settings=settings, begins_with=begins_with) as performing:
+        await first(_follow(performing, path, saved), performing.interrupted.wait())
     return INTERRUPTED
 
 
-async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: When, anyway: bool) -> None:
+async def _follow(performing: TerminalSession, path: Path, saved: Saved) -> None:
     stops = performing.stops
     witness, handled = StopWitness(stops, path), look(path)
     played = told = 0  # the counts of stops at the latest play, and when a line last asked to save again
@@ -90,7 +63,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
         performing.present(path)
         performing.screen.say(f"waiting for {path.name}: save it to play it")
     else:
-        await _play(performing, path, saved, 0, when, anyway)
+        await _play(performing, path, saved, 0)
     async for _ in changes(path.parent):
         if read_saved(path) == saved or (settled := await settle(path)) == saved:
             continue
@@ -101,13 +74,13 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
         saved, handled = settled, now
         if verdict is Verdict.PLAY:
             played = heard
-            await _play(performing, path, saved, asked, when, anyway)
+            await _play(performing, path, saved, asked)
         else:
             performing.screen.say(ANSWERS[verdict].format(path.name))
             told = heard if verdict is Verdict.SAVE_AGAIN else told
 
 
-async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int, when: When, anyway: bool) -> None:
+async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int) -> None:
     """Play a saved program, or print why it can't play."""
     try:
         if saved.text is None:
@@ -117,4 +90,4 @@ async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: in
         performing.screen.complain(f"improv: {problem}")
         performing.refuse(path, [Mistake(path.name, 0, 0, "", str(problem))])
     else:
-        await performing.play_if_right(analysis, path, asked, when, anyway)
+        await performing.play_if_right(analysis, path, asked)

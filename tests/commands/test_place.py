@@ -78,7 +78,7 @@ class Robots:
         self.poses = dict(zip("abcd", poses, strict=False))
         self.said: list[str] = []
         self.played: list[Score] = []
-        self.measured: dict[str, Any] = {}
+        self.results = SimpleNamespace(measured={}, state="stopped" if ends == "stopped" else "ended")
         self.stops = SimpleNamespace(count=0)
         self.finished, self.broken = asyncio.Event(), asyncio.Event()
         self.screen = SimpleNamespace(say=self.said.append, complain=self.said.append)
@@ -86,17 +86,13 @@ class Robots:
         self.has_page = False
         self._move, self._ends, self._frames = move, ends, frames or "w" * len(poses)
 
-    @property
-    def has_ended(self) -> bool:
-        return self._ends != "stopped"
-
     async def _play(self, asked: Any) -> int:
         self.played.append(asked.score)
         self.stops.count = int(self._ends == "stop" and len(self.played) > 1)
         for frame, (robot, part) in zip(self._frames, asked.score.parts.items(), strict=False):
             self.poses[robot] = self._move(part, self.poses[robot])
             told = {"frame": frame, "pose": to_pose_json(self.poses[robot])}
-            self.measured[robot] = told, told
+            self.results.measured[robot] = told, told
         if self._ends in WAITS:
             self.playback.state.waits_for = WAITS[self._ends]
         else:

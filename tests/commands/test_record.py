@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands.record import RecordError, record_live
+from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.record import record_live
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.session.start import Options
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
@@ -152,6 +153,6 @@ def test_a_full_disk_ends_the_dance(endless: Path, tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr(Recorder, "record", fail)
     monkeypatch.setattr(USED, StageOnThread)
-    with pytest.raises(RecordError, match=r"x\.mcap was not written: no space left on device"):
+    with pytest.raises(CommandError, match=r"x\.mcap was not written: no space left on device"):
         asyncio.run(record_live(endless, tmp_path / "x.mcap", Options("sim"), browser=False))
     assert list(tmp_path.iterdir()) == [endless]

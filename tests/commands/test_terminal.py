@@ -40,7 +40,7 @@ def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: Wors
 
 @pytest.fixture
 def session() -> TerminalSession:
-    return TerminalSession(Options("sim"), quiet=True, recorder=None, edit=None)
+    return TerminalSession(Options("sim"), quiet=True)
 
 
 def test_each_line_about_faults_is_printed_once(session: TerminalSession, capsys: pytest.CaptureFixture[str]) -> None:
@@ -54,7 +54,7 @@ def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     async def run() -> None:
-        fakes, session = Fakes(), TerminalSession(Options("both"), quiet=False, recorder=None, edit=None)
+        fakes, session = Fakes(), TerminalSession(Options("both"))
         session.playback = fakes.playback
         await session.open(browser=False)
         for host in ("", 'host = "pi@pi.local"\n'):

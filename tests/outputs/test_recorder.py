@@ -18,7 +18,8 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from improv_core.commands.record import RecordError, note, recording
+from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.record import note, recording
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.cdr import SECOND
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
@@ -194,7 +195,7 @@ def test_what_is_no_whole_recording_replaces_nothing(
     (tmp_path / "kept.mcap").touch()
     monkeypatch.setattr("os.access", lambda path, mode: Path(path).name != "kept.mcap")
     before = sorted(tmp_path.iterdir())
-    with pytest.raises((KeyboardInterrupt, RecordError)) if problem or line else nullcontext() as raised:
+    with pytest.raises((KeyboardInterrupt, CommandError)) if problem or line else nullcontext() as raised:
         if problem:
             record_forward(tmp_path / name, problem)
         else:

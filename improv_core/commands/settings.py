@@ -1,0 +1,95 @@
+"""Settings with which a terminal plays programs, and the options of commands that set them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import wraps
+from typing import Any
+
+import click
+
+from improv_core.commands.exit_codes import CommandError
+from improv_core.ide.rehearsal import rehearse, scenes_named
+from improv_core.ide.selection import Selection, UnplayableError
+from improv_core.program.analysis import Analysis
+from improv_core.protocol.messages import Arming, Sensed, When
+from improv_core.score.score import Score
+
+
+@dataclass(frozen=True, slots=True)
+class PlaySettings:
+    """Settings for all programs that a terminal plays.
+
+    `first` and `last` are scenes, by name or by number, counted from 1: None stands for the first or the last one.
+    `count_in` counts a bar before beat 0 although improv.toml doesn't ask for it, and `bell` rings the terminal's bell
+    with the count. `when` a save takes effect, robots may stand `anyway`, in other places than their own. `senses` come
+    from a recording. With `arming`, a program waits once everything is ready.
+    """
+
+    first: str | int | None = None
+    last: str | int | None = None
+    count_in: bool = False
+    bell: bool = False
+    when: When = "restart"
+    anyway: bool = False
+    senses: Sequence[Sensed] | None = None
+    arming: Arming | None = None
+
+    def selected(self, analysis: Analysis) -> Selection:
+        """Select the wanted scenes of a program; all of it if no option names any. Raises UnplayableError."""
+        if self.first is None and self.last is None:
+            return Selection("", analysis)
+        return rehearse(analysis, scenes_named(analysis, self.first, self.last))
+
+    def chosen(self, analysis: Analysis) -> Selection:
+        """Select the wanted scenes of a program. Raises CommandError if it lacks them."""
+        try:
+            return self.selected(analysis)
+        except UnplayableError as error:
+            raise CommandError(str(error)) from None
+
+    def counted_in(self, score: Score) -> Score:
+        """Return the score, counted in if that is wanted."""
+        return replace(score, count_in=True) if self.count_in else score
+
+
+_OPTIONS = (
+    click.option("--count-in", is_flag=True, help="Count one bar before the dance begins."),
+    click.option("--bell", is_flag=True, help="Ring the terminal's bell with the count."),
+    click.option(
+        "--from",
+        "first",
+        metavar="NAME",
+        help="Begin with the scene of this name, with robots where they are then.",
+    ),
+    click.option("--to", "last", metavar="NAME", help="End after the scene with this name."),
+    click.option("--only", metavar="NAME", help="Play only the scene with this name."),
+)
+
+
+def options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add options about scenes and the count to a command, which gets its settings; also those of `--continue` and
+    `--force`, if it has these."""
+
+    @wraps(command)
+    def with_settings(
+        *given: Any,
+        count_in: bool,
+        bell: bool,
+        first: str | None,
+        last: str | None,
+        only: str | None,
+        when: When = "restart",
+        force: bool = False,
+        **others: Any,
+    ) -> None:
+        if only is not None and (first is not None or last is not None):
+            raise CommandError("--only plays one scene: leave out --from and --to")
+        settings = PlaySettings(first, last, count_in, bell, when, force)
+        command(*given, settings=settings if only is None else replace(settings, first=only, last=only), **others)
+
+    with_options: Callable[..., None] = with_settings
+    for option in reversed(_OPTIONS):
+        with_options = option(with_options)
+    return with_options

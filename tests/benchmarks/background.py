@@ -9,11 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from random import Random
 
-from playwright.sync_api import Page
-
 from tests.benchmarks.chromium import chromium
 from tests.benchmarks.documents import edits, improv
-from tests.benchmarks.servers import LIMIT, Server
+from tests.benchmarks.servers import Server
 
 TYPED_LINES = 1_000
 KEYS_A_SECOND = 20
@@ -25,43 +23,22 @@ _DANCE = "r1 r2 r3 $ repeat (forward left)\n"
 @contextmanager
 def busy_editor() -> Iterator[None]:
     """Type into a document of a thousand lines while a dance plays and its page is open."""
-    with Server(PLAYS) as server:
+    ended = threading.Event()
+    with Server(PLAYS) as server, chromium() as browser, ThreadPoolExecutor() as pool:
         server.open(_DANCE)
-        with playing(server):
-            server.replace(improv(TYPED_LINES))
-            ended = threading.Event()
-            with ThreadPoolExecutor() as pool:
-                typist = pool.submit(_type, server, ended)
-                try:
-                    yield
-                finally:
-                    ended.set()
-                typist.result()
-
-
-@contextmanager
-def playing(server: Server) -> Iterator[None]:
-    """Play the document, with its page open in a browser."""
-    with page_of(server) as page:
+        server.save()
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(server.client.wait_for_page()[0])
         page.wait_for_selector("body[data-state=playing]")
-        yield
+        server.replace(improv(TYPED_LINES))
+        typist = pool.submit(_type, server, ended)
+        try:
+            yield
+        finally:
+            ended.set()
+        typist.result()
         if page.locator("body").get_attribute("data-state") != "playing":
             raise RuntimeError("the dance was stopped before the typing was: the machine is too busy for its stage")
-
-
-@contextmanager
-def page_of(server: Server) -> Iterator[Page]:
-    """Save the document, and open the page that shows it play in a browser."""
-    server.save()
-    end = time.monotonic() + LIMIT
-    while not server.page:
-        server.ask("foldingRange")
-        if time.monotonic() > end:
-            raise RuntimeError(f"the server has shown no page within {LIMIT} s")
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(server.page)
-        yield page
 
 
 def _type(server: Server, ended: threading.Event) -> None:

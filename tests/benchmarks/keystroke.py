@@ -52,8 +52,7 @@ def _edited(server: Server, lines: int, shared: bool) -> Iterator[Seen]:
     if server.open(text).mistakes:
         raise RuntimeError("the server finds an error in a correct program")
     # The first diagnostics of a long document are those of its beginning; this waits for all.
-    place = {"textDocument": {"uri": server.uri}, "position": {"line": SHARED_LINE, "character": 0}}
-    server.request("textDocument/rename", {**place, "newName": "other"})
+    server.settle()
     for edit in edits(text, SHARED_LINE if shared else None):
         seen = server.change(edit)
         if not shared and bool(seen.mistakes) != edit.wrong:  # if it is shared, the error may be published later

@@ -91,7 +91,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
             saved.append(server.save())
             if place % 2:
                 pause()
-                stopped.append(server.command("improv.stop"))
+                stopped.append(server.command("stop"))
         time.sleep(1)
         heard = listener.end()[_topic(PROBE)]
         problems = tap.problems()

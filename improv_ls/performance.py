@@ -17,6 +17,7 @@ from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
+from improv_core.protocol.commands import Stop
 from improv_core.protocol.editing import Form, PlaceRobots
 from improv_core.protocol.messages import Misplaced, TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
@@ -279,10 +280,10 @@ class Performance:
         latest = self.playing.latest
         return {*(latest.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
 
-    def stop(self) -> str | None:
-        """Stop, on any thread, for `improv stop`. Return the line that answers it, unless there are no stages yet."""
+    def stop(self, stop: Stop) -> str | None:
+        """Obey `improv stop`, on any thread. Return the line that answers it, unless there are no stages yet."""
         playback = self._playback
-        return playback.stop() if playback else None
+        return playback.stop(stop) if playback else None
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""

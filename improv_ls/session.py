@@ -14,6 +14,7 @@ from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
 
 from improv_core import STARTED, __version__
+from improv_core.protocol.commands import Stop
 from improv_core.safety.stop_socket import IDLE, StopSocket, listening
 from improv_ls.editor import Editor, Shown
 from improv_ls.framing import StdioServer
@@ -165,11 +166,11 @@ class Session(StdioServer):
         if self.stops.unreachable:
             self.editor.warn(f"`improv stop` won't work: {self.stops.unreachable}")
 
-    def _stop(self) -> str:
+    def _stop(self, stop: Stop) -> str:
         performance: Performance | None = self.__dict__.get("performance")
-        if performance and (answer := performance.stop()):
+        if performance and (answer := performance.stop(stop)):
             return answer
-        self.stops.stop()  # a save may be on its way
+        self.stops.stop(stop)  # a save may be on its way
         return IDLE
 
     async def close(self) -> None:

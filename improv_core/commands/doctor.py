@@ -120,7 +120,7 @@ def stopping() -> Finding:
     if not SUPPORTED:
         return Finding(Mark.ABSENT, "`improv stop` needs Unix sockets", "press Ctrl-C, or Stop on the page")
     try:
-        StopSocket(lambda: IDLE).close()
+        StopSocket(lambda stop: IDLE).close()
     except StopSocketError as error:
         return Finding(Mark.BROKEN, "`improv stop` does not work", str(error))
     return Finding(Mark.GOOD, f"`improv stop` works through {fixed_folder()}")

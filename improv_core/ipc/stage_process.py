@@ -200,9 +200,9 @@ class Stage:
         while not self._over.is_set():
             if self._watch.rests(time.monotonic()):
                 while not self._awake.wait(PING_PERIOD):
-                    self._stops.runs(time.monotonic())
+                    self._stops.halts.runs(time.monotonic())
             self._awake.clear()
-            self._stops.runs(time.monotonic())
+            self._stops.halts.runs(time.monotonic())
             if self._watch.may_ping(time.monotonic()):
                 with self._sending:
                     if self._stops_by is not None:
@@ -212,7 +212,7 @@ class Stage:
                         self._watch.ping(self._number)
                         self._outbox.put({"type": "ping", "number": self._number})
             self._over.wait(PING_PERIOD)
-        self._stops.rests()
+        self._stops.halts.rests()
 
     def _send_first(self, message: Mapping[str, Any]) -> None:
         """Send a numbered message on the channel of stops. Hold the lock."""

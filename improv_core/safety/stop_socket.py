@@ -11,7 +11,6 @@ reads as soon as it listens.
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import socket
@@ -19,13 +18,14 @@ import stat
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from itertools import groupby
 from pathlib import Path
 
 from improv_core.protocol.commands import Stop
-from improv_core.safety.stage_stops import SIMULATOR, SUFFIX, AskedStages, read_stop, stage_of, stages_not_stopped
-from improv_core.safety.stop_server import ASK, Answer, StopServer
+from improv_core.safety.stage_stops import OBEYED, SIMULATOR, SUFFIX, stage_of, stages_not_stopped
+from improv_core.safety.stop_server import StopRequest, StopServer
 from improv_core.safety.stops import Stops
 
 SUPPORTED = hasattr(socket, "AF_UNIX")
@@ -48,40 +48,26 @@ class StopSocketError(Exception):
 
 
 class StopSocket:
-    """Calls `stop` from a thread whenever `improv stop` asks for it, and answers with the line that `stop` returns.
+    """Calls `stop` from a thread whenever `improv stop` asks for it, and answers with the line that `stop` returns. The
+    stop has also gone straight to stages. Raises StopSocketError if `improv stop` might not find it."""
 
-    Before that, `expect` gets the stop, which has also gone straight to stages. Raises StopSocketError if `improv stop`
-    might not find it.
-    """
-
-    def __init__(self, stop: Callable[[], str], expect: Callable[[Stop], None] = lambda stop: None) -> None:
+    def __init__(self, stop: Callable[[Stop], str]) -> None:
         self._stop = stop
-        self._expect = expect
         self._servers: list[StopServer] = []
         name = f"{_own_name()}.sock"
         folders = [fixed_folder()]  # without it, an `improv stop` with another environment would not find us
         with suppress(StopSocketError):
             folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each, os.getuid()))]
-        try:
-            for folder in dict.fromkeys(folders):
-                self._listen(folder / name)
-        except StopSocketError:
-            if not self._servers:
-                raise
+        for path in (folder / name for folder in dict.fromkeys(folders)):
+            try:
+                self._servers.append(StopServer(path, lambda stop, answer: answer(self._stop(stop))))
+            except (OSError, RuntimeError) as error:
+                if not self._servers:
+                    raise StopSocketError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
 
     def close(self) -> None:
         for server in self._servers:
             server.close()
-
-    def _listen(self, path: Path) -> None:
-        try:
-            self._servers.append(StopServer(path, self._obey))
-        except (OSError, RuntimeError) as error:
-            raise StopSocketError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-
-    def _obey(self, text: bytes, answer: Answer) -> None:
-        self._expect(read_stop(text))
-        answer(self._stop())
 
 
 def new_show() -> Path | None:
@@ -97,7 +83,7 @@ def _own_name() -> str:
     return f"{os.getpid()}-{secrets.token_hex(4)}"
 
 
-def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSocket | None:
+def listening(stop: Callable[[Stop], str], stops: Stops, started: float) -> StopSocket | None:
     """Return a socket for as long as a process runs. If it can't be made, `stops` keep the reason.
 
     An `improv stop` since the process `started`, in monotonic seconds, counts as one that comes now.
@@ -108,7 +94,7 @@ def listening(stop: Callable[[], str], stops: Stops, started: float) -> StopSock
         for path in fixed_folder().glob(f"{os.getpid()}-*{SUFFIX}"):
             path.unlink(missing_ok=True)
     try:
-        made = StopSocket(stop, stops.expect)
+        made = StopSocket(stop)
     except StopSocketError as error:
         stops.unreachable = f"its socket can't be made: {error}"
         return None
@@ -138,65 +124,49 @@ def stop_all() -> Iterator[str]:
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
     stop: Stop = {"type": "stop", "direct": f"improv-stop-{secrets.token_hex(8)}", "at": time.monotonic()}
-    with ExitStack() as stack, AskedStages(stop) as stages:
+    with StopRequest(stop) as request:
         # Ask all before the first answer is awaited: one process that hangs must not delay the others.
-        asked: dict[str, tuple[Path, socket.socket | None]] = {}
-        shows: defaultdict[str, defaultdict[str, list[Path]]] = defaultdict(lambda: defaultdict(list))  # by process
-        killed: defaultdict[str, set[str]] = defaultdict(set)  # the stages that were killed with their process
+        sessions = dict[str, Path]()  # by name, since each has a socket in several folders
+        stages, killed = defaultdict[str, list[Path]](list), defaultdict[str, list[Path]](list)  # by process
         for user in _users():
             with _acting_as(user):
                 _leave_note(user)  # first: a process that listens from now on reads it, and the loop finds the others
-                listens = {path: stages.ask(path) for path in _sockets(user, SUFFIX)}
+                listens = {path: request.ask(path) for path in _sockets(user, SUFFIX)}
                 for path in _sockets(user, ".sock"):
-                    if asked.get(path.name, (path, None))[1] is None:
-                        connection = stack.enter_context(socket.socket(socket.AF_UNIX))
-                        connection.settimeout(LIMIT)
-                        try:
-                            connection.connect(str(path))
-                            connection.sendall(ASK + json.dumps(stop).encode() + b"\n")
-                        except (ConnectionRefusedError, FileNotFoundError):  # its process was killed
-                            with suppress(OSError):
-                                path.unlink(missing_ok=True)
-                        except OSError:
-                            asked[path.name] = path, None
-                        else:
-                            asked[path.name] = path, connection
-                sessions = {_process_of(path) for path, _ in asked.values()}
+                    if path.name not in sessions and request.ask(path):
+                        sessions[path.name] = path
+                    elif path.name not in sessions:  # its process was killed
+                        with suppress(OSError):
+                            path.unlink(missing_ok=True)
+                processes = {_process_of(path) for path in sessions.values()}
                 for path, is_there in listens.items():
-                    if is_there or _process_of(path) in sessions:
-                        shows[_process_of(path)][path.name.partition(".")[0]].append(path)
+                    if is_there or _process_of(path) in processes:
+                        stages[_process_of(path)].append(path)
                     else:  # its process and its session were killed
                         with suppress(OSError):  # it has just ended by itself
                             path.unlink()
-                            killed[_process_of(path)].add(stage_of(path))
-        obeyed = frozenset(stages.obeyed(LIMIT))
-        for path, silent_or in asked.values():
-            try:
-                answer = silent_or.makefile(encoding="utf-8", errors="replace").read() if silent_or else ""
-            except OSError:
-                answer = ""
-            process = _process_of(path)
-            yield _line(process, answer, [*shows.pop(process, {}).values()], obeyed)
-        for process, others in shows.items():  # sessions without a socket: only their stages have answered
-            yield _line(process, "", [*others.values()], obeyed)
-        for process, stages_of_it in killed.items():
-            if names := ", ".join(
-                stages_not_stopped(stages_of_it - {SIMULATOR}, ())
-            ):  # perhaps nobody has stopped them
-                yield f"no answer from {names}: look at them, since process {process} and their stage were killed"
+                            killed[_process_of(path)].append(path)
+        answers = request.answers(LIMIT)
+    for path in sessions.values():
+        process = _process_of(path)
+        yield _line(process, answers.get(path, ""), stages.pop(process, []), answers)
+    for process, own in stages.items():  # sessions without a socket: only their stages have answered
+        yield _line(process, "", own, answers)
+    for process, own in killed.items():  # perhaps nobody has stopped their robots
+        if names := ", ".join(stages_not_stopped({*map(stage_of, own)} - {SIMULATOR}, ())):
+            yield f"no answer from {names}: look at them, since process {process} and their stage were killed"
 
 
-def _line(process: str, answer: str, shows: Sequence[Sequence[Path]], obeyed: Collection[Path]) -> str:
+def _line(process: str, answer: str, stages: Sequence[Path], answers: Mapping[Path, str]) -> str:
     """Return the line about a process: its `answer` (perhaps empty) if the stages of its performances have obeyed."""
-    late = [
-        name
-        for sockets in shows
-        for name in stages_not_stopped(map(stage_of, sockets), [stage_of(path) for path in sockets if path in obeyed])
-    ]
+    late = list[str]()
+    for _, found in groupby(stages, lambda path: path.name.partition(".")[0]):
+        show = {path: stage_of(path) for path in found}
+        late += stages_not_stopped(show.values(), [show[path] for path in show if answers.get(path) == OBEYED])
     if late:
         end = f" ({answer})" if answer else f", and end process {process} with `kill`"
         return f"no answer from {', '.join(late)}: look at them{end}"
-    if answer or not shows:
+    if answer or not stages:
         return answer or f"process {process} does not answer: end it with `kill`"
     return f"stopped the robots of process {process}, which does not answer: end it with `kill`"
 

@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
 from improv_core.protocol.commands import PageRequest, Pause, Stop, Watched, is_stop
 from improv_core.protocol.messages import Pressed, ToStage
+from improv_core.safety.halts import KNOWN, Halts
 from improv_core.safety.suspend import NOTICED, asleep
 
-KNOWN = 0.25
-"""Seconds after which people count as knowing of a press of an emergency stop. A request that arrives earlier may have
-waited since before the press, as all do that arrive when a suspended process continues."""
-BEHIND = 0.1
-"""Seconds after which a stop that has gone straight to stages shows that we were halted, and that what arrives now may
-have waited since before it. So stages obey nothing until people count as knowing of it."""
-HALTED = 0.3
-"""Seconds without `runs`, while we have stages, after which we had been halted. Whatever arrives then may have waited
-since before a stop that came a moment ago."""
 MOST_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count each of them once."""
 
@@ -49,12 +39,9 @@ class Stops:
         self._asleep = asleep
         self._slept = asleep()
         self._count = 0
-        self._expected: Stop | None = None  # the next stop, if that has gone straight to stages
-        self._direct: deque[str] = deque(maxlen=MOST_DIRECT)  # the identities of such stops that have been counted
-        self._settled: tuple[str, ...] = ()  # those that stages were sent with their identities
-        self._unsettled: dict[str, Stop] = {}  # those that have yet to be repeated, by their identities
-        self._ran: float | None = None  # the latest time at which we ran; None while nothing shows that
-        self._continued = -math.inf  # the latest time at which we continued after we had been halted
+        self._direct: dict[str, bool] = {}  # stops that have gone straight to stages, by identity: has it settled?
+        self._unsettled: dict[str, Stop] = {}  # those that have yet to be repeated
+        self.halts = Halts()
         self.stopped = 0
         """The number of these that were stops and not pauses."""
         self.unreachable = ""
@@ -84,21 +71,18 @@ class Stops:
         mark. A stop with a mark has gone straight to stages, too."""
         now, again = time.monotonic(), None
         with self._lock:
-            if message is None:
-                message, self._expected = self._expected or Stop(type="stop"), None
-            timed = message.copy()
-            asked = timed.get("at")
-            was_halted = asked is not None and (now - asked > BEHIND or self._was_halted(now))
-            timed["at"] = now
+            timed = message.copy() if message else Stop(type="stop")
+            asked, timed["at"] = timed.get("at"), now
             if timed["type"] == "stop" and (direct := timed.pop("direct", timed.get("mark"))):
-                self._direct.append(direct)
-                if was_halted:
-                    again = Stop(type="stop", direct=direct)
+                if asked is None or not self.halts.has_waited(asked, now):
+                    timed["direct"] = direct
+                else:
+                    again = self._unsettled[direct] = Stop(type="stop", direct=direct)
                     if "by" in timed:
                         again["by"] = timed["by"]
-                else:
-                    self._settled = (*self._settled, direct)[-MOST_DIRECT:]
-                    timed["direct"] = direct
+                self._direct[direct] = again is None
+                if len(self._direct) > MOST_DIRECT:
+                    del self._direct[next(iter(self._direct))]
             any_real = any(self._stages.values())
             unmarked = timed.copy()
             if unmarked["type"] == "stop":
@@ -107,28 +91,10 @@ class Stops:
                 stage.send(timed if real == any_real else unmarked)
             self._note(stop=timed["type"] == "stop")
         if again:
-            self._settle_later(again)
+            self._repeat_later(again)
 
-    def runs(self, now: float) -> None:
-        """Note that this process runs, as it does ten times a second while it has stages."""
-        with self._lock:
-            if self._ran is not None and now > self._ran + HALTED:
-                self._continued = now
-            self._ran = now
-
-    def rests(self) -> None:
-        """Note that until further notice, nothing shows whether this process runs: a stage has ended."""
-        with self._lock:
-            self._ran = None
-
-    def _was_halted(self, now: float) -> bool:
-        """Return whether this process was halted until a moment ago. Hold the lock."""
-        return now < self._continued + KNOWN or (self._ran is not None and now > self._ran + HALTED)
-
-    def _settle_later(self, stop: Stop) -> None:
+    def _repeat_later(self, stop: Stop) -> None:
         """Repeat a stop once people count as knowing of it. Only then, stages obey what is asked for after it."""
-        with self._lock:
-            self._unsettled[stop["direct"]] = stop
         timer = threading.Timer(KNOWN, self._repeat, [stop])
         timer.daemon = True
         try:
@@ -154,22 +120,10 @@ class Stops:
                 self.known = count
                 self._note(stop=True)
 
-    def expect(self, stop: Stop) -> None:
-        """Note the stop that comes next: it has gone straight to stages, too."""
-        with self._lock:
-            self._expected = stop
-
-    @property
-    def expected_since(self) -> float | None:
-        """The time at which somebody asked for the stop that comes next, if that has gone straight to stages; None if
-        none has."""
-        with self._lock:
-            return self._expected.get("at") if self._expected else None
-
     def has_settled(self, direct: str) -> bool:
         """Return whether stages have been sent this stop, so that they may obey what was asked for after it. Callable
         also while messages are sent."""
-        return direct in self._settled
+        return self._direct.get(direct, False)
 
     def arrive(self, request: PageRequest | Watched) -> int:
         """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries.
@@ -178,7 +132,7 @@ class Stops:
         for after its own stop can't have waited since before it.
         """
         if is_stop(request):
-            if not self._is_known(request):
+            if not (request["type"] == "stop" and request.get("direct") in self._direct):
                 self.stop(request)
         elif by := request.get("by"):
             with self._lock:
@@ -186,12 +140,6 @@ class Stops:
             for stop in its_own:
                 self._repeat(stop)
         return self.count
-
-    def _is_known(self, request: Stop | Pause) -> bool:
-        if request["type"] != "stop" or "direct" not in request:
-            return False
-        with self._lock:
-            return request["direct"] in self._direct
 
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
         """Send a message that makes robots move, unless a stop has come since the count was `asked`. Returns whether it

@@ -18,12 +18,13 @@ from urllib.parse import urlsplit
 from improv_core.ipc.stage_process import Heard, StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
-from improv_core.protocol.commands import Editing, PageRequest
+from improv_core.protocol.commands import Editing, PageRequest, Stop
 from improv_core.protocol.messages import Load, Problem, Ready, ToStage
 from improv_core.protocol.tickets import issue
 from improv_core.safety import stage_stops
+from improv_core.safety.halts import KNOWN
 from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
-from improv_core.safety.stops import KNOWN, Stops
+from improv_core.safety.stops import Stops
 from improv_core.score.score import Host, OutsideClock
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, Send, SendScore, StartAgain
@@ -238,13 +239,13 @@ class Playback:
             self.stops.discard(stage)
         return {name: robots for name, stage in stages if (robots := self._moving(stage))}
 
-    def stop(self) -> str:
-        """Stop, on any thread, for `improv stop`. Returns the line of the answer."""
-        asked, state = self.stops.expected_since, self.state
+    def stop(self, stop: Stop) -> str:
+        """Obey `improv stop`, on any thread. Returns the line of the answer."""
+        asked, state = stop.get("at"), self.state
         was_on = state.is_on or (asked is not None and self._went_off >= asked)  # stages may have obeyed it by now
         moving = [robot for stage in [*self._stages.values()] for robot in self._moving(stage)]
         names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
-        self.stops.stop()
+        self.stops.stop(stop)
         lost = state.real is not None and not state.obeys
         if state.played and (was_on or moving or lost):
             names = [state.played.name]
@@ -258,11 +259,10 @@ class Playback:
             return f"{names[0]}: robots may still be moving, since their stage has failed: look at them"
         if not (was_on or moving):
             return f"stopped {names[0]} before it began"
-        if asked is not None and not moving:  # how many moved when somebody asked is not known
+        if not moving:  # how many moved when somebody asked is not known
             return f"stopped {names[0]} on {state.status}"
-        count = f"{len(moving) or 'no'} robot{'' if len(moving) == 1 else 's'}"
-        moved = f": {count} {'was' if len(moving) == 1 else 'were'} moving" if state.is_real or moving else ""
-        return f"stopped {names[0]} on {state.status}{moved}"
+        count = "1 robot was" if len(moving) == 1 else f"{len(moving)} robots were"
+        return f"stopped {names[0]} on {state.status}: {count} moving"
 
     def _moving(self, stage: RunningStage) -> list[str]:
         """Return the real robots that a stage moves, by its reports and not by its score; also those that it moved when

@@ -145,7 +145,7 @@ def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
             for _ in range(GAP):
                 await asyncio.to_thread(robot.wait, moving)
             assert not any(map(still, robot.heard)), "one never stops, the other not again"
-        assert show.playback.stop().endswith(": 2 robots were moving")
+        assert show.playback.stop({"type": "stop"}).endswith(": 2 robots were moving")
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, still)
 

@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from improv_core.safety.stops import BEHIND, HALTED, KNOWN, Stops
+from improv_core.safety.halts import BEHIND, HALTED, KNOWN
+from improv_core.safety.stops import Stops
 
 
 @pytest.mark.parametrize(
@@ -26,6 +27,6 @@ def test_a_stop_settles_later_if_what_arrives_with_it_may_have_waited_since_befo
     """Each number is a time at which the session ran, in seconds from now; None is a rest."""
     stops, now = Stops(), time.monotonic()
     for at in ran:
-        stops.rests() if at is None else stops.runs(now + at)
+        stops.halts.rests() if at is None else stops.halts.runs(now + at)
     stops.arrive({"type": "stop", "direct": "x", "at": now - BEHIND / 2})
     assert stops.has_settled("x") == settles

@@ -29,7 +29,7 @@ from improv_core.safety.stop_socket import StopSocket, stop_all
 from tests.safety.stages import Stages, die
 
 LIMIT = 30.0
-SHORT = 0.05
+SHORT = 0.3
 STOP: Stop = {"type": "stop", "direct": "p 1", "by": "osc"}
 PI = "pi@pi.local:22"
 
@@ -187,7 +187,12 @@ class TestImprovStop:
 
     def test_it_stops_stages_and_their_session_with_one_identity(self, show: Path) -> None:
         expected: list[Stop] = []
-        session = StopSocket(lambda: "stopped", expected.append)
+
+        def stopped(stop: Stop) -> str:
+            expected.append(stop)
+            return "stopped"
+
+        session = StopSocket(stopped)
         stages = Stages(show, "simulator", "ros")
         self.check("stopped")
         assert [stop for _, stop in stages.stops] == expected * 2
@@ -198,7 +203,7 @@ class TestImprovStop:
     def test_a_stage_that_hangs_or_has_died_is_named_although_its_session_has_stopped(
         self, show: Path, dead: bool
     ) -> None:
-        session = StopSocket(lambda: "stopped dance.improv on ROS 2")
+        session = StopSocket(lambda _: "stopped dance.improv on ROS 2")
         if dead:
             die(show, "ros")
         stages = Stages(show, "simulator", *([] if dead else ["ros"]), hangs="ros")

@@ -36,7 +36,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 @pytest.fixture
 def made(runtime: Path) -> Iterator[StopSocket]:
     """The socket of a process that plays, in its folder."""
-    made = StopSocket(lambda: "stopped")
+    made = StopSocket(lambda _: "stopped")
     yield made
     made.close()
 
@@ -48,7 +48,7 @@ def test_all_playing_processes_are_stopped() -> None:
         stopped.append(name)
         return f"stopped {name}"
 
-    sockets = [StopSocket(lambda: stop("one")), StopSocket(lambda: stop("two"))]
+    sockets = [StopSocket(lambda _: stop("one")), StopSocket(lambda _: stop("two"))]
     assert sorted(stop_all()) == ["stopped one", "stopped two"]
     assert sorted(stopped) == ["one", "two"]
     for each in sockets:
@@ -84,7 +84,7 @@ def test_a_folder_that_others_can_use_is_not_used(trap: str, runtime: Path, tmp_
         else:
             each.mkdir()
             each.chmod(0o777)
-    made = StopSocket(lambda: "stopped")
+    made = StopSocket(lambda _: "stopped")
     assert list(tmp_path.iterdir()) == []
     assert fixed_folder() == fixed_folder() != folder
     assert list(stop_all()) == ["stopped"]
@@ -108,7 +108,7 @@ def test_the_socket_is_found_in_any_environment(
 def test_without_any_folder_it_fails_with_one_line() -> None:
     stop_socket.SHARED.rmdir()
     with pytest.raises(StopSocketError, match="shared: No such file or directory"):
-        StopSocket(lambda: "stopped")
+        StopSocket(lambda _: "stopped")
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="needs root, to be other users")
@@ -120,7 +120,7 @@ def test_sudo_stops_its_callers_robots(taken: bool) -> None:
     if taken:  # by another user
         usual.mkdir(0o777)
     become = f"import os, improv_core.safety.stop_socket as s; os.setgroups([]); os.setuid({user})"
-    code = f"{become}; reached = s.StopSocket(lambda: 'stopped it'); print(flush=True); input()"
+    code = f"{become}; reached = s.StopSocket(lambda _: 'stopped it'); print(flush=True); input()"
     plays = subprocess.Popen([sys.executable, "-c", code], env={}, stdin=-1, stdout=-1, text=True, cwd=ROOT)
     assert plays.stdin
     assert plays.stdout
@@ -169,7 +169,7 @@ def test_a_process_reads_the_note_only_once_it_listens() -> None:
     """Otherwise a stop between the two would be lost."""
     stops, started = Stops(), time.monotonic()
     assert list(stop_all()) == []
-    made = stop_socket.listening(lambda: "stopped", stops, started)
+    made = stop_socket.listening(lambda _: "stopped", stops, started)
     assert made
     assert stops.count == 1
     assert list(stop_all()) == ["stopped"]
@@ -203,7 +203,7 @@ def test_a_socket_survives_running_out_of_handles_or_threads(monkeypatch: pytest
 
     monkeypatch.setattr(socket.socket, "accept", accept_later)
     monkeypatch.setattr(threading.Thread, "start", start)
-    made = StopSocket(lambda: "stopped")
+    made = StopSocket(lambda _: "stopped")
     assert [list(stop_all()), list(stop_all())] == [["stopped"], ["stopped"]]
     assert failing == []
     made.close()

@@ -10,7 +10,8 @@ import pytest
 
 from improv_core.protocol.commands import Automation, Restart, Stop
 from improv_core.protocol.messages import Load, ToStage
-from improv_core.safety.stops import BEHIND, KNOWN, Stops
+from improv_core.safety.halts import BEHIND, KNOWN
+from improv_core.safety.stops import Stops
 
 
 class Stage:
@@ -113,9 +114,8 @@ def test_a_stop_that_has_gone_straight_to_stages_counts_once_whoever_reports_it_
     assert stops.arrive({"type": "stop", "mark": "page 1"}) == 1
     assert [stops.arrive(report), stops.arrive(report)] == [1, 1]
     assert stops.has_settled("page 1")
-    stops.expect({"type": "stop", "direct": "improv stop"})
     stops.stop({"type": "pause"})
-    stops.stop()
+    stops.stop({"type": "stop", "direct": "improv stop"})
     assert stops.arrive({"type": "stop", "direct": "improv stop"}) == 3
     for stage in (simulator, real):
         assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop"]

@@ -16,7 +16,7 @@ import pytest
 from improv_core.ipc.stage_process import StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.commands import Editing
+from improv_core.protocol.commands import Editing, Stop
 from improv_core.protocol.messages import Pressed
 from improv_core.safety import stop_socket
 from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
@@ -92,7 +92,7 @@ async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
     assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: 1 robot was moving"]
     assert leader.kinds[-1] == twin.kinds[-1] == "stop"
     leader.tell("paused")
-    assert await asyncio.to_thread(list, stop_all()) == [f"{stopped}: no robots were moving"]
+    assert await asyncio.to_thread(list, stop_all()) == [stopped]
     leader.tell("stopped")
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
     leader.moves, leader.sent[:] = True, []  # a stage whose robots move although nothing plays, for whatever reason
@@ -195,13 +195,15 @@ async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fak
 @performed
 async def test_a_stop_that_stages_have_obeyed_first_still_names_the_dance(fakes: Fakes) -> None:
     leader, _ = await fakes.play()
-    stops = fakes.playback.stops
     asked = time.monotonic()
     leader.tell("stopped")
-    stops.expect({"type": "stop", "direct": "first", "at": asked})
-    assert fakes.playback.stop() == "stopped dance.improv on ros, with the simulator alongside"
-    stops.expect({"type": "stop", "direct": "second", "at": time.monotonic()})
-    assert fakes.playback.stop() == IDLE
+    assert (
+        fakes.playback.stop({"type": "stop", "direct": "first", "at": asked})
+        == "stopped dance.improv on ros, with the simulator alongside"
+    )
+    first: Stop = {"type": "stop", "direct": "first", "at": asked}
+    assert fakes.playback.stop(first) == "stopped dance.improv on ros, with the simulator alongside"
+    assert fakes.playback.stop({"type": "stop", "direct": "second", "at": time.monotonic()}) == IDLE
     await fakes.playback.close()
 
 
@@ -221,11 +223,11 @@ async def test_a_stop_names_no_robots_as_stopped_that_nothing_has_stopped_yet(fa
     leader, _ = await fakes.play()
     failed = "dance.improv: robots may still be moving, since their stage has failed: look at them"
     leader.die()
-    assert fakes.playback.stop() == failed
+    assert fakes.playback.stop({"type": "stop"}) == failed
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
-    assert fakes.playback.stop() == failed
+    assert fakes.playback.stop({"type": "stop"}) == failed
     fakes.latest("ros").tell("ended")
-    assert fakes.playback.stop() == IDLE
+    assert fakes.playback.stop({"type": "stop"}) == IDLE
 
 
 @pytest.mark.parametrize("ends", [False, True])

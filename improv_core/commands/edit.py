@@ -19,7 +19,7 @@ from improv_core.commands.new import make, with_ending
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.page.program_editor import PageEditor, is_first_beat, moved
+from improv_core.page.program_editor import PageEditor
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
@@ -64,9 +64,6 @@ def command(file: Path | None, live: LiveOptions, settings: PlaySettings) -> Non
     sys.exit(run(edit(file, version, replace(options, page=True), settings, browser=live.browser)))
 
 
-REHEARSES = "this rehearsal doesn't begin at beat 0: leave out --from and --only to move the song"
-
-
 async def edit(path: Path, version: Version, options: Options, settings: PlaySettings, *, browser: bool) -> int:
     """Let pages edit a program and play it, until interrupted. Return the exit code. Raises StageError."""
     asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
@@ -94,7 +91,7 @@ class _Desk:
         self._path = path
         self._version = version
         self._robots = robots_or_problem(path.parent)
-        self._editor = PageEditor(self._robots)
+        self._editor = PageEditor(self._robots, lambda value: write_first_beat(path.parent, value))
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
         performing.present(path)
         self._show()
@@ -106,14 +103,10 @@ class _Desk:
             page, ask = editing["page"], editing["ask"]
             if ask["type"] == "write":
                 await self._write(page, ask, asked)
-            elif ask["type"] == "change" and is_first_beat(ask["change"]):
-                rehearses = self._performing.rehearses
-                problem = REHEARSES if rehearses else write_first_beat(self._path.parent, ask["change"]["value"])
-                self._answer(page, moved(ask["number"], (), problem))
-            else:
-                self._answer(page, self._editor.answer(page, ask, rehearses=self._performing.rehearses))
-                if ask["type"] == "analyze":
-                    self._unchecked.put_nowait((page, ask))
+                continue
+            self._answer(page, self._editor.answer(page, ask, rehearses=self._performing.rehearses))
+            if ask["type"] == "analyze":
+                self._unchecked.put_nowait((page, ask))
 
     async def check_rooms(self) -> None:
         """Report the meetings of robots in the pages' texts, forever. On its own thread: a check may take a second."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
 from typing import TypeGuard
@@ -44,15 +44,19 @@ MOST_PAGES = 64
 """Pages whose texts are kept: as many as there can be."""
 MOST_PROBLEMS = 100
 MOST_WORDS = 50
-REHEARSES = "this rehearsal doesn't begin at the starts: leave out --from and --only to move them"
+REHEARSES = "this rehearsal doesn't begin at {}: leave out --from and --only to move {}"
 
 
 class PageEditor:
-    """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points."""
+    """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points.
 
-    def __init__(self, robots: Robots) -> None:
+    `write_first_beat` writes the time of the first beat in a song into `improv.toml`, and returns the problem, if any.
+    """
+
+    def __init__(self, robots: Robots, write_first_beat: Callable[[float], str]) -> None:
         self.robots = robots
         """The robots for which later requests are answered; may be replaced."""
+        self._write_first_beat = write_first_beat
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
         self._known: Known | None = None  # of meetings
@@ -61,13 +65,15 @@ class PageEditor:
         self, page: int, ask: Analyze | Complete | Explain | Change, *, rehearses: bool = False
     ) -> EditorAnswer | None:
         """Return the answer to a page's question; None if there is none. `rehearses` is as in `change`."""
-        if ask["type"] == "analyze":
-            return self.analyze(page, ask)
-        if ask["type"] == "complete":
-            return self.complete(page, ask)
-        if ask["type"] == "explain":
-            return self.explain(page, ask)
-        return self.change(page, ask, rehearses=rehearses)
+        match ask["type"]:
+            case "analyze":
+                return self.analyze(page, ask)
+            case "complete":
+                return self.complete(page, ask)
+            case "explain":
+                return self.explain(page, ask)
+            case "change":
+                return self.change(page, ask, rehearses=rehearses)
 
     def analysis(self, text: str) -> Analysis:
         """Analyze a text, starting from the latest analysis."""
@@ -148,18 +154,22 @@ class PageEditor:
         }
 
     def change(self, page: int, ask: Change, *, rehearses: bool = False) -> RobotsMoved | None:
-        """Return the edits that make a change. None if the page has another text.
+        """Return the edits that make a change, after a change of `improv.toml` none. None if the page has another text.
 
         While it `rehearses` with robots at their places in the middle of the program, the page shows these places,
-        which are no starts.
+        which are no starts, and the song begins elsewhere, too.
         """
+        change = ask["change"]
+        if is_first_beat(change):
+            problem = REHEARSES.format("beat 0", "the song") if rehearses else self._write_first_beat(change["value"])
+            return _moved(ask["number"], (), problem)
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        if rehearses and ask["change"]["type"] != "tune":
-            return moved(ask["number"], (), REHEARSES)
-        edits = edits_of(analysis, ask["change"])
-        return moved(ask["number"], edits or (), UNPLACED if edits is None else "")
+        if rehearses and change["type"] != "tune":
+            return _moved(ask["number"], (), REHEARSES.format("the starts", "them"))
+        edits = edits_of(analysis, change)
+        return _moved(ask["number"], edits or (), UNPLACED if edits is None else "")
 
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))
@@ -182,7 +192,7 @@ def edits_of(analysis: Analysis, change: PlaceRobots | Form | Tune) -> Sequence[
     return placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
 
 
-def moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
+def _moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
     """Build the answer with the edits of the text with a number, or with a problem."""
     return {
         "type": "moved",

@@ -17,7 +17,7 @@ from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.connection import PageConnection
 from improv_core.page.open_pages import Pages
-from improv_core.page.program_editor import PageEditor, is_first_beat, moved
+from improv_core.page.program_editor import PageEditor
 from improv_core.page.stop_confirmations import PageStops
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
@@ -36,6 +36,7 @@ from improv_core.website.in_process_stage import Hear, InProcessStage
 
 PROGRAM = Path("dance.improv")
 """Name of the program: there are no files."""
+UNWRITABLE = "this page can't write improv.toml: copy the line into it"
 UNTOUCHED = 0.7
 """Seconds without a key after which the meetings of robots are checked."""
 LONGEST_CHECK = 0.4
@@ -58,7 +59,7 @@ class BrowserBackend:
         )
         options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
         self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)
-        self._editor = PageEditor(_robots(""))
+        self._editor = PageEditor(_robots(""), lambda value: UNWRITABLE)
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
         self._text, self._revision, self._beat = "", 0, 0.0
@@ -139,12 +140,10 @@ class BrowserBackend:
             ask = editing["ask"]
             if ask["type"] == "write":
                 await self._write(ask, asked)
-            elif ask["type"] == "change" and is_first_beat(ask["change"]):
-                self._answer(moved(ask["number"], (), "this page can't write improv.toml: copy the line into it"))
-            else:
-                self._answer(self._editor.answer(self._outbox.number, ask))
-                if ask["type"] == "analyze":
-                    self._check_soon(ask)
+                continue
+            self._answer(self._editor.answer(self._outbox.number, ask))
+            if ask["type"] == "analyze":
+                self._check_soon(ask)
 
     def _check_soon(self, ask: Analyze) -> None:
         """Report the meetings of robots once nobody has typed for a moment: that takes time, and there is only one

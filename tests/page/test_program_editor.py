@@ -19,7 +19,7 @@ PAGE, OTHER = 1, 2
 @pytest.fixture
 def editor() -> PageEditor:
     """An editor without an improv.toml."""
-    return PageEditor(read_robots(""))
+    return PageEditor(read_robots(""), str)
 
 
 def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Analyzed:
@@ -28,7 +28,7 @@ def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Ana
 
 def colored(text: str) -> list[str]:
     """Return `word:kind` of each colored word."""
-    colors, found, at = ask(PageEditor(read_robots("")), text)["colors"], [], 0
+    colors, found, at = ask(PageEditor(read_robots(""), str), text)["colors"], [], 0
     for gap, length, kind in zip(colors[::3], colors[1::3], colors[2::3], strict=True):
         start, at = at + gap, at + gap + length
         found.append(f"{text[start:at]}:{TYPES[kind]}")
@@ -94,7 +94,7 @@ def test_fixes_that_may_be_made_together_are_of_one_kind(editor: PageEditor) -> 
 
 
 def test_problems_of_the_robots_file_are_listed_until_it_is_right() -> None:
-    editor = PageEditor(read_robots("[robots.r]\nprofile = 'none'\n"))
+    editor = PageEditor(read_robots("[robots.r]\nprofile = 'none'\n"), str)
     (problem,) = ask(editor, "r $ left\n")["problems"]
     assert (problem["file"], problem["line"], problem["fixes"]) == ("improv.toml", 2, [])
     editor.robots = read_robots("[robots.s]\n")

@@ -85,7 +85,10 @@ LIBRARIES = {
             "topic",
         )
     ],
-    "aiohttp": ["classroom/student_server.py", "classroom/teacher_server.py", "page/routes.py", "page/song_file.py"],
+    "aiohttp": [
+        *("classroom/student_server.py", "classroom/teacher_server.py"),
+        *("page/routes.py", "page/song_file.py", "page/web_server.py"),
+    ],
     "aalink": ["music/link.py"],
     "mido": ["music/midi.py"],
     "defusedxml": ["robots/urdf.py"],
@@ -95,6 +98,13 @@ LIBRARIES = {
     "tree_sitter": ["robots/toml_atoms.py"],
     "tree_sitter_toml": ["robots/toml_atoms.py"],
 }
+SERVERS = {
+    "improv_core.classroom.student_server",
+    "improv_core.classroom.teacher_server",
+    "improv_core.page.routes",
+    "improv_core.page.web_server",
+}
+"""Modules that import aiohttp at once. All others import these only when they serve something."""
 MESSAGES_OF_ROS = {
     "builtin_interfaces",
     "diagnostic_msgs",
@@ -167,6 +177,12 @@ def ours(path: Path) -> set[str]:
     return {each.name if each.name in OURS else each.name.rpartition(".")[0] for each in imports(path)} & OURS
 
 
+def ours_at_once(path: Path) -> set[str]:
+    """Return our modules that a module imports at once."""
+    at_once = [each.name for each in imports(path) if each.when == "at once"]
+    return {each if each in OURS else each.rpartition(".")[0] for each in at_once} & OURS
+
+
 def packages(path: Path, *when: str) -> set[str]:
     """Return the packages that a module imports when it runs: at once or later, unless `when` selects one of these."""
     return {each.package for each in imports(path) if each.when in (when or ("at once", "later"))}
@@ -215,9 +231,12 @@ def test_libraries_are_imported_in_their_place_and_lazily() -> None:
         for library, paths in importers.items()
     }
     assert within_core == LIBRARIES
-    assert [
+    at_once = {
         name(path) for library, paths in importers.items() for path in paths if library in packages(path, "at once")
-    ] == []
+    }
+    assert at_once == SERVERS
+    others = [path for path in MODULES if name(path) not in SERVERS]
+    assert [name(path) for path in others if ours_at_once(path) & SERVERS] == []
 
 
 def test_modules_that_ros_runs_use_only_the_standard_library() -> None:

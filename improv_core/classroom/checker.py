@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypedDict
@@ -62,11 +62,9 @@ class Impression(TypedDict):
 
 
 class Prepared(TypedDict):
-    """A score, as JSON, and its program; or the reason why there is none, in one line. `notes` list the changes by
-    merging."""
+    """A score, as JSON; or the reason why there is none, in one line. `notes` list the changes by merging."""
 
     score: Mapping[str, Any] | None
-    text: str
     problem: str
     notes: Sequence[str]
 
@@ -91,43 +89,42 @@ def _looked(text: str) -> tuple[bool, str, str]:
 
 def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
     """The score of one dance, or of several that play together. Each is a name and a program."""
-    try:
-        notes: Sequence[str] = ()
-        text = dances[0][1]
-        if len(dances) > 1:
+    notes: Sequence[str] = ()
+    name, text = dances[0]
+    if len(dances) > 1:
+        try:
             merged = merge([Dance(name, analyze(text)) for name, text in dances])
-            text, notes = merged.text, merged.notes
-        analysis = analyze(text)
-        if not analysis.ok:
-            return {"score": None, "text": text, "problem": f"{dances[0][0]}: {look(text)['line']}", "notes": ()}
-        return _prepared(dances[0][0], analysis, notes)
-    except MergeError as problem:
-        return {"score": None, "text": "", "problem": str(problem), "notes": ()}
+        except MergeError as problem:
+            return _refused(str(problem))
+        text, notes = merged.text, merged.notes
+    analysis = analyze(text)
+    return _prepared(name, analysis, notes) if analysis.ok else _refused(f"{name}: {look(text)['line']}")
 
 
 def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
     """The score of a child's dance for a real robot, by the robot's table in this `improv.toml`."""
     dance = analyze(text)
-    problem, own = "", ""
     if not dance.ok:
-        problem = look(text)["line"]
-    elif len(dance.all_robots) != 1:
-        problem = f"a real robot can perform a dance for one robot, and this is one for {len(dance.all_robots)}"
-    else:
-        own = renamed(dance, {dance.all_robots[0]: robot})
-        real = analyze(own, read_robots(toml, Path(FILE_NAME)))
-        wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
-        if real.ok and not wrong:
-            return _prepared(name, real)
-        problem = f"{robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}"
-    return {"score": None, "text": own, "problem": f"{name}: {problem}", "notes": ()}
+        return _refused(f"{name}: {look(text)['line']}")
+    if (count := len(dance.all_robots)) != 1:
+        return _refused(f"{name}: a real robot can perform a dance for one robot, and this is one for {count}")
+    own = renamed(dance, {dance.all_robots[0]: robot})
+    real = analyze(own, read_robots(toml, Path(FILE_NAME)))
+    wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
+    if real.ok and not wrong:
+        return _prepared(name, real)
+    return _refused(f"{name}: {robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}")
 
 
 def _prepared(name: str, analysis: Analysis, notes: Sequence[str] = ()) -> Prepared:
     score = to_json(score_of(analysis))
     if len(json.dumps(score)) > LARGEST_SCORE:
-        return {"score": None, "text": analysis.text, "problem": f"{name}: {LONG}", "notes": ()}
-    return {"score": score, "text": analysis.text, "problem": "", "notes": notes}
+        return _refused(f"{name}: {LONG}")
+    return {"score": score, "problem": "", "notes": notes}
+
+
+def _refused(problem: str) -> Prepared:
+    return {"score": None, "problem": problem, "notes": ()}
 
 
 class DanceReader:
@@ -140,18 +137,16 @@ class DanceReader:
 
     async def look(self, text: str) -> Impression | None:
         """Return an impression of a dance; None if reading it takes too long."""
-        found: Impression | None = await self._ask({"look": text})
+        found: Impression | None = await self._ask("look", text)
         return found
 
     async def prepare(self, dances: Sequence[tuple[str, str]]) -> Prepared:
         """The score of one dance, or of several together."""
-        found: Prepared | None = await self._ask({"prepare": dances})
-        return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
+        return await self._ask("prepare", dances) or _refused(HEAVY)
 
     async def embody(self, name: str, text: str, robot: str, toml: str) -> Prepared:
         """The score of a dance for a real robot."""
-        found: Prepared | None = await self._ask({"embody": (name, text, robot, toml)})
-        return found or {"score": None, "text": "", "problem": HEAVY, "notes": ()}
+        return await self._ask("embody", name, text, robot, toml) or _refused(HEAVY)
 
     def close(self) -> None:
         """End the process."""
@@ -160,29 +155,24 @@ class DanceReader:
             child.kill()
             child.close_input()
 
-    async def _ask(self, question: Mapping[str, object]) -> Any:
+    async def _ask(self, *question: object) -> Any:
         """Return the answer; None if it took too long or the process has ended. Cancelling ends the process, so that
         the next question doesn't wait for an answer that nobody needs."""
         async with self._one:
-            given_up = threading.Event()
-            answering = asyncio.ensure_future(asyncio.to_thread(self._answer, question, given_up))
+            child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
+            answering = asyncio.ensure_future(asyncio.to_thread(self._answer, child, question))
             try:
                 return await asyncio.shield(answering)
             except asyncio.CancelledError:
-                given_up.set()
-                if self._child:
-                    self._child.kill()
+                child.kill()
                 await asyncio.wait([answering])
                 raise
 
-    def _answer(self, question: Mapping[str, object], given_up: threading.Event) -> Any:
-        child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
+    def _answer(self, child: Child, question: Sequence[object]) -> Any:
         patience = threading.Timer(PATIENCE * self._limit, child.kill)
         patience.daemon = True
         patience.start()
         try:
-            if given_up.is_set():
-                raise EOFError
             child.write(json.dumps(question).encode() + b"\n")
             return json.loads(child.read()[0])
         except (OSError, EOFError):
@@ -205,9 +195,11 @@ def _serve(limit: float) -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    answers: Mapping[str, Callable[..., Impression | Prepared]] = {"look": look, "prepare": prepare, "embody": embody}
     for line in sys.stdin.buffer:
+        what, *about = json.loads(line)
         _end_after(limit)
-        answer = _answer(json.loads(line))
+        answer = answers[what](*about)
         _end_after(0.0)
         say(answer)
 
@@ -217,12 +209,6 @@ def _end_after(limit: float) -> None:
     even in the middle of a regular expression."""
     if sys.platform != "win32":
         signal.setitimer(signal.ITIMER_PROF, limit)
-
-
-def _answer(question: Mapping[str, Any]) -> Impression | Prepared:
-    if "look" in question:
-        return look(question["look"])
-    return embody(*question["embody"]) if "embody" in question else prepare(question["prepare"])
 
 
 if __name__ == "__main__":

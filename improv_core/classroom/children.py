@@ -2,75 +2,72 @@
 
 from __future__ import annotations
 
-import json
-import os
+import queue
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Collection
-from contextlib import suppress
 from pathlib import Path
 
 from improv_core.classroom.messages import FromChildren, SendOut, Serving
-from improv_core.classroom.student_server import CODE, MODULE
-from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.child import Policy
+from improv_core.ipc.helper import Helper
+from improv_core.website.build import MARK
 
+MODULE = "improv_core.classroom.student_server"
 POLICY = Policy(1.0, leads=True, errors=subprocess.PIPE)
 """Ctrl-C in the terminal must not reach it: it would end the processes that read dances."""
 
 
 class ChildrenError(Exception):
-    """The children can't be served. The message is one line."""
+    """The children can't be served. The message is one line, which says what to do if somebody can do something."""
 
 
 class Children:
     """Serves a built website to the children, who need `code` to join. Raises ChildrenError."""
 
     def __init__(self, site: Path, address: str, port: int, code: str) -> None:
-        command = [sys.executable, "-m", MODULE, str(site.absolute()), address, str(port)]
-        try:
-            # The code is in the environment, because everybody on this machine can list command lines.
-            self._child = Child(command, POLICY, {**os.environ, CODE: code})
-        except OSError as error:
-            raise ChildrenError(f"{sys.executable} can't be started: {error.strerror}") from None
         self.code = code
-        self._lines: list[bytes] = []
-        try:
-            first, *self._lines = self._child.read()
-        except EOFError:
-            raise ChildrenError(self._why()) from None
-        serving: Serving = json.loads(first)
-        self.address = serving["address"]
-        if serving["problem"]:
+        self._heard: queue.SimpleQueue[FromChildren | Serving | str] = queue.SimpleQueue()  # a text: it has ended
+        command = [sys.executable, "-m", MODULE, str(site.absolute()), address, str(port)]
+        self._helper = Helper(command, POLICY, FromChildren | Serving, self._heard.put, self._heard.put)
+        self._helper.put({"code": code})  # no argument, because everybody on this machine can list command lines
+        first = self._heard.get()
+        if isinstance(first, str):
+            raise ChildrenError(_reason(first))
+        assert first["type"] == "serving"
+        self.address = first["address"]
+        if first["problem"]:
             self.close()
-            raise ChildrenError(serving["problem"])
+            raise ChildrenError(first["problem"])
 
     def listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
         """Pass children's messages to `hear`, and in the end the reason why their process ended to `ended`: both on a
         thread."""
-        threading.Thread(target=self._listen, args=(hear, ended), name="improv-children", daemon=True).start()
+
+        def pass_on() -> None:
+            while not isinstance(news := self._heard.get(), str):
+                if news["type"] != "serving":
+                    hear(news)
+            ended(_reason(news))
+
+        threading.Thread(target=pass_on, name="improv-children", daemon=True).start()
 
     def remove(self, numbers: Collection[int]) -> None:
         """Refuse everything that these children send from now on."""
         message: SendOut = {"numbers": [*numbers]}
-        with suppress(OSError):  # it has ended, which the thread reports
-            self._child.write(json.dumps(message).encode() + b"\n")
+        self._helper.put(message)
 
     def close(self) -> None:
         """End the process and all connections."""
-        self._child.kill()
-        self._child.close_input()
+        self._helper.kill()
 
-    def _listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
-        lines = self._lines
-        try:
-            while True:
-                for line in lines:
-                    hear(json.loads(line))
-                lines = self._child.read()
-        except EOFError:
-            ended(self._why())
 
-    def _why(self) -> str:
-        self._child.wait()
-        return f"the children's server has ended: {self._child.last_error or 'it was killed'}"
+def check_site(site: Path) -> None:
+    """Raise ChildrenError unless a folder is a website that this version has built."""
+    if not (site / MARK).is_file() or not (site / "website" / "class.js").is_file():
+        raise ChildrenError(f"{site} is no website of this version: run `improv site {site}` first")
+
+
+def _reason(last_error: str) -> str:
+    return f"the children's server has ended: {last_error or 'it was killed'}"

@@ -1,9 +1,8 @@
-"""The connections of the children's server: how many there may be, which ones are closed first, and their log."""
+"""The connections of the children's server: how many there may be, and which ones are closed first."""
 
 from __future__ import annotations
 
 import asyncio
-import logging
 import socket
 from collections.abc import Mapping
 from contextlib import suppress
@@ -114,18 +113,6 @@ class StudentConnections:
             for each, progress in self._open.items()
             if each.transport is not None and not each.transport.is_closing()
         }
-
-
-def log() -> logging.Logger:
-    """The log of a server, without the tracebacks of malformed requests."""
-    found = logging.getLogger("aiohttp.server")
-    found.addFilter(_is_of_server)  # adding it again changes nothing
-    return found
-
-
-def _is_of_server(record: logging.LogRecord) -> bool:
-    problem = record.exc_info[1] if record.exc_info else None
-    return type(problem).__module__ != "aiohttp.http_exceptions"
 
 
 def _abort(connection: RequestHandler) -> None:

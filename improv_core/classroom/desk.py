@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Sequence
 
 from improv_core.classroom.checker import DanceReader, Prepared
-from improv_core.classroom.messages import Command, FromChildren, FromDesk, Perform
+from improv_core.classroom.messages import ChildShown, Command, FromChildren, FromDesk, Perform
 from improv_core.ipc.stage_process import StageError
 from improv_core.plain import message
 from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
 from improv_core.session.session import Playback
 from improv_core.session.state import PlayScore
-
-
-@dataclass(frozen=True, slots=True)
-class Latest:
-    """The latest dance of a child, the number of dances it has sent, and the result of the check; empty before it."""
-
-    name: str
-    text: str = ""
-    count: int = 0
-    ok: bool = False
-    line: str = "has joined"
-    picture: str = ""
 
 
 class Desk:
@@ -44,7 +31,8 @@ class Desk:
     ) -> None:
         self._playback, self._publish, self._remove = playback, publish, remove
         self._robots = robots or Robots()
-        self._sent: dict[int, Latest] = {}
+        self._children: dict[int, ChildShown] = {}
+        self._texts: dict[int, str] = {}  # their latest dances
         self._preparing = DanceReader()
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
@@ -53,26 +41,28 @@ class Desk:
         """Take a message about a child: it has joined or left, or its dance was sent or read."""
         number = news["number"]
         if news["type"] == "joined":
-            self._change(number, Latest(news["name"]))
+            shown = ChildShown(type="child", number=number, name=news["name"], count=0, ok=False, line="", picture="")
+            self._show({**shown, "line": "has joined"}, "")
         elif news["type"] == "left":
             self._drop([number])
-        elif known := self._sent.get(number):  # it wasn't just removed
+        elif known := self._children.get(number):  # it wasn't just removed
             if news["type"] == "handed":
-                self._change(number, Latest(known.name, news["text"], news["count"], line="is being read"))
-            elif known.count == news["count"]:
+                unread: ChildShown = {**known, "ok": False, "line": "is being read", "picture": ""}
+                self._show({**unread, "count": news["count"]}, news["text"])
+            elif known["count"] == news["count"]:
                 line = message(news["line"])
-                self._change(number, replace(known, ok=news["ok"], line=line, picture=news["picture"]))
+                self._show({**known, "ok": news["ok"], "line": line, "picture": news["picture"]}, self._texts[number])
 
     def text(self, number: int, count: int) -> str | None:
         """A child's `count`-th dance, unaltered; None if it has sent another one since."""
-        sent = self._sent.get(number)
-        return sent.text if sent and sent.count == count else None
+        child = self._children.get(number)
+        return self._texts[number] if child and child["count"] == count else None
 
     def messages(self) -> Sequence[FromDesk]:
         """The messages for a page that was just opened."""
         return [
             {"type": "robots", "names": [*self._robots.robots]},
-            *(_shown(number, sent) for number, sent in self._sent.items()),
+            *self._children.values(),
             {"type": "playing", "line": self._line},
         ]
 
@@ -88,8 +78,10 @@ class Desk:
         if command["type"] == "perform":
             self._plays = asyncio.create_task(self._perform(command, asked))
             return
-        chosen = {number: self._sent[number] for number in command["numbers"] if number in self._sent}
-        self._plays = asyncio.create_task(self._play(chosen, asked))
+        chosen = [number for number in dict.fromkeys(command["numbers"]) if number in self._children]
+        dances = [(self._children[number]["name"], self._texts[number]) for number in chosen]
+        if dances:
+            self._plays = asyncio.create_task(self._play(dances, asked))
 
     def stopped(self) -> None:
         """Show that the teacher has stopped everything."""
@@ -101,26 +93,24 @@ class Desk:
             self._plays.cancel()
         self._preparing.close()
 
-    async def _play(self, chosen: Mapping[int, Latest], asked: int) -> None:
+    async def _play(self, dances: Sequence[tuple[str, str]], asked: int) -> None:
         """Play dances in the simulator, unless a stop has come since the count of stops was `asked`."""
-        if not chosen:
-            return
-        names = " + ".join(sent.name for sent in chosen.values())
+        names = " + ".join(name for name, _ in dances)
         self._say(f"Reading {names}")
-        ready = await self._preparing.prepare([(sent.name, sent.text) for sent in chosen.values()])
-        await self._begin(ready, names, asked, simulated=True)
+        await self._begin(await self._preparing.prepare(dances), names, asked, simulated=True)
 
     async def _perform(self, command: Perform, asked: int) -> None:
         """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""
-        sent, robot = self._sent.get(command["number"]), command["robot"]
-        if sent is None or robot not in self._robots.robots:
+        child, robot = self._children.get(command["number"]), command["robot"]
+        if child is None or robot not in self._robots.robots:
             return
-        if sent.count != command["count"]:
-            self._say(f"{sent.name} has sent another dance: look at it first")
+        name, text = child["name"], self._texts[command["number"]]
+        if child["count"] != command["count"]:
+            self._say(f"{name} has sent another dance: look at it first")
             return
-        self._say(f"Reading {sent.name}")
-        ready = await self._preparing.embody(sent.name, sent.text, robot, self._robots.text)
-        await self._begin(ready, f"{sent.name}, performed by {robot}", asked, simulated=False)
+        self._say(f"Reading {name}")
+        ready = await self._preparing.embody(name, text, robot, self._robots.text)
+        await self._begin(ready, f"{name}, performed by {robot}", asked, simulated=False)
 
     async def _begin(self, ready: Prepared, names: str, asked: int, *, simulated: bool) -> None:
         """Play a dance that was read, and show what plays, or why it doesn't."""
@@ -143,21 +133,11 @@ class Desk:
 
     def _drop(self, numbers: Collection[int]) -> None:
         for number in numbers:
-            if self._sent.pop(number, None):
+            if self._children.pop(number, None):
+                del self._texts[number]
                 self._publish({"type": "gone", "number": number})
 
-    def _change(self, number: int, sent: Latest) -> None:
-        self._sent[number] = sent
-        self._publish(_shown(number, sent))
-
-
-def _shown(number: int, sent: Latest) -> FromDesk:
-    return {
-        "type": "child",
-        "number": number,
-        "name": sent.name,
-        "count": sent.count,
-        "ok": sent.ok,
-        "line": sent.line,
-        "picture": sent.picture,
-    }
+    def _show(self, child: ChildShown, text: str) -> None:
+        """Keep and show the latest news about a child, and its latest dance."""
+        self._children[child["number"]], self._texts[child["number"]] = child, text
+        self._publish(child)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from typing import Literal, TypedDict
+from typing import Annotated, Literal, TypedDict, cast
 
 from improv_core.classroom.roster import MOST_CHILDREN
+from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.score.fits import Long
+
+Chosen = Annotated[Sequence[int], Long(1, MOST_CHILDREN)]
 
 
 class Joined(TypedDict):
@@ -95,14 +98,14 @@ class PlayThese(TypedDict):
     """Play the dances of these children together, in the simulator."""
 
     type: Literal["play"]
-    numbers: list[int]
+    numbers: Chosen
 
 
 class Remove(TypedDict):
     """Remove children from the class."""
 
     type: Literal["remove"]
-    numbers: list[int]
+    numbers: Chosen
 
 
 class Perform(TypedDict):
@@ -122,20 +125,6 @@ Command = PlayThese | Remove | Perform
 def read(text: str) -> Command | None:
     """Read a command of the teacher's page; None if it isn't valid."""
     try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
+        return cast(Command, read_as(text.encode(), Command))
+    except ProtocolError:
         return None
-    if not isinstance(found, dict):
-        return None
-    match found:
-        case {"type": "remove", "numbers": [*numbers]} if _are_of_children(numbers):
-            return {"type": "remove", "numbers": numbers}
-        case {"type": "perform", "number": int(number), "count": int(count), "robot": str(robot)}:
-            return {"type": "perform", "number": number, "count": count, "robot": robot}
-        case {"type": "play", "numbers": [*numbers]} if _are_of_children(numbers):
-            return {"type": "play", "numbers": numbers}
-    return None
-
-
-def _are_of_children(numbers: Sequence[object]) -> bool:
-    return 0 < len(numbers) <= MOST_CHILDREN and all(isinstance(each, int) for each in numbers)

@@ -13,7 +13,7 @@ from secrets import compare_digest
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from improv_core.page.routes import HOST, OWN_HOST
+from improv_core.page.own_machine import HOST, OWN_HOST
 
 LIMIT = 2.0
 """Seconds in which a request has to arrive."""

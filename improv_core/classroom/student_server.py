@@ -1,5 +1,5 @@
-"""The children's website and their requests, over HTTP (aiohttp, imported lazily), in a process of its own: however
-much children send, the teacher's process gets little of it. `children.py` is its parent's side."""
+"""The children's website and their requests, over HTTP, in a process of its own: however much children send, the
+teacher's process gets little of it. `children.py` is its parent's side."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypedDict, cast
 
-from improv_core.classroom.connections import StudentConnections, log
+from aiohttp import web
+
+from improv_core.classroom.connections import StudentConnections
 from improv_core.classroom.messages import FromChildren, SendOut, Serving
 from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
 from improv_core.classroom.turns import SentDance, Turns
-from improv_core.page.connection_limit import SILENT_LIMIT
 from improv_core.page.song_file import CONTENT_TYPES
+from improv_core.page.web_server import runner_of
+from improv_core.protocol.fields import Text
 from improv_core.protocol.json_lines import own_output
+from improv_core.score.fits import fits
 from improv_core.website.build import HEAD, MARK
 
 if TYPE_CHECKING:
-    from aiohttp import web
-    from aiohttp.typedefs import Handler, Middleware
+    from aiohttp.typedefs import Handler
 
-MODULE = "improv_core.classroom.student_server"
-CODE = "IMPROV_CLASS_CODE"
-"""The environment variable with the room's code."""
 MOST_BYTES = 4 * LONGEST_DANCE
 """The most bytes of a dance, as UTF-8."""
 MOST_JOINING = 2_000
@@ -63,8 +63,11 @@ LEFT_OUT = (MARK, "service-worker.js")
 HEADERS = {"Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff", "Cache-Control": "no-cache"}
 
 
-class SiteFolderError(Exception):
-    """A folder isn't a website that `improv site` has built. The message is one line that says what to do."""
+class JoinRequest(TypedDict):
+    """A child wants to join."""
+
+    code: Text
+    name: Text
 
 
 class File(NamedTuple):
@@ -73,12 +76,6 @@ class File(NamedTuple):
     data: bytes
     smaller: bytes | None
     content_type: str
-
-
-def check_site(site: Path) -> None:
-    """Raise SiteFolderError unless a folder is a website that this version has built."""
-    if not (site / MARK).is_file() or not (site / "website" / "class.js").is_file():
-        raise SiteFolderError(f"{site} is no website of this version: run `improv site {site}` first")
 
 
 def files_of(site: Path) -> Mapping[str, File]:
@@ -125,47 +122,31 @@ class StudentServer:
 
     async def serve(self) -> None:
         """Serve children forever."""
-        from aiohttp import web
-
-        application = web.Application(middlewares=[self._guard()], client_max_size=MOST_BYTES)
+        application = web.Application(middlewares=[self._guard], client_max_size=MOST_BYTES)
         application.router.add_post("/class/join", self._join)
         application.router.add_post("/class/send", self._send)
         for path in self._files:
             application.router.add_get(path, self._show, allow_head=False)
-        runner = web.AppRunner(
-            application,
-            access_log=None,
-            logger=log(),
-            keepalive_timeout=SILENT_LIMIT,
-            lingering_time=LINGER,
-            auto_decompress=False,  # no page of ours compresses anything
-        )
+        runner = runner_of(application, lingering_time=LINGER)
         await runner.setup()
         assert runner.server is not None
         self._connections = StudentConnections(runner.server)
         await asyncio.gather(self._connections.serve(self._socket), self._turns.serve())
 
-    def _guard(self) -> Middleware:
-        from aiohttp import web
-
-        @web.middleware
-        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-            # Another website may point a name of its own at this machine.
-            if request.headers.get("Host") != self._host:
-                raise web.HTTPForbidden
-            if request.method == "POST" and request.headers.get("Origin") != f"http://{self._host}":
-                raise web.HTTPForbidden
-            self._connections.progressed(request.protocol)
-            try:
-                return await handler(request)
-            except ConnectionError:  # the browser is gone, which is no error of the server
-                return web.Response()
-
-        return guard
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        # Another website may point a name of its own at this machine.
+        if request.headers.get("Host") != self._host:
+            raise web.HTTPForbidden
+        if request.method == "POST" and request.headers.get("Origin") != f"http://{self._host}":
+            raise web.HTTPForbidden
+        self._connections.progressed(request.protocol)
+        try:
+            return await handler(request)
+        except ConnectionError:  # the browser is gone, which is no error of the server
+            return web.Response()
 
     async def _show(self, request: web.Request) -> web.StreamResponse:
-        from aiohttp import web
-
         file = self._files[request.path]
         response = web.StreamResponse(headers={**HEADERS, "Content-Type": file.content_type})
         data = file.data
@@ -182,16 +163,16 @@ class StudentServer:
         return response
 
     async def _join(self, request: web.Request) -> web.Response:
-        code, name = _texts(await _body(request, MOST_JOINING), "code", "name")
+        asked = _join_request(await _body(request, MOST_JOINING))
         secret, fresh = secrets.token_urlsafe(), secrets.token_urlsafe()
         before = {each.browser: each.number for each in self._room.members.values()}
         given = request.cookies.get(COOKIE, "")
         browser = given if given in before else fresh
         try:
-            self._room, is_right = guess(self._room, request.remote or "", code, time.monotonic())
+            self._room, is_right = guess(self._room, request.remote or "", asked["code"], time.monotonic())
             if not is_right:
                 raise ForbiddenError(403, "that is not the code of the room: check it and type it again")
-            self._room, member = join(self._room, name, secret, browser)
+            self._room, member = join(self._room, asked["name"], secret, browser)
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
         if browser in before:
@@ -227,8 +208,6 @@ class StudentServer:
 
 async def _body(request: web.Request, most: int) -> str:
     """Return the text of a request, which must declare its length: at most this many bytes."""
-    from aiohttp import web
-
     if "Content-Encoding" in request.headers:
         raise web.HTTPUnsupportedMediaType
     if request.content_length is None:
@@ -241,44 +220,27 @@ async def _body(request: web.Request, most: int) -> str:
         raise web.HTTPBadRequest from None
 
 
-def _texts(body: str, *names: str) -> list[str]:
-    """Return the values of a JSON object that has exactly these keys and only texts."""
-    from aiohttp import web
-
+def _join_request(body: str) -> JoinRequest:
+    """Return the request in a body."""
     try:
         found = json.loads(body)
     except (ValueError, RecursionError):
-        raise web.HTTPBadRequest from None
-    if not isinstance(found, dict) or found.keys() != set(names):
+        found = None
+    if not fits(found, JoinRequest):
         raise web.HTTPBadRequest
-    values = [found[name] for name in names]
-    if not all(map(_is_text, values)):
-        raise web.HTTPBadRequest
-    return values
-
-
-def _is_text(value: object) -> bool:
-    """Return whether it is a text that can be written as UTF-8, without half of a pair of surrogates."""
-    if not isinstance(value, str):
-        return False
-    try:
-        value.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
+    return cast(JoinRequest, found)
 
 
 def _answer(status: int, value: Mapping[str, str]) -> web.Response:
-    from aiohttp import web
-
     return web.json_response(value, status=status, headers=HEADERS)
 
 
-async def _serve(site: Path, address: str, port: int, code: str) -> None:
-    """Serve until standard input is closed. Its lines list children to remove."""
+async def _serve(site: Path, address: str, port: int) -> None:
+    """Serve until standard input is closed. Its first line has the room's code, and the others children to remove."""
     say = own_output()
     with suppress(AttributeError, OSError):  # not on Windows
         os.nice(NICENESS)
+    code = json.loads(sys.stdin.buffer.readline())["code"]
     try:
         listening = socket.create_server((address, port))
     except OSError as error:
@@ -301,4 +263,4 @@ async def _serve(site: Path, address: str, port: int, code: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(_serve(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), os.environ[CODE]))
+    asyncio.run(_serve(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])))

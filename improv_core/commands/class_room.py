@@ -14,16 +14,14 @@ from typing import Any
 
 import click
 
-from improv_core.classroom.children import Children, ChildrenError
+from improv_core.classroom.children import Children, ChildrenError, check_site
 from improv_core.classroom.desk import Desk
 from improv_core.classroom.messages import FromChildren, FromDesk
 from improv_core.classroom.roster import new_code
-from improv_core.classroom.student_server import SiteFolderError, check_site
-from improv_core.classroom.teacher_server import TeacherPage
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.page.routes import HOST
+from improv_core.page.own_machine import HOST
 from improv_core.program.files import ReadError, robots_in
 from improv_core.robots.config import Robots
 from improv_core.session.start import Options
@@ -62,7 +60,7 @@ def command(site: Path, address: str | None, port: int, file: Path | None) -> No
     try:
         check_site(site)
         children = Children(site, _confirmed(address, port), port, new_code())
-    except (SiteFolderError, ChildrenError) as problem:
+    except ChildrenError as problem:
         raise CommandError(str(problem)) from None
     try:
         sys.exit(run(teach(children, options, robots)))
@@ -124,6 +122,8 @@ class Class:
     """A class: its children, and the desk and the page of its teacher."""
 
     def __init__(self, performing: TerminalSession, children: Children, robots: Robots | None = None) -> None:
+        from improv_core.classroom.teacher_server import TeacherPage  # only now: that takes long
+
         self._loop = asyncio.get_running_loop()
         self._performing, self.children = performing, children
         self._ended: asyncio.Future[str] = self._loop.create_future()

@@ -67,42 +67,35 @@ class Broadcast:
 
         The page that asked gets the answer, and the page that sent a stop gets its confirmation.
         """
-        if message["type"] == "obeyed":
-            self._soon(self._confirm, message["mark"], message["waits_for"])
-            return
-        if message["type"] == "answer":
-            answer = message["answer"]
-            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
-            return
-        if message["type"] == "measured":
-            self._soon(self._pages.measure, message)
-            return
-        if message["type"] == "transport":
-            self._follow(message)
-        if message["type"] == "transport" or message["type"] == "sensed":
-            self._answers.take(message)
-        kind = [str(message["type"])]
-        if message["type"] == "sensed":
-            kind += message["robot"], message["sense"]
-        elif message["type"] == "fault":
-            kind += message["robot"], message["fault"]
-        elif message["type"] == "decided" or message["type"] == "joints":
-            kind += [message["robot"]]
-        self._soon(self._pages.put, " ".join(kind), json.dumps(message))
+        about: tuple[str, ...] = ()
+        match message["type"]:
+            case "obeyed":
+                self._soon(self._confirm, message["mark"], message["waits_for"])
+                return
+            case "answer":
+                answer = message["answer"]
+                self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
+                return
+            case "measured":
+                self._soon(self._pages.measure, message)
+                return
+            case "transport":
+                self._follow(message)
+                self._answers.take(message)
+            case "sensed":
+                self._answers.take(message)
+                about = message["robot"], message["sense"]
+            case "fault":
+                about = message["robot"], message["fault"]
+            case "decided" | "joints":
+                about = (message["robot"],)
+        self._soon(self._pages.put, " ".join((message["type"], *about)), json.dumps(message))
 
     def report(self, message: FromStage) -> None:
         """Show a report of the stage that plays in this process, unless it is of no interest for pages."""
-        if (
-            message["type"] == "transport"
-            or message["type"] == "stopped"
-            or message["type"] == "sensed"
-            or message["type"] == "decided"
-            or message["type"] == "measured"
-            or message["type"] == "armed"
-            or message["type"] == "fault"
-            or message["type"] == "obeyed"
-        ):
-            self.publish(message)
+        match message["type"]:
+            case "transport" | "stopped" | "sensed" | "decided" | "measured" | "armed" | "fault" | "obeyed":
+                self.publish(message)
 
     def show(self, score: Score, generation: int) -> None:
         """Show the score that will play, once the player's messages have this generation."""

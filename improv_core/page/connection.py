@@ -38,24 +38,19 @@ class PageConnection:
         request = read(text)
         if request is None or (self._order.lags and request["type"] in COMMANDS["stop"].voids):
             return
-        if request["type"] == "press":
-            if self._order.stop(request["number"]):
-                self._stop(request["number"])
-        elif request["type"] == "window":
-            self._outbox.ask(request)
-        elif (
-            request["type"] == "analyze"
-            or request["type"] == "complete"
-            or request["type"] == "explain"
-            or request["type"] == "write"
-            or request["type"] == "change"
-        ):
-            editing: Editing = {"type": "editing", "page": self._outbox.number, "ask": request}
-            if self._order.lags:
-                editing["overtaken"] = True
-            self._pass_on(editing)
-        else:
-            self._pass_on(request)
+        match request["type"]:
+            case "press":
+                if self._order.stop(request["number"]):
+                    self._stop(request["number"])
+            case "window":
+                self._outbox.ask(request)
+            case "analyze" | "complete" | "explain" | "write" | "change":
+                editing: Editing = {"type": "editing", "page": self._outbox.number, "ask": request}
+                if self._order.lags:
+                    editing["overtaken"] = True
+                self._pass_on(editing)
+            case _:
+                self._pass_on(request)
 
     async def send_to(self, page: PageSocket) -> None:
         """Send everything that waits or will wait, and answer the latest question, forever."""

@@ -17,8 +17,10 @@ from improv_core.page.background import OwnThread
 from improv_core.page.broadcast import Broadcast, PlayedScores
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
-from improv_core.page.routes import HOST, Application
+from improv_core.page.own_machine import HOST
+from improv_core.page.stop_confirmations import PageStops
 from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.tickets import Tickets
 
 if TYPE_CHECKING:
     from improv_core.protocol.drawn import Snapshot
@@ -48,20 +50,20 @@ class PageServer:
         scores: PlayedScores | None = None,
     ) -> None:
         self._token = token or secrets.token_urlsafe()
+        self._tickets = Tickets(self._token)
         self._socket = socket.create_server((HOST, port))
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._answers = Answers(OwnThread("improv-answers"))
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
-        self._application = Application(
-            self._token, self._pages, self._answers, command, lambda: self._broadcast.music, show
-        )
+        self._stops = PageStops()
+        self._command, self._stage_sockets = command, show
         self._broadcast = Broadcast(
             self._pages,
             self._answers,
             self._soon,
-            self._application.confirm,
+            self._stops.obeyed,
             takes_start_poses=takes_start_poses,
             scores=scores,
         )
@@ -97,8 +99,38 @@ class PageServer:
             self._loop.close()
 
     async def _serve(self) -> None:
+        await _visited(self._socket, self._stop)
+        if self._stop.is_set():
+            self._socket.close()
+            return
+        from improv_core.page.routes import Application  # only now: that takes long, and robots must not wait for it
+        from improv_core.page.web_server import Access
+
         watching = asyncio.create_task(self._pages.watch())
+        application = Application(
+            Access(self._token, self._tickets),
+            self._pages,
+            self._answers,
+            self._stops,
+            self._command,
+            lambda: self._broadcast.music,
+            self._stage_sockets,
+        )
         try:
-            await self._application.serve(self._socket, self._stop)
+            await application.serve(self._socket, self._stop)
         finally:
             watching.cancel()
+
+
+async def _visited(listening: socket.socket, stop: asyncio.Event) -> None:
+    """Wait until somebody connects, or until `stop` is set."""
+    loop, visited = asyncio.get_running_loop(), asyncio.Event()
+    try:
+        loop.add_reader(listening, visited.set)
+    except NotImplementedError:  # on Windows
+        return
+    waiting = [asyncio.create_task(event.wait()) for event in (visited, stop)]
+    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+    loop.remove_reader(listening)
+    for task in waiting:
+        task.cancel()

@@ -1,5 +1,4 @@
-"""The stops of each page, which arrive over two connections, and the requests that a page sent before a stop. No clock,
-no I/O.
+"""The stops of each page, which arrive over two connections, and the requests that a page sent before a stop.
 
 A page numbers its stops. It sends each over a separate connection, with nothing in front of it, and also among its
 other requests, where it shows which of these came before it.
@@ -7,7 +6,10 @@ other requests, where it shows which of these came before it.
 
 from __future__ import annotations
 
+import asyncio
 from collections import OrderedDict
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 MOST_PAGES = 256
@@ -26,6 +28,23 @@ class PageStops:
 
     def __init__(self) -> None:
         self._pages: OrderedDict[str, _Page] = OrderedDict()
+        self._obeyed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
+
+    def obeyed(self, mark: str, waits_for: Sequence[str] = ()) -> None:
+        """Note that the stop with this mark (its page and its number) has been obeyed, or by whom it has yet to be."""
+        page, _, number = mark.rpartition(" ")
+        if waits_for:
+            self.wait(page, int(number), ", ".join(waits_for))
+            return
+        self.confirm(page, int(number))
+        self._obeyed.set()
+        self._obeyed = asyncio.Event()
+
+    async def confirmed(self, page: str, number: int, limit: float) -> bool:
+        """Return whether a stop is confirmed within `limit` seconds."""
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._until_confirmed(page, number), limit)
+        return self.is_confirmed(page, number)
 
     def arrive(self, page: str, number: int) -> bool:
         """Note that a page has sent this stop. Return whether it is new, so that it has to be obeyed."""
@@ -55,6 +74,10 @@ class PageStops:
     def latest(self, page: str) -> int:
         """Return the number of the latest stop that has arrived from a page."""
         return self._known(page).arrived
+
+    async def _until_confirmed(self, page: str, number: int) -> None:
+        while not self.is_confirmed(page, number):
+            await self._obeyed.wait()
 
     def _known(self, page: str) -> _Page:
         known = self._pages.setdefault(page, _Page())

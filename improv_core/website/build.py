@@ -14,7 +14,7 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from improv_core.page.routes import FOLDER, page_files
+from improv_core.page.files import FOLDER, page_files
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ENDING

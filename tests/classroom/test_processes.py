@@ -78,6 +78,12 @@ def children(tmp_path: Path) -> Iterator[Children]:
     children.close()
 
 
+def pid_of(children: Children) -> int:
+    child = children._helper._child
+    assert child
+    return child.pid
+
+
 def used(pid: int) -> int:
     """The memory of a process in bytes."""
     found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
@@ -88,7 +94,7 @@ def used(pid: int) -> int:
 @pytest.mark.slow("opens hundreds of connections")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobody_out(children: Children) -> None:
-    before = used(children._child.pid)
+    before = used(pid_of(children))
     host = children.address.removeprefix("http://").rstrip("/")
     name, port = host.split(":")
     silent = []
@@ -98,7 +104,7 @@ def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobo
         silent.append(connection)
     with urllib.request.urlopen(f"{children.address}large.wasm", timeout=LIMIT) as answer:
         assert len(answer.read()) == 8_000_000
-    assert used(children._child.pid) - before < 300_000_000  # rather than 8 MB for each
+    assert used(pid_of(children)) - before < 300_000_000  # rather than 8 MB for each
     for each in silent:
         each.close()
 
@@ -136,6 +142,6 @@ def test_the_end_of_the_childrens_process_is_reported(children: Children) -> Non
         ended.set()
 
     children.listen(lambda news: None, note)
-    os.kill(children._child.pid, signal.SIGKILL)
+    os.kill(pid_of(children), signal.SIGKILL)
     assert ended.wait(LIMIT)
     assert why == ["the children's server has ended: it was killed"]

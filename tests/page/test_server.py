@@ -23,7 +23,7 @@ import aiohttp
 import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page import connection_limit, peer_user, routes
+from improv_core.page import connection_limit, own_machine, routes
 from improv_core.page.answers import MOST_BEATS
 from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
 from improv_core.page.server import PageServer
@@ -112,29 +112,29 @@ print(thief.makefile().read())
     assert token_behind(url) == ""
 
 
-@pytest.mark.skipif(not peer_user.TABLES[0].exists(), reason="only Linux tells whose connection it is")
+@pytest.mark.skipif(not own_machine.TABLES[0].exists(), reason="only Linux tells whose connection it is")
 @pytest.mark.parametrize("host", ["127.0.0.1", "::ffff:127.0.0.1"])
 def test_the_user_of_a_connection_is_known_until_it_is_closed(host: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         own = server.getsockname()
         with socket.create_connection((host, own[1])) as client:
             accepted, address = server.accept()
-            assert peer_user.user_of(address, own) == os.getuid()
-            assert peer_user.user_of(("127.0.0.1", 1), own) == peer_user.NOBODY
+            assert own_machine.user_of(address, own) == os.getuid()
+            assert own_machine.user_of(("127.0.0.1", 1), own) == own_machine.NOBODY
         with accepted:
             assert client.fileno() == -1
-            assert peer_user.user_of(address, own) == peer_user.NOBODY  # Linux lists it as root's
+            assert own_machine.user_of(address, own) == own_machine.NOBODY  # Linux lists it as root's
 
 
 def test_a_system_that_reveals_nothing_refuses_nobody(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(peer_user, "TABLES", (tmp_path / "none",))
-    assert peer_user.user_of(("127.0.0.1", 1), ("127.0.0.1", 2)) is None
+    monkeypatch.setattr(own_machine, "TABLES", (tmp_path / "none",))
+    assert own_machine.user_of(("127.0.0.1", 1), ("127.0.0.1", 2)) is None
 
 
 def test_a_users_own_ticket_is_refused_if_the_connection_belongs_to_nobody() -> None:
     mine = Tickets(TOKEN)
     ticket = issue(TOKEN, own=True)
-    assert not mine.redeem(ticket, peer_user.NOBODY)
+    assert not mine.redeem(ticket, own_machine.NOBODY)
     assert mine.redeem(ticket, os.getuid())
 
 

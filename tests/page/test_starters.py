@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from improv_core.page.routes import FOLDER
+from improv_core.page.files import FOLDER
 from improv_core.program.analysis import analyze
 from improv_core.syntax.formatter import format_text
 

@@ -1,10 +1,16 @@
-"""Finds the user of this computer at the other end of a connection."""
+"""This computer: its own address, and the user of it at the other end of a connection."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from socket import inet_aton
 
+HOST = "127.0.0.1"
+"""The address on which pages are served: no other machine can reach it."""
+OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost):\d+")
+"""The hosts that a page of this machine asks. Another website may point a name of its own at this machine, so no other
+names are answered. The port may be any: an editor brings the page to its window through a tunnel."""
 TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 """Linux's tables of TCP connections, over IPv4 and over IPv6."""
 MAPPED = "0000000000000000FFFF0000"

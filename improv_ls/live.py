@@ -34,9 +34,9 @@ Range = tuple[int, int, int, int]
 
 
 class Live:
-    """Sends these messages. `state` returns the state of the session, if anything has played."""
+    """Sends these messages. `state` returns the state of the session."""
 
-    def __init__(self, editor: Editor, playing: Playing, state: Callable[[], SessionState | None]) -> None:
+    def __init__(self, editor: Editor, playing: Playing, state: Callable[[], SessionState]) -> None:
         self._editor = editor
         self._playing = playing
         self._state = state
@@ -155,9 +155,9 @@ class Live:
             "soloed": message["soloed"],
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,
-            "page": state.page if state else None,
+            "page": state.page,
             "framed": self._framed,
-            "real": state is not None and state.is_real,
+            "real": state.is_real,
         }
         self._notify(TRANSPORT, told)
 

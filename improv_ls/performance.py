@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import assert_never
 
-from improv_core.ide.rehearsal import rehearse, scenes_named
-from improv_core.ide.selection import Selection, UnplayableError, select
+from improv_core.ide.selection import Selection, UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
-from improv_core.program.analysis import Analysis
-from improv_core.program.compiler import score_of
-from improv_core.program.report import Mistake, mistakes, summary
+from improv_core.program.report import Mistake, mistakes
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.editing import Form, PlaceRobots
+from improv_core.protocol.editing import Form, PlaceRobots, Tune
 from improv_core.protocol.messages import Misplaced, TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
-from improv_core.score.score import Score
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
-from improv_core.session.state import PlayScore
+from improv_core.session.state import PlayScore, SessionState
 from improv_core.storage.history import Played
-from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
 from improv_ls.editor import Editor
 from improv_ls.held_keys import HeldKeys
@@ -38,23 +32,12 @@ from improv_ls.live import Live
 from improv_ls.page import show_page
 from improv_ls.placing import Placing
 from improv_ls.playing import Playing
+from improv_ls.preparing import Choose, PreparedProgram, prepare
 from improv_ls.progress import Progress
 from improv_ls.records import Records, file_of
-from improv_ls.refusals import refusal, wrong_robots
 from improv_ls.settling import Settling
 
 HINT = "this save started the dance over; set improv.onSave to continue, and robots you don't edit keep dancing"
-
-
-class _Ready(NamedTuple):
-    """A score, and a line that sums it up."""
-
-    score: Score
-    summary: str
-
-
-def _ready(analysis: Analysis) -> _Ready:
-    return _Ready(score_of(analysis), summary(analysis))
 
 
 class Performance:
@@ -75,10 +58,10 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, lambda: self._playback.state if self._playback else None)
+        self.live = Live(editor, self.playing, lambda: self.state)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
-        self._only: Selection | None = None  # the part of it that plays, if not all
+        self._latest: PreparedProgram | None = None  # the latest program that was sent to the stages
         self._node: str | None = None  # the name in the improv.toml of the latest dance
         self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
@@ -90,57 +73,48 @@ class Performance:
         self._placing = Placing(editor, documents, robots_files)
         self._closing: set[asyncio.Task[None]] = set()
 
+    @property
+    def state(self) -> SessionState:
+        """The state of the session."""
+        return self._playback.state if self._playback else SessionState()
+
     async def warm_up(self) -> None:
         """Start the stages before the first save needs them. An error is reported once a program should play."""
         with suppress(StageError):
             await self._stages().open()
 
-    async def play(self, document: Document, asked: int, text: str | None = None, *, keep: bool = True) -> None:
-        """Play a program and print one line about it, or print why not; with another `text`, if it was saved with that.
-
-        `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin. With
-        `keep`, the history gets it.
-        """
-        self._before = None
-        await self._play_whole(document, asked, text, keep=keep)
-
-    async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
-        """Play only the statements that a span touches, or a name, and print one line, or print why not. `asked` as for
-        `play`."""
-        await self._play_some(document, lambda analysis: select(analysis, wanted), asked)
-
-    async def play_scenes(
-        self, document: Document, ends: tuple[str | int | None, str | int | None], asked: int
+    async def play(
+        self,
+        document: Document,
+        asked: int,
+        choose: Choose | None = None,
+        *,
+        text: str | None = None,
+        keep: bool = True,
+        before: Played | None = None,
     ) -> None:
-        """Play only the scenes from one to another, as `play_only` does, with robots at their places at that time."""
-        await self._play_some(document, lambda analysis: rehearse(analysis, scenes_named(analysis, *ends)), asked)
+        """Play a program, or what `choose` selects of it, and print one line about it, or print why not.
 
-    async def _play_some(self, document: Document, choose: Callable[[Analysis], Selection], asked: int) -> None:
-        async with self._preparing:
-            document = await self._settling.settled(document)
-            try:
-                only = await self._settling.run(partial(choose, document.analysis))
-            except UnplayableError as error:
-                self._refuse(str(error))
-                return
-            ready = await self._settling.run(lambda: wrong_robots(document) or _ready(only.analysis))
-        if isinstance(ready, str):
-            self._refuse(ready)
-            return
-        self._before = None
-        self._present(document, only=True)
-        await self._play(replace(document, analysis=only.analysis), ready, self._when, asked, only=only)
-
-    async def _play_whole(self, document: Document, asked: int, text: str | None = None, *, keep: bool = True) -> None:
+        With another `text`, it was saved with that. `asked` is the count of stops when somebody asked for it: after a
+        stop since then, it does not begin. With `keep`, the history gets it; `before` is the version in the history
+        that this is.
+        """
+        if not choose:
+            self._before = before
         async with self._preparing:
             document = await self._settling.settled(document, text)
-            ready = await self._settling.run(lambda: refusal(document) or _ready(document.analysis))
-        self._present(document)
-        if isinstance(ready, str):
-            self._refuse(ready)
-            return
-        restarts = self.playing.state == "playing" and self._editor.settings.on_save is None
-        await self._play(document, ready, self._when, asked, keep=keep)
+            try:
+                prepared = await self._settling.run(partial(prepare, document, choose))
+            except UnplayableError as error:
+                if not choose:
+                    self._present(document)
+                self._editor.warn(f"✗ {error}{'; the previous dance keeps playing' if self.state.is_on else ''}")
+                return
+        if choose:
+            self._before = None
+        self._present(document, only=choose is not None)
+        restarts = not choose and self.playing.state == "playing" and self._editor.settings.on_save is None
+        await self._play(prepared, self._when, asked, keep=keep)
         if restarts and not self._hinted:
             self._hinted = True
             self._editor.say(HINT)
@@ -151,47 +125,34 @@ class Performance:
         settings = self._editor.settings
         return settings.switch_at if settings.on_save == "continue" else "restart"
 
-    def _refuse(self, why: str) -> None:
-        keeps = "; the previous dance keeps playing" if self._playback and self._playback.state.is_on else ""
-        self._editor.warn(f"✗ {why}{keeps}")
-
-    async def _play(
-        self,
-        document: Document,
-        ready: _Ready,
-        when: When,
-        asked: int,
-        only: Selection | None = None,
-        keep: bool = True,
-    ) -> None:
+    async def _play(self, prepared: PreparedProgram, when: When, asked: int, *, keep: bool = True) -> None:
         self._wanted = wanted = object()
-        analysis = document.analysis
-        self._node = analysis.config.node
-        playback = self._stages()
+        document, only = prepared.document, prepared.only
+        self._node = document.analysis.config.node
+        playback, name = self._stages(), name_of(document.uri)
+        bar, simulated = self._editor.settings.beats_per_bar, bool(only.ghost)
         try:
-            bar = self._editor.settings.beats_per_bar
-            name, simulated = name_of(document.uri), bool(only and only.ghost)
-            generation = await playback.play(PlayScore(ready.score, name, asked, when, bar, simulated=simulated))
+            generation = await playback.play(PlayScore(prepared.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
             self._report_failure(error)
             return
         if generation is None:
             if self._playback not in (None, playback):  # others replaced the stages that it waited for
                 if wanted is self._wanted:
-                    await self._play(document, ready, when, asked, only, keep)
+                    await self._play(prepared, when, asked, keep=keep)
                 return
             stops = playback.stops
             # One line, however many saves came before one stop. An emergency stop that is on already has its line.
             if not stops.pressed["topics"] and self._refused != stops.count:
                 self._refused = stops.count
-                self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
+                self._editor.warn(f"■ {name} was stopped before it began: save to play it")
             return
-        self.playing.sent(generation, document, ready.score)
-        self._only = only
+        self.playing.sent(generation, document, prepared.score)
+        self._latest = prepared
         if keep:
             self._records.played(document)
-        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.state.status}")
-        if only and only.note:
+        self._editor.say(f"▶ {prepared.line}, {playback.state.status}")
+        if only.note:
             self._editor.say(only.note)
         if self._editor.settings.page_open and playback.state.page and not self._page_shown:
             self._show(playback)
@@ -212,15 +173,13 @@ class Performance:
         if not earlier:
             self._editor.warn(f"improv.before: no earlier version of {name_of(document.uri)} has been kept")
             return
-        self._before = earlier[0]
-        await self._play_whole(opened(document.uri, None, earlier[0].text), asked)
+        await self.play(opened(document.uri, None, earlier[0].text), asked, before=earlier[0])
 
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
-        if latest := self.playing.latest:
-            async with self._preparing:
-                ready = await self._settling.run(partial(_ready, latest.analysis))
-            await self._play(latest, ready, "restart", asked, only=self._only)
+        latest = self.playing.latest
+        if self._latest and latest:  # its file may have another name by now
+            await self._play(self._latest._replace(document=latest), "restart", asked)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -272,7 +231,7 @@ class Performance:
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
         """Return the muted robots, and the soloed ones."""
-        return self._playback.state.silenced if self._playback else (frozenset(), frozenset())
+        return self.state.silenced
 
     @property
     def robots(self) -> set[str]:
@@ -315,50 +274,62 @@ class Performance:
         return new
 
     def _hear(self, message: News, leads: bool) -> None:
-        if message["type"] == "transport":
-            if leads and not self.playing.is_old(message):
-                self._follow(message)
-        elif message["type"] == "watched" and "framed" in message:
-            self.live.framed(message["framed"])
-        elif message["type"] == "sensed" and message["generation"] == self.playing.generation:
-            self.playing.sensed(message)
-            self.live.sensed()
-        elif message["type"] == "tune" and self.playing.latest:
-            if self._only and self._only.moved:
-                self._editor.warn("this rehearsal doesn't begin at beat 0: play the program to change its song")
-            else:
-                self._editor.soon(self._placing.offer(self.playing.latest.uri, message))
-        elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
-            if self._only and self._only.moved:
-                self._editor.warn("this rehearsal doesn't begin at the starts: play the program to move them")
-            elif asked := _without_ghost(message, self._only):
-                self._editor.soon(self._placing.offer(self.playing.latest.uri, asked))
-        elif message["type"] == "fault":
-            if leads:
-                self._tell_fault(message)
-        elif message["type"] == "misplaced" and leads:
-            self._editor.soon(self._offer_to_begin(message))
-        elif message["type"] == "warning" or message["type"] == "unreached":
-            self._editor.warn(message["message"])
-        elif message["type"] == "error" or message["type"] == "gone":
-            if message["type"] == "gone" and leads:
-                self._stop_followers()
-                self.playing.gone()
-                self._hinting.clear()
-            if message["type"] == "gone":
+        match message["type"]:
+            case "watched":
+                if "framed" in message:
+                    self.live.framed(message["framed"])
+            case "sensed":
+                if message["generation"] == self.playing.generation:
+                    self.playing.sensed(message)
+                    self.live.sensed()
+            case "tune" | "place" | "form":
+                self._offer_edit(message)
+            case "warning" | "unreached":
+                self._editor.warn(message["message"])
+            case "error":
+                self._editor.report(message["message"])
+            case "gone":
+                if leads:
+                    self._stop_followers()
+                    self.playing.gone()
+                    self._hinting.clear()
                 self.live.framed(0)  # its pages reconnect to the next stage
-            self._editor.report(message["message"])
+                self._editor.report(message["message"])
+            case "transport":
+                if leads and not self.playing.is_old(message):
+                    self._follow(message)
+            case "fault":
+                if leads and message["line"]:
+                    self._tell_fault(message)
+            case "misplaced":
+                if leads:
+                    self._editor.soon(self._offer_to_begin(message))
+            case "ready" | "stopped" | "armed" | "decided" | "measured" | "sent" | "sent_joints" | "joints" | "vitals":
+                pass  # shown on the page, or in a terminal
+            case "request" | "seen" | "pressed" | "deserted" | "link" | "pong" | "obeyed" | "lacks":
+                pass  # between stages, and between them and the session
+            case other:
+                assert_never(other)
+
+    def _offer_edit(self, asked: PlaceRobots | Form | Tune) -> None:
+        """Have the editor change the program, as a page asks; a rehearsal lacks what is to change."""
+        only, latest = self._latest and self._latest.only, self.playing.latest
+        if not only or not latest:
+            return
+        if only.moved:
+            begin, change = ("beat 0", "change its song") if asked["type"] == "tune" else ("the starts", "move them")
+            self._editor.warn(f"this rehearsal doesn't begin at {begin}: play the program to {change}")
+        elif changed := _without_ghost(asked, only):
+            self._editor.soon(self._placing.offer(latest.uri, changed))
 
     def _tell_fault(self, message: FaultMessage) -> None:
         """Show a person the faults of robots, and their end."""
-        if not (line := message["line"]):
-            return
         if message["over"]:
-            self._editor.say(line)
+            self._editor.say(message["line"])
         elif message["response"] == "stop":
-            self._editor.report(line)
+            self._editor.report(message["line"])
         else:
-            self._editor.warn(line)
+            self._editor.warn(message["line"])
 
     async def _offer_to_begin(self, message: Misplaced) -> None:
         """Offer a button to begin anyway, once robots are not in their places. After a stop it does nothing."""
@@ -394,9 +365,9 @@ class Performance:
         self._editor.soon(show_page(self._editor, playback))
 
 
-def _without_ghost(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
+def _without_ghost(asked: PlaceRobots | Form | Tune, only: Selection) -> PlaceRobots | Form | Tune | None:
     """Return the part of a request that can be written: a ghost is in no program."""
-    if asked["type"] == "form" or not only or not only.ghost:
+    if asked["type"] != "place" or not only.ghost:
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}
     return {**asked, "start_poses": poses} if poses else None

@@ -33,9 +33,12 @@ class Playing:
         self.replay: Replay | None = None
         """The replay of the robots; None before anything has played."""
         self.generation = 0
-        self.state: State = "stopped"
         self.transport: TransportMessage | None = None
         """The latest transport message; None if there is no stage."""
+
+    @property
+    def state(self) -> State:
+        return self.transport["state"] if self.transport else "stopped"
 
     @property
     def latest(self) -> Document | None:
@@ -64,7 +67,7 @@ class Playing:
     def follow(self, message: TransportMessage) -> None:
         """Note a message of the stage."""
         generation, before = message["generation"], self.transport
-        self.state, self.generation, self.transport = message["state"], generation, message
+        self.generation, self.transport = generation, message
         if not self._latest:
             return
         self._sent.setdefault(generation, self._latest)  # the page restarts it
@@ -81,7 +84,7 @@ class Playing:
 
     def gone(self) -> None:
         """Note that the stage has ended, and nothing plays."""
-        self.state, self.transport = "stopped", None
+        self.transport = None
 
     def hints(self, uri: str) -> Sequence[Hint]:
         """Return the inlay hints of a document at the current position."""

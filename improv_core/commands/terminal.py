@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 from improv_core import STARTED
 from improv_core.commands.begin_time import in_words
@@ -336,8 +336,12 @@ class TerminalSession:
                 self._show_armed(message)
             case "misplaced":
                 self._show_misplaced(message)
-            case _:
-                pass
+            case "ready" | "joints" | "vitals" | "place" | "form" | "tune":
+                pass  # shown on the page, or in an editor
+            case "request" | "seen" | "pressed" | "deserted" | "pong" | "obeyed" | "lacks":
+                pass  # between stages, and between them and the session
+            case other:
+                assert_never(other)
 
     def _complain(self, line: str) -> None:
         """Print a problem, unless somebody has interrupted the performance."""

@@ -26,7 +26,7 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     # The saved text plays, no matter what the person types from here on.
     document = ls.documents.get(uri)
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document, asked, params.text))
+        ls.editor.soon(ls.performance.play(document, asked, text=params.text))
 
 
 def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:

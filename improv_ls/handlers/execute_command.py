@@ -5,12 +5,16 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote
 
+from improv_core.ide.rehearsal import rehearse, scenes_named
 from improv_core.ide.robots_file.trial import trial
+from improv_core.ide.selection import Selection, select
 from improv_core.plain import printable
+from improv_core.program.analysis import Analysis
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.robots.config import read_robots
 from improv_core.text import Span
@@ -37,9 +41,9 @@ def play(ls: Session, *arguments: Any) -> None:
     elif not rest:
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
     elif len(rest) == 1 and (ends := scenes_of(rest[0])):
-        ls.editor.soon(ls.performance.play_scenes(document, ends, ls.arrival.stops))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, partial(_rehearsed, ends=ends)))
     elif (wanted := _wanted(ls, document, rest)) is not None:
-        ls.editor.soon(ls.performance.play_only(document, wanted, ls.arrival.stops))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, partial(select, wanted=wanted)))
     else:
         ls.editor.warn("improv.play: expected a program, then nothing, a range, a name, or a line counted from 1")
 
@@ -176,6 +180,10 @@ def _wanted(ls: Session, document: Document, rest: Sequence[Any]) -> Span | str 
         return last
     place = range_of(last) if len(rest) == 1 else None
     return to_span(lines, place, ls.editor.encoding) if place else None
+
+
+def _rehearsed(analysis: Analysis, ends: tuple[str | int | None, str | int | None]) -> Selection:
+    return rehearse(analysis, scenes_named(analysis, *ends))
 
 
 def _play_trial(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:

@@ -295,13 +295,8 @@ SHARED = {
     "Key": 2,  # of `improv.toml`; of a keyboard
     "Load": 2,  # an event; its message
     "Parallel": 2,  # a movement; a tree
-    "Pause": 3,  # a movement; an event; its message
-    "Resume": 2,  # an event; its message
-    "Seek": 2,  # an event; its message
+    "Pause": 2,  # a movement; a message
     "Series": 2,  # a movement; a tree
-    "Silence": 2,  # an event; its message
-    "Speed": 2,  # an event; its message
-    "Stop": 2,  # an event; its message
 }
 """Names that so many public classes share. Only remove rows: a new class gets its own name."""
 

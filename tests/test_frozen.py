@@ -31,7 +31,7 @@ FROZEN = {
     "session/test_on_request.py": Content(15, 25, 298),
     "session/test_on_stage_message.py": Content(18, 36, 848),
     "session/test_group.py": Content(44, 125, 750),
-    "session/test_synced_start.py": Content(17, 49, 301),
+    "session/test_synced_start.py": Content(17, 49, 298),
     "safety/test_stops.py": Content(4, 18, 56),
     "safety/test_stop_socket.py": Content(10, 21, 115),
     "safety/test_stage_watchdog.py": Content(8, 24, 61),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from improv_core.commands.exit_codes import CommandError
+from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
@@ -34,11 +35,11 @@ def perform(
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
-    player.load(replace(score, clock=None, count_in=False), 1, "restart", now, senses=senses)
+    player.take(Load(replace(score, clock=None, count_in=False), 1, "restart", senses=senses), now)
     while (deadline := player.deadline(now)) is not None:
         now = max(now, deadline)
-        if seconds is not None and now >= seconds and player.state == "playing":
+        if seconds is not None and now >= seconds and player.run.mode == "playing":
             now = seconds
-            player.stop(now)
+            player.take({"type": "stop"}, now)
         else:
             player.advance(now)

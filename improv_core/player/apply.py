@@ -10,11 +10,13 @@ from typing import Any
 from improv_core.player import acts, reports
 from improv_core.player.acts import Act
 from improv_core.player.events import Event, Listened
-from improv_core.player.start_rules import robots_to_home
+from improv_core.player.start_rules import robots_to_home, waits
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
+from improv_core.score.motion import STILL
 from improv_core.score.path import Paths
 from improv_core.score.seeking import known_poses
+from improv_core.score.senses import CUE, BuiltIn
 
 
 def do(act: Act, tracks: Tracks, now: float) -> Event | None:
@@ -27,22 +29,30 @@ def _tell(act: acts.Tell, tracks: Tracks, now: float) -> None:
 
 
 def _report(act: acts.Report, tracks: Tracks, now: float) -> None:
-    tracks.report(now, now if act.at is None else act.at)
+    run, over, at = tracks.run, tracks.active_parts.over, now if act.at is None else act.at
+    must_wait = waits(run, tracks.facts(now)) if run.mode in ("paused", "stopped") else []
+    wall = tracks.wall() - (now - at)
+    poses = reports.whereabouts(tracks.start_poses, tracks.sink.poses())
+    tracks.tell(reports.transport(run, over, must_wait, tracks.backend, poses, at, wall))
 
 
 def _tell_faults(act: acts.TellFaults, tracks: Tracks, now: float) -> None:
-    tracks.tell_faults(act.found, now)
+    for message in reports.faults(tracks.run, tracks.active_parts.over, act.found, now, tracks.wall()):
+        tracks.tell(message)
 
 
 def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
+    sensing, score = tracks.sensing, tracks.run.score
     for what in tracks.active_parts.asked:
-        tracks.tell_known(what, act.beat, act.at, now)
+        is_instant = what.sense == CUE and isinstance(score.parts[what.robot].senses.get(CUE), BuiltIn)
+        if not sensing.follows and not is_instant and (value := sensing.value(what, score)) is not None:
+            tracks.tell_sensed(what, value, act.beat, act.at, now)
 
 
 def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
     performed = tracks.run.transport.performed(now)
     problems = tracks.queue.stop(tracks.run.score.parts, performed)
-    tracks.reached, tracks.rested = now, now + MEASURED_AT_REST
+    tracks.reached, tracks.measured_until = now, now + MEASURED_AT_REST
     if problems:
         raise problems[0]
     tracks.advance_sink(performed)
@@ -71,7 +81,7 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     if not tracks.sink.real:
         tracks.limbs.learn(new.values(), score.tempo)
     tracks.queue.stop_leaving(old, new, 0.0)
-    tracks.advanced, tracks.measured = 0.0, -math.inf
+    tracks.advanced, tracks.measured, tracks.measured_until = 0.0, -math.inf, -math.inf
     tracks.odometry.begin(new, now)
     tracks.active_parts.dismiss()
     tracks.sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
@@ -131,10 +141,17 @@ def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
     tracks.odometry.place(poses, now)
     if not real:
         tracks.sink.place(poses)
-        tracks.place_limbs(act.beat)
+        movers, far = tracks.limbs.place(tracks.run.score.parts, tracks.run.tempo, act.beat)
+        for mover in movers:
+            told = tracks.limbs.track[mover].tell(STILL, tracks.advanced)
+            tracks.sink.send_joints(mover.robot, told, tracks.advanced)
+        if far:
+            line = f"the joints of {', '.join(far)} don't stand as they do at this beat"
+            tracks.tell({"type": "warning", "message": f"{line}: it takes too long to compute that, so jump less far"})
 
 
 def _begin(act: acts.Begin, tracks: Tracks, now: float) -> None:
+    tracks.measured_until = math.inf
     tracks.begin(act.robots, act.beat, act.at, now)
 
 
@@ -145,7 +162,7 @@ def _resend(act: acts.Resend, tracks: Tracks, now: float) -> None:
 
 
 def _rest(act: acts.Rest, tracks: Tracks, now: float) -> None:
-    tracks.rested = now + MEASURED_AT_REST
+    tracks.measured_until = now + MEASURED_AT_REST
 
 
 def _check_now(act: acts.CheckNow, tracks: Tracks, now: float) -> None:

@@ -35,15 +35,17 @@ from improv_core.player.acts import (
     Then,
 )
 from improv_core.player.agenda import Due, Rank
-from improv_core.player.events import Event, Facts
+from improv_core.player.events import Event, Facts, Internal, Message
 from improv_core.player.run import EMPTY, Run, Silenced
 from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_time, play_from, waits
 from improv_core.player.stop_rules import Decided, error_line, warning_line
+from improv_core.protocol.commands import Silence
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact, near
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.seeking import TooFarError, arrive
 from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited, entering
@@ -59,7 +61,7 @@ TOO_FAR = "can't jump to beat {beat:,g}: it takes too long to find out what {rob
 
 def decide(run: Run, event: Event, facts: Facts) -> Decided:
     """Return the performance after an event, and the acts to do, in this order."""
-    then, acts = _RULES[type(event)](run, event, facts)
+    then, acts = _asked(run, event, facts) if isinstance(event, dict) else _RULES[type(event)](run, event, facts)
     if then.misplaced is not None and then.mode != "paused":
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
     if (then.gate or then.is_due) and then.mode != "waiting":
@@ -69,6 +71,32 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
     ):
         acts = [*acts, Tell(start_gate.message(then.gate, then.generation))]
     return then, acts
+
+
+def _asked(run: Run, message: Message, facts: Facts) -> Decided:
+    """Return what follows from a message to the stage."""
+    match message["type"]:
+        case "stop":
+            return stop_rules.stop(run, facts, message.get("by"))
+        case "pause":
+            return stop_rules.pause(run, facts)
+        case "resume":
+            return start_rules.resume(run, facts, message.get("by"))
+        case "anyway":
+            return start_rules.resume(run, facts, anyway=True)
+        case "seek":
+            return _seek(run, message["beat"], facts)
+        case "speed":
+            return _speed(run, message["factor"], facts)
+        case "silence":
+            return _silence(run, message, facts)
+        case "pressed":
+            return replace(run, stops=run.stops.told(message)), []
+        case "bend":
+            return tempo_rules.bend(run, message, facts)
+        case "fault":  # of a real robot, whose simulated twin stands with it
+            stands = message["response"] == "stand" and not message["over"]
+            return stop_rules.stand(run, message["robot"], facts) if stands else (run, [])
 
 
 def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None:
@@ -97,7 +125,7 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     elif run.mode == "paused":
         at = performed
     else:
-        soonest = run.transport.performed(max(facts.now, load.not_before) - load.late)
+        soonest = run.transport.performed(max(facts.now, load.not_before) - facts.late)
         at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
     swap = PendingTakeover(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
     if run.mode == "paused":
@@ -105,12 +133,12 @@ def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
     return replace(run, next=swap), [CreatePublishers(score)]
 
 
-def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
+def _seek(run: Run, asked: float, facts: Facts) -> Decided:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
-    passed = event.late / run.beat_period if run.mode == "playing" else 0.0
-    asked, last = min(max(event.beat, 0.0) + passed, LAST_BEAT), run.begun.beats
-    beat = near(asked) if isinstance(last, float) or asked < last else last
+    passed = facts.late / run.beat_period if run.mode == "playing" else 0.0
+    there, last = min(max(asked, 0.0) + passed, LAST_BEAT), run.begun.beats
+    beat = near(there) if isinstance(last, float) or there < last else last
     try:
         poses = arrive(run.begun, beat, facts.paths)
     except TooFarError as error:
@@ -128,11 +156,11 @@ def _seek(run: Run, event: events.Seek, facts: Facts) -> Decided:
     return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat, poses), Report()]
 
 
-def _speed(run: Run, event: events.Speed, facts: Facts) -> Decided:
-    beat = run.later(run.beat(facts.now, facts.over), -event.late)
-    run = replace(run, speed=Fraction(str(min(max(event.factor, SLOWEST), FASTEST))))
+def _speed(run: Run, factor: float, facts: Facts) -> Decided:
+    beat = run.later(run.beat(facts.now, facts.over), -facts.late)
+    run = replace(run, speed=Fraction(str(min(max(factor, SLOWEST), FASTEST))))
     if run.mode == "playing":
-        beat = run.later(beat, event.late)
+        beat = run.later(beat, facts.late)
         return play_from(run, beat, run.transport.performed(facts.now), facts)
     return replace(run, transport=replace(run.transport, tempo=run.tempo)), [Report()]
 
@@ -145,10 +173,10 @@ def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
     return run, acts
 
 
-def _silence(run: Run, event: events.Silence, facts: Facts) -> Decided:
-    muted = frozenset(event.muted)
+def _silence(run: Run, asked: Silence, facts: Facts) -> Decided:
+    muted = frozenset(asked["muted"])
     stood = {robot: at for robot, at in run.stood.items() if robot in muted or facts.now < at + SEEN}
-    then = replace(run, silenced=Silenced(muted, frozenset(event.soloed)), stood=stood)
+    then = replace(run, silenced=Silenced(muted, frozenset(asked["soloed"])), stood=stood)
     changed = [
         robot
         for robot in (run.score.parts if run.mode == "playing" else ())
@@ -236,28 +264,20 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     return run, [Dismiss({*begin, *event.leaving}), *acts, CheckSoon({*begin, *on_new_topics})]
 
 
-_RULES: Mapping[type[Event], Callable[[Run, Any, Facts], Decided]] = {
+_RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
     events.Load: _load,
     events.Restarted: start_rules.restarted,
     events.Awaited: start_rules.awaited,
     events.Listened: start_rules.listened,
     events.Replaced: _replaced,
-    events.Stop: stop_rules.stop,
-    events.Pause: stop_rules.pause,
-    events.Resume: start_rules.resume,
-    events.Seek: _seek,
-    events.Speed: _speed,
-    events.Silence: _silence,
     events.EmergencyStop: stop_rules.emergency_stop,
     events.Changed: start_rules.changed,
     events.Stood: start_rules.stood,
     events.Stalled: stop_rules.stalled,
     events.Overloaded: stop_rules.overloaded,
     events.Faults: stop_rules.faults,
-    events.Stand: stop_rules.stand,
     events.TooNear: stop_rules.too_near,
     events.Returning: _returning,
-    events.Anchored: tempo_rules.anchored,
-    events.Bend: tempo_rules.bend,
+    Anchor: tempo_rules.anchored,
     Due: _due,
 }

@@ -10,8 +10,10 @@ from improv_core.player.agenda import Due
 from improv_core.player.return_state import HomeStep
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
-from improv_core.protocol.commands import Automation
-from improv_core.protocol.messages import When
+from improv_core.protocol.clock_messages import BendMessage
+from improv_core.protocol.commands import Anyway, Automation, Pause, Resume, Seek, Silence, Speed, Stop
+from improv_core.protocol.messages import Pressed, When
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.preflight import Standing
 from improv_core.safety.separation import Near
@@ -26,7 +28,18 @@ from improv_core.score.transport import BEATS_PER_BAR
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A request to play a score. See `Player.load`."""
+    """A request to play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or
+    `bar`, or at the `end`.
+
+    A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition play
+    on, and all others begin. `entry` has the time of the takeover if another stage has decided it. If playback is
+    paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense only
+    these after a restart. A score that moves real robots is refused while an emergency stop is on, or if one was
+    pressed after the request, before which there were `stops` presses. One that an automation requests (`by` its name)
+    is refused after a stop that wasn't its own. After a restart, a `gate` holds beat 0 back. A score takes over
+    `not_before` this time on the clock; one that comes late still takes over when it did in other stages. `backend` is
+    the output that plays everything, in words for people (default: the sink's name).
+    """
 
     score: Score
     generation: int
@@ -38,8 +51,8 @@ class Load:
     anyway: bool = False
     gate: Gate | None = None
     not_before: float = -math.inf
-    late: float = 0.0
     by: Automation | None = None
+    backend: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,52 +96,6 @@ class Replaced:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
-    """A request to stop all robots, made `by` an automation, or by anything else (None)."""
-
-    by: Automation | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Pause:
-    """A request to stop all robots, and to resume from here later."""
-
-
-@dataclass(frozen=True, slots=True)
-class Resume:
-    """A request to end a pause, or to begin an armed score, made `by` an automation, or by a person (None). With
-    `anyway`, robots need not be in their places. Other stages continued `late` seconds ago."""
-
-    anyway: bool = False
-    late: float = 0.0
-    by: Automation | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Seek:
-    """A request to continue at another beat. Other stages jumped to it `late` seconds ago."""
-
-    beat: float
-    late: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Speed:
-    """A request to play this many times as fast as the score's tempo. Other stages changed `late` seconds ago."""
-
-    factor: float
-    late: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Silence:
-    """The robots that are muted now, and those that are soloed."""
-
-    muted: Collection[str]
-    soloed: Collection[str]
-
-
-@dataclass(frozen=True, slots=True)
 class EmergencyStop:
     """An emergency stop is pressed or released."""
 
@@ -166,13 +133,6 @@ class Faults:
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
-    """A real robot stands because of a fault, so the simulated one that shows it stands too."""
-
-    robot: str
-
-
-@dataclass(frozen=True, slots=True)
 class TooNear:
     """These pairs of real robots are too near to each other, the nearest first."""
 
@@ -186,35 +146,26 @@ class Returning:
     steps: Sequence[HomeStep]
 
 
-@dataclass(frozen=True, slots=True)
-class Anchored:
-    """News of the clock that the stage follows. At a rate of 0, that clock stands."""
-
-    anchor: Anchor
-
-
-@dataclass(frozen=True, slots=True)
-class Bend:
-    """The stage that leads was at a beat at a time on the clock, and has played at this pace since then."""
-
-    pace: float
-    beat: float
-    at: float
-
-
-Event = (
-    Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
-    | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults | Stand | TooNear | Returning
-    | Anchored | Bend | Due
+Message = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Pressed | BendMessage | FaultMessage
+"""The messages to a stage that its player decides about."""
+AHEAD_OF_DUE = frozenset({"stop", "resume", "anyway", "seek", "pressed"})
+"""The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
+but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
+Internal = (
+    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults
+    | TooNear | Returning | Anchor | Due
 )  # fmt: skip
-"""`Due` is an event that the agenda names: a scene, a takeover, the end, or a look at a clock."""
+"""`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,
+the end, or a look at a clock."""
+Event = Message | Internal
 
 
 @dataclass(frozen=True, slots=True)
 class Facts:
     """Facts that decisions depend on.
 
-    `now` is the time on the clock, and `real` is true if real robots move. `over` is the beat at which the last part of
+    `now` is the time on the clock, and `real` is true if real robots move. Other stages have done the same `late`
+    seconds ago, so this one continues from where they are. `over` is the beat at which the last part of
     this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
     `held` are the deadman buttons that people hold. `poses` are those of simulated robots that senses have moved.
     `places` are the ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0
@@ -225,6 +176,7 @@ class Facts:
     now: float = 0.0
     real: bool = False
     over: Duration = 0
+    late: float = 0.0
     away: frozenset[str] = frozenset()
     standing: frozenset[str] = frozenset()
     held: frozenset[str] = frozenset()

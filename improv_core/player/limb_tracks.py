@@ -5,7 +5,7 @@ It never reads a clock. Times are performance times, in seconds.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import zip_longest
@@ -21,6 +21,10 @@ from improv_core.score.walk import walk
 
 MOST_LEARNED = 100_000
 """The most parts of movements that are visited before a dance begins, to find out where they lead joints."""
+
+
+MOST_PLACED = 3_000
+"""The most parts of movements that a jump visits to compute where all joints stand then. It takes 0.1 s at most."""
 
 
 class LimbTrack:
@@ -134,6 +138,17 @@ class Limbs:
             for part in parts:
                 for mover in self.movers_of(part, tempo):
                     self.track[mover].learn(budget)
+
+    def place(self, parts: Mapping[str, Part], tempo: Fraction, beat: Exact) -> tuple[Sequence[Mover], Collection[str]]:
+        """Move the joints of all parts to where they ideally stand at a beat. Return their movers, and the robots for
+        which that takes too long to compute."""
+        movers, far = [mover for part in parts.values() for mover in self.movers_of(part, tempo)], dict[str, None]()
+        for mover in movers:
+            try:
+                self.track[mover].place(parts[mover.robot], beat, Budget(MOST_PLACED // len(movers)))
+            except TooLongError:
+                far[mover.robot] = None
+        return movers, far
 
     def movers_of(self, part: Part, tempo: Fraction) -> list[Mover]:
         """Return the movers of the body parts that a robot's part moves in any scene. Each gets a track."""

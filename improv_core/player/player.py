@@ -1,47 +1,57 @@
-"""The interface through which a stage uses its player. The rest is in `engine.py`.
+"""The only loop of a performance: it decides what follows from an event, does that, and sends what is due.
 
-It never reads a clock; callers pass the time in. `now` is the clock's time in seconds.
+It never reads a clock; callers pass the time in. `now` is the clock's time in seconds. `performed` and `at` are
+performance times: seconds since the latest restart, including pauses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable
 
-from improv_core.player import events
-from improv_core.player.engine import Engine
-from improv_core.player.run import Mode
+from improv_core.player import agenda, events, reports
+from improv_core.player.agenda import Rank
+from improv_core.player.apply import do
+from improv_core.player.decide import decide, trouble
+from improv_core.player.events import AHEAD_OF_DUE, Event
+from improv_core.player.reports import Told
+from improv_core.player.return_state import HomeStep, Sightings
+from improv_core.player.run import Run
 from improv_core.player.sensing import Foreseen
-from improv_core.player.start_gate import Gate
-from improv_core.protocol.commands import Automation
-from improv_core.protocol.messages import Poses, When
-from improv_core.protocol.output import Edge, RawJoints, RawPose, StopButton
-from improv_core.safety.interlocks import EmergencyStops
+from improv_core.player.start_gate import time_left
+from improv_core.player.tracks import Tracks
+from improv_core.protocol.commands import Cue, Force, OscSense
+from improv_core.protocol.messages import Poses
+from improv_core.protocol.output import Edge, RawJoints, RawPose, Sink, StopButton
+from improv_core.safety.fault_monitor import RobotNews
 from improv_core.score.peer_clock import Anchor
-from improv_core.score.score import Score
-from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense
-from improv_core.score.takeover import Takeover
-from improv_core.score.transport import BEATS_PER_BAR
+from improv_core.score.senses import Key, RobotSense
+
+LOOK_AGAIN = 0.01
+"""Seconds between two checks for listeners before beat 0, and between two of robots that still move after the end."""
+LOOK_WHILE_ARMED = 0.1
+"""Seconds between two looks at the wall clock while beat 0 waits for a person, or for a time that is not yet near."""
 
 
-class Player(Engine):
-    """Plays one score at a time on a sink and reports what it does in messages (see docs/protocol.md)."""
+VITALS_PERIOD = 1.0
+"""Seconds between two reports of the condition of real robots."""
+
+
+class Player:
+    """Plays one score at a time on a sink, and reports what it does in messages (see docs/protocol.md).
+
+    It has a run, which only its loop replaces, and the tracks that play the run.
+    """
+
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+        self._sink = sink
+        self._tracks = Tracks(sink, tell, wall)
+        self._vitals_due = -math.inf
 
     @property
-    def state(self) -> Mode:
-        """stopped, waiting (for listeners), playing, paused, or ended."""
-        return self.run.mode
-
-    @property
-    def generation(self) -> int:
-        """The number of the score that plays, or played last."""
-        return self.run.generation
-
-    @property
-    def score(self) -> Score:
-        """The score that plays, or played last, with the beats at which its parts began."""
-        return self.run.score
+    def run(self) -> Run:
+        """The latest decision about the performance."""
+        return self._tracks.run
 
     @property
     def reached(self) -> float:
@@ -49,162 +59,69 @@ class Player(Engine):
         return self._tracks.reached
 
     @property
-    def stops(self) -> EmergencyStops:
-        """The emergency stops that are on."""
-        return self.run.stops
+    def is_exact(self) -> bool:
+        """True while the next thing due must be sent at its exact time. Repeats may be a little late."""
+        return self._tracks.next_due().rank != Rank.REPEATS
 
-    @stops.setter
-    def stops(self, stops: EmergencyStops) -> None:
-        self._tracks.run = replace(self.run, stops=stops)
+    def deadline(self, now: float) -> float | None:
+        """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
+        if self.run.mode == "waiting":
+            if self.run.is_due:
+                return now
+            left = time_left(gate, self._tracks.wall()) if (gate := self.run.gate) else 0.0
+            return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
+        due = self._tracks.next_due().at
+        if due < math.inf:
+            separation = self._tracks.separation
+            at = min(self.run.transport.clock(due), separation.deadline(self.run), separation.due, self._returns_due)
+            return min(at, now + self._sink.period) if self._sink.period else at
+        if self._looks_while_paused:
+            return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
+        return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
 
-    @property
-    def backend(self) -> str:
-        """The output that plays everything, in words for people."""
-        return self._tracks.backend
+    def advance(self, now: float) -> None:
+        """Do everything that is due."""
+        if self.run.mode == "waiting":
+            self._decide(events.Awaited(), now)
+        else:
+            self._tracks.unsettled = True
+            is_seen = now < self._tracks.separation.deadline(self.run)
+            self._decide(None if is_seen else events.Changed(), now)
 
-    @backend.setter
-    def backend(self, backend: str) -> None:
-        self._tracks.backend = backend
-
-    # Requests of people and of the stage that leads
-
-    def load(
-        self,
-        score: Score,
-        generation: int,
-        when: When,
-        now: float,
-        entry: Takeover | None = None,
-        beats_per_bar: int = BEATS_PER_BAR,
-        senses: Iterable[Foreseen] | None = None,
-        stops: int | None = None,
-        anyway: bool = False,
-        gate: Gate | None = None,
-        not_before: float = -math.inf,
-        late: float = 0.0,
-        by: Automation | None = None,
-    ) -> None:
-        """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
-        the `end`.
-
-        A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition
-        play on, and all others begin. `entry` has the time of the takeover if another stage has decided it. If playback
-        is paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense
-        only these after a restart. A score that moves real robots is refused while an emergency stop is on, or if one
-        was pressed after the request, before which there were `stops` presses. One that an automation requests (`by`
-        its name) is refused after a stop that wasn't its own. After a restart, a `gate` holds beat 0 back. A score
-        takes over `not_before` this time on the clock. One that comes `late` seconds late still takes over when it did
-        in other stages.
-        """
-        bar = max(beats_per_bar, 1)
-        load = events.Load(score, generation, when, entry, bar, senses, stops, anyway, gate, not_before, late, by)
-        if entry:
-            self._tracks.informed = now
-        self._take(load, now)
-
-    def stop(self, now: float, by: Automation | None = None) -> None:
-        """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
-        After that, only a person, or the automation that the stop was `by`, can have robots move again.
-
-        Does nothing while the player waits for listeners only to stop their robots: none of them would hear it yet.
-        """
-        self._take(events.Stop(by), now)
-
-    def pause(self, now: float) -> None:
-        """Stop every robot at once, to resume from here later."""
-        self._catch_up(now)
-        self._take(events.Pause(), now)
-
-    def resume(self, now: float, *, anyway: bool = False, late: float = 0.0, by: Automation | None = None) -> None:
-        """Begin an armed score, or continue a paused one, as soon as nothing has to be waited for. An automation (`by`
-        its name) can't do so after a stop that wasn't its own.
-
-        Robots whose poses are in the world must be in their places, except with `anyway`. If other stages did it `late`
-        seconds ago, this one continues from where they are now. The same holds for `seek` and `set_speed`.
-        """
-        self._take(events.Resume(anyway, late, by), now)
-
-    def seek(self, beat: float, now: float, late: float = 0.0) -> None:
-        """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
-
-        Decisions of senses are forgotten: up to that beat, it is as if no sense had been true. Does nothing before beat
-        0, or if nothing has been loaded.
-        """
-        self._take(events.Seek(beat, late), now)
-
-    def set_speed(self, factor: float, now: float, late: float = 0.0) -> None:
-        """Set the speed factor, 0.1 to 4. Later scores keep it."""
-        self._catch_up(now)
-        self._take(events.Speed(factor, late), now)
-
-    def hear_clock(self, anchor: Anchor, now: float) -> None:
-        """Follow a clock from outside, if the score wants that."""
-        self._catch_up(now)
-        self._take(events.Anchored(anchor), now)
-
-    def bend(self, pace: float, beat: float, at: float, now: float) -> None:
-        """Play as the stage that leads does, which was at a beat at a time on the clock and plays at this pace."""
-        self._catch_up(now)
-        self._take(events.Bend(pace, beat, at), now)
-
-    def stand(self, robot: str, now: float) -> None:
-        """Have a simulated robot stand because the real one does, until somebody unmutes it."""
-        self._catch_up(now)
-        self._take(events.Stand(robot), now)
-
-    def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
-        """Have muted robots, or all except soloed ones, stand still while others play. Applies to later scores too."""
-        self._catch_up(now)
-        self._take(events.Silence(muted, soloed), now)
-
-    # Senses and measurements
+    def take(self, event: Event, now: float, late: float = 0.0) -> None:
+        """Decide and do what follows from an event. If other stages did it `late` seconds ago, this one continues from
+        where they are now."""
+        if isinstance(event, Anchor) or (isinstance(event, dict) and event["type"] not in AHEAD_OF_DUE):
+            self._catch_up(now)
+        if isinstance(event, events.Load):
+            self._tracks.backend = event.backend or self._tracks.backend
+            self._tracks.informed = now if event.entry else self._tracks.informed
+        self._decide(event, now, late)
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Handle an edge. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense
-        makes its robot react."""
-        if isinstance(edge.what, RobotSense):
-            self._catch_up(max(min(edge.at, now), self.reached))
-            self._tracks.sense(edge.what, edge.value, edge.at, now)
-        elif isinstance(edge.what, StopButton):
-            self._take(events.EmergencyStop(edge.what.topic, bool(edge.value)), now)
-        else:
-            self._tracks.sensing.hold(edge.what, edge.value)
-            self._take(events.Changed(), now)
+        """Take an edge. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense makes
+        its robot react."""
+        match edge.what:
+            case RobotSense() as what:
+                self._catch_up(max(min(edge.at, now), self.reached))
+                self._tracks.sense(what, edge.value, edge.at, now)
+            case Key() as key:
+                self._catch_up(now)
+                self._react(self._tracks.sensing.hold_key(key, bool(edge.value), self.run.score), now)
+            case StopButton(topic):
+                self.take(events.EmergencyStop(topic, bool(edge.value)), now)
+            case button:
+                self._tracks.sensing.hold(button, edge.value)
+                self.take(events.Changed(), now)
 
-    def cue(self, now: float) -> None:
-        """Give the cue, which holds for an instant."""
-        self._catch_up(now)
-        for robot, part in list(self.score.parts.items()):
-            if isinstance(part.senses.get(CUE), BuiltIn):
-                self._tracks.sense(RobotSense(robot, CUE), True, now, now)
-
-    def hold_key(self, key: str, held: bool, now: float) -> None:
-        """Handle a key that somebody holds or releases: the senses that are declared with it become true or false."""
-        self._catch_up(now)
-        self._tracks.sensing.hold_key(key, held)
-        for robot, part in list(self.score.parts.items()):
-            for sense, source in part.senses.items():
-                if isinstance(source, Key) and source.key == key and not self._tracks.sensing.follows:
-                    self._tracks.sense(RobotSense(robot, sense), held, now, now)
-
-    def hear_osc(self, name: str, robot: str, value: bool, now: float) -> None:
-        """Handle an OSC message: the senses of a robot that are declared with this name become true or false."""
-        self._catch_up(now)
-        part = self.score.parts.get(robot)
-        for sense, source in part.senses.items() if part else ():
-            if source == OscName(name) and not self._tracks.sensing.follows:
-                self._tracks.sense(RobotSense(robot, sense), value, now, now)
-
-    def force(self, what: RobotSense, value: bool | None, now: float) -> None:
-        """Force the value of a simulated robot's sense. None ends that."""
-        if self._sink.real:
-            line = f"{what.robot} is a real robot: its senses can't be forced"
+    def hear(self, message: Cue | OscSense | Force, now: float) -> None:
+        """Take a message about senses: their robots react."""
+        if message["type"] == "force" and self._sink.real:
+            line = f"{message['robot']} is a real robot: its senses can't be forced"
             self._tracks.tell({"type": "warning", "message": line})
             return
         self._catch_up(now)
-        self._tracks.sensing.force(what, value)
-        if what.robot in self.score.parts:
-            self._tracks.react(what, now, now)
+        self._react(self._tracks.sensing.hear(message, self.run.score), now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
         """Take an edge at its beat, as reported by the stage that leads."""
@@ -218,16 +135,120 @@ class Player(Engine):
         too near to each other, everything pauses."""
         self._tracks.measure(poses, now)
         if self.run.misplaced is not None:
-            self._take(events.Stood(), now)
+            self.take(events.Stood(), now)
         if self.run.mode == "paused" and self.run.continues and self.run.score.safety.sight:
-            self._take(events.Changed(), now)
+            self.take(events.Changed(), now)
         if event := self._tracks.separation.look(self.run, now):
-            self._take(event, now)
+            self.take(event, now)
 
     def measure_joints(self, joints: RawJoints, now: float) -> None:
         """Report where joints of a real robot were."""
-        self._tracks.measure_joints(joints, now)
+        run, tracks, part = self.run, self._tracks, self.run.score.parts.get(joints.robot)
+        if part and part.profile.body and now < tracks.measured_until:
+            wall = tracks.wall() - (now - joints.at)
+            tracks.tell(reports.joints(run, tracks.active_parts.over, joints, part.profile.body, wall))
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""
-        return self._tracks.whereabouts()
+        return reports.whereabouts(self._tracks.start_poses, self._sink.poses())
+
+    def _catch_up(self, now: float) -> None:
+        """Send what is due before something changes, so robots don't miss it."""
+        if self.run.mode == "playing":
+            self.advance(now)
+
+    def _react(self, senses: Iterable[RobotSense], now: float) -> None:
+        for what in senses:
+            self._tracks.react(what, now, now)
+
+    def _decide(self, event: Event | None, now: float, late: float = 0.0) -> None:
+        """Decide and do what follows from an event, and then everything that is due. This is the only loop: no act and
+        no decision starts another."""
+        tracks = self._tracks
+        while event or (event := self._send_due(now)):
+            tracks.run, todo = decide(tracks.run, event, tracks.facts(now, event, late))
+            event, late = None, 0.0
+            for act in todo:
+                event = do(act, tracks, now) or event
+        if tracks.unseen:
+            robots, tracks.unseen = tracks.unseen, []
+            tracks.look([robot for robot in robots if robot in tracks.run.score.parts])
+
+    def _send_due(self, now: float) -> Event | None:
+        """Send everything that is due and has been decided. Return the next event to decide."""
+        tracks, run = self._tracks, self._tracks.run
+        if not tracks.unsettled:
+            return None
+        due = tracks.next_due().at
+        late = run.transport.performed(now) - max(due, run.transport.performed(tracks.informed))
+        overloaded = tracks.queue.repeats.hopeless
+        if reason := trouble(run, self._sink.real, late, overloaded):
+            tracks.unsettled = False
+            return reason
+        tracks.reached = now
+        performed = agenda.performed(run, now, due)
+        if decision := tracks.send_due(performed):
+            if decision.rank != Rank.TAKEOVER:  # a takeover sends the rest itself
+                tracks.send_repeats(decision.last_before(Rank.CHANGES))
+            return decision
+        tracks.send_repeats(performed)
+        tracks.unsettled = False
+        if self._sink.real and (line := tracks.queue.repeats.news()):
+            tracks.tell({"type": "warning", "message": line})
+        if now >= tracks.separation.due and (event := tracks.separation.look(self.run, now)):
+            return event
+        if now >= self._returns_due:
+            return events.Returning(self._steps(now))
+        return self._look_around(now)
+
+    @property
+    def _returns_due(self) -> float:
+        """The time on the clock of the next look at robots that drive back to their parts."""
+        return self._tracks.returns.due(self.run, self._tracks.listeners.returning)
+
+    def _steps(self, now: float) -> list[HomeStep]:
+        """Return the next steps of robots that drive back to their parts."""
+        run, tracks, over = self.run, self._tracks, self._tracks.active_parts.over
+        ready = tracks.listeners.returning - tracks.listeners.away
+        back = [robot for robot in run.score.parts if robot in ready and not run.stands(robot, ())]
+        ideal = {robot: each.ideal for robot, each in tracks.odometry.places(now).items()}
+        doubtful = [robot for robot in back if tracks.odometry.is_doubtful(robot, now)]
+        ends = run.transport.clock(run.transport.end(run.ends(over)))
+        seen = Sightings(now, run.beat(now, over), tracks.separation.poses(run, now), ideal, doubtful, ends)
+        return tracks.returns.look(run, back, seen)
+
+    def _look_around(self, now: float) -> Event | None:
+        """Check a few robots for faults and, if that is due, for listeners."""
+        tracks = self._tracks
+        if not (self.run.mode == "playing" or self._looks_while_paused):
+            return None
+        if found := self._find_faults(now):
+            return events.Faults(found)
+        if now < tracks.listeners.next_look:
+            return None
+        waits = self.run.mode == "paused" and self.run.continues
+        standing, done = tracks.listeners.look_around(self.run.score, now, waits)
+        tracks.queue.silence(standing)
+        if done:
+            tracks.tell_news()
+            for line in tracks.separation.lines(self.run, tracks.odometry, now):
+                tracks.tell({"type": "warning", "message": line})
+        return events.Changed()
+
+    def _find_faults(self, now: float) -> list[RobotNews]:
+        """Return news about the faults of real robots. Once a second, report the condition of all of them."""
+        run, tracks = self.run, self._tracks
+        if not self._sink.real:
+            return []
+        noticed = self._sink.noticed()
+        if now >= self._vitals_due:
+            self._vitals_due = now + VITALS_PERIOD
+            posed = {robot: run.transport.performed(at) for robot, at in tracks.faults.posed.items()}
+            away = tracks.listeners.standing, tracks.returns.driving
+            tracks.tell(reports.vitals(run, posed, noticed.batteries, *away))
+        return list(tracks.faults.look_around(run.score, tracks.listeners.gone, noticed, now))
+
+    @property
+    def _looks_while_paused(self) -> bool:
+        """True while real robots are paused: somebody may carry them away, or they may get lost."""
+        return self.run.mode == "paused" and self._sink.real

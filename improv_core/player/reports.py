@@ -198,6 +198,11 @@ def worst_json(worst: Worst) -> WorstJson:
     return found
 
 
+def whereabouts(start: Mapping[str, PoseJson], now: Mapping[str, Pose]) -> Poses:
+    """Return the poses of simulated robots at beat 0 and now; empty for real robots."""
+    return {"start": start, "poses": as_json(now)} if now else {}
+
+
 def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
     """Return poses by robot."""
     return {robot: to_pose_json(pose) for robot, pose in poses.items()}

@@ -129,6 +129,11 @@ class Run:
         return bool(self.score.beats or self.score.open)
 
     @property
+    def may_move(self) -> bool:
+        """True if robots move, or may begin to without another request."""
+        return self.mode in ("waiting", "playing") or (self.mode == "paused" and self.continues)
+
+    @property
     def has_next_scene(self) -> bool:
         return self.scene + 1 < self.score.scenes
 

@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from improv_core.protocol.commands import Cue, Force, OscSense
 from improv_core.protocol.messages import Sensed
 from improv_core.score.movement import Exact, near
-from improv_core.score.senses import CUE, BuiltIn, Key, OscName, RobotSense, Senses
+from improv_core.score.score import Score
+from improv_core.score.senses import BUILT_IN, CUE, BuiltIn, Key, OscName, RobotSense, Source
 
 
 class Foreseen(NamedTuple):
@@ -30,7 +32,7 @@ class Sensing:
     def __init__(self) -> None:
         self._latest: dict[RobotSense, bool | None] = {}
         self._forced: dict[RobotSense, bool] = {}
-        self._keys: set[str] = set()  # keys that people hold
+        self._keys: set[Key] = set()  # keys that people hold
         self._announced: deque[Foreseen] = deque()  # in order
         self.held: frozenset[str] = frozenset()
         """The deadman buttons that are held."""
@@ -47,15 +49,16 @@ class Sensing:
         if follows:
             self._latest = {}
 
-    def value(self, what: RobotSense, senses: Senses) -> bool | None:
-        """Return the value of a sense for a robot that has these senses; None if it is unknown."""
+    def value(self, what: RobotSense, score: Score) -> bool | None:
+        """Return the value of a robot's sense now; None if it is unknown."""
         if what in self._forced:
             return self._forced[what]
-        source = senses.get(what.sense)
+        part = score.parts.get(what.robot)
+        source = part.senses.get(what.sense) if part else None
         if what.sense == CUE and isinstance(source, BuiltIn):
             return self.cued
         if isinstance(source, Key) and not self.follows:
-            return source.key in self._keys
+            return source in self._keys
         if isinstance(source, OscName) and not self.follows:
             return self._latest.get(what, False)
         return self._latest.get(what)
@@ -68,15 +71,36 @@ class Sensing:
         """Handle a deadman button that somebody holds or releases; silence counts as released."""
         self.held = self.held | {button} if held else self.held - {button}
 
-    def hold_key(self, key: str, held: bool) -> None:
-        """Handle a key that somebody holds or releases."""
+    def hold_key(self, key: Key, held: bool, score: Score) -> list[RobotSense]:
+        """Handle a key that somebody holds or releases. Return the senses that it decides."""
         (self._keys.add if held else self._keys.discard)(key)
+        return self._decided_by(key, score)
 
-    def force(self, what: RobotSense, value: bool | None) -> None:
-        """Force the value of a robot's sense. None ends that."""
-        self._forced.pop(what, None)
-        if value is not None:
-            self._forced[what] = value
+    def hear(self, message: Cue | OscSense | Force, score: Score) -> list[RobotSense]:
+        """Take a message about senses. Return those that it decides."""
+        match message["type"]:
+            case "cue":
+                return self._decided_by(BUILT_IN[CUE], score)
+            case "osc_sense":
+                found = self._decided_by(OscName(message["name"]), score)
+                ours = [what for what in found if what.robot == message["robot"] and not self.follows]
+                self._latest.update(dict.fromkeys(ours, message["value"]))
+                return ours
+            case "force":
+                what = RobotSense(message["robot"], message["sense"])
+                self._forced.pop(what, None)
+                if message["value"] is not None:
+                    self._forced[what] = message["value"]
+                return [what]
+
+    def _decided_by(self, source: Source, score: Score) -> list[RobotSense]:
+        """Return the senses of robots that this source decides now: none that is forced."""
+        return [
+            what
+            for robot, part in score.parts.items()
+            for sense, each in part.senses.items()
+            if each == source and (what := RobotSense(robot, sense)) not in self._forced
+        ]
 
     def is_forced(self, what: RobotSense) -> bool:
         """Return whether a sense has a forced value, so that its edges change nothing."""

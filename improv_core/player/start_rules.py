@@ -30,6 +30,7 @@ from improv_core.player.events import Facts
 from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
+from improv_core.protocol.commands import Automation
 from improv_core.protocol.messages import refused_by
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.safety import preflight
@@ -123,20 +124,22 @@ def _begin(run: Run, facts: Facts) -> Decided:
     return run, [StartMeasuring(), *acts, CheckSoon(run.score.parts), *told]
 
 
-def resume(run: Run, event: events.Resume, facts: Facts) -> Decided:
+def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool = False) -> Decided:
+    """Begin an armed score, or continue a paused one, as soon as nothing has to be waited for. Robots must be in their
+    places, except with `anyway`."""
     if run.mode == "waiting" and run.gate:
         if not run.gate.ready:
             return run, [warning_line(NOT_READY)]
         return replace(run, gate=_opened(run, run.gate, facts)), [Listen()]
     if run.mode != "paused":
         return run, []
-    if not run.may_start(event.by):
+    if not run.may_start(by):
         return run, [warning_line(STOPPED)]
-    run = run.started(event.by)
-    if comes_in(run) and not event.anyway:
+    run = run.started(by)
+    if comes_in(run) and not anyway:
         return coming_in(replace(run, continues=True), facts), [Report()]
-    places = {} if event.anyway else facts.places
-    beat = run.later(run.transport.origin, event.late)
+    places = {} if anyway else facts.places
+    beat = run.later(run.transport.origin, facts.late)
     return play_from(run, beat, run.transport.performed(facts.now), facts, places)
 
 

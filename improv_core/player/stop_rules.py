@@ -17,16 +17,16 @@ from improv_core.safety.separation import as_line
 Decided = tuple[Run, list[Act]]
 
 
-def stop(run: Run, event: events.Stop, facts: Facts) -> Decided:
+def stop(run: Run, facts: Facts, by: Automation | None = None) -> Decided:
     if run.mode == "waiting" and not run.moves:
         return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
-    run, acts = leave(run, "stopped", facts, event.by)
+    run, acts = leave(run, "stopped", facts, by)
     return run, [*acts, *_unreached(run, facts)]
 
 
-def pause(run: Run, event: events.Pause, facts: Facts) -> Decided:
+def pause(run: Run, facts: Facts) -> Decided:
     if run.mode == "waiting" and (run.gate or facts.real):
-        return stop(run, events.Stop(), facts)  # or it would begin although a person wants robots to stand
+        return stop(run, facts)  # or it would begin although a person wants robots to stand
     run = replace(run, continues=False)
     if run.mode != "playing":
         return run, []
@@ -41,19 +41,19 @@ def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decid
     run = replace(run, stops=stops)
     told = Tell(stops.message)  # first, so that a person who reads the line and saves is not refused
     if event.pressed:
-        run, acts = stop(run, events.Stop(), facts)
+        run, acts = stop(run, facts)
         return run, [told, *acts, error_line(f"the emergency stop on {event.topic} is on, so all robots were stopped")]
     return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: save to play again")]
 
 
 def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
-    run, acts = stop(run, events.Stop(), facts)
+    run, acts = stop(run, facts)
     line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: save to play again"
     return run, [*acts, error_line(line)]
 
 
 def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
-    run, acts = stop(run, events.Stop(), facts)
+    run, acts = stop(run, facts)
     count = len(run.score.parts)
     return run, [
         *acts,
@@ -66,15 +66,15 @@ def faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
     began = [(each.robot, rules.response(each.news.fault)) for each in event.found if isinstance(each.news, FaultBegan)]
     acts: list[Act] = []
     if any(response == "stop" for _, response in began):
-        run, acts = stop(run, events.Stop(), facts)
+        run, acts = stop(run, facts)
     for robot in [robot for robot, response in began if response == "stand"]:
-        run, more = stand(run, events.Stand(robot), facts)
+        run, more = stand(run, robot, facts)
         acts += more
     return run, [*acts, TellFaults(event.found)]
 
 
-def stand(run: Run, event: events.Stand, facts: Facts) -> Decided:
-    robot = event.robot
+def stand(run: Run, robot: str, facts: Facts) -> Decided:
+    """Have a robot stand because of a fault, until somebody unmutes it."""
     if robot in run.stood or robot not in run.score.parts:
         return run, []
     resent: list[Act] = [Resend([robot])] if run.mode == "playing" and not run.stands(robot, facts.standing) else []

@@ -17,11 +17,12 @@ from improv_core.player.events import Facts
 from improv_core.player.run import Run
 from improv_core.player.start_rules import OPENS, changed, coming_in, go_on, waits
 from improv_core.player.stop_rules import Decided, warning_line
+from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.fields import FASTEST, SLOWEST
 from improv_core.score.ceiling import ceiling
 from improv_core.score.movement import near
 from improv_core.score.outside_clock import NOTICED, Following, found_line, lost_line
-from improv_core.score.peer_clock import bent
+from improv_core.score.peer_clock import Anchor, bent
 
 LOOK = 0.25
 """Seconds until the next look at the clock if no message comes from it: a bend must not last too long."""
@@ -29,12 +30,12 @@ SOON = 0.95
 """The share of the tempo at which a robot would be too fast, from which on people get a warning."""
 
 
-def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
+def anchored(run: Run, anchor: Anchor, facts: Facts) -> Decided:
     """Handle news of the clock."""
     before = run.clock
     if not before:
         return run, []
-    clock = replace(before, anchor=event.anchor, silent=False)
+    clock = replace(before, anchor=anchor, silent=False)
     run, acts = replace(run, clock=clock), list[Act]()
     if before.silent and before.is_music:
         acts.append(warning_line(found_line(clock)))
@@ -48,7 +49,7 @@ def anchored(run: Run, event: events.Anchored, facts: Facts) -> Decided:
     if run.mode != "playing":
         return run, acts
     performed = run.transport.performed(facts.now)
-    if before.anchor and before.anchor.jumps != event.anchor.jumps and not clock.is_music:
+    if before.anchor and before.anchor.jumps != anchor.jumps and not clock.is_music:
         beat = float(run.beat(facts.now, facts.over))
         run = replace(run, clock=clock.aligned(clock.slope, beat, facts.now))
         acts.append(warning_line(f"the time on {clock.name} has jumped: the dance continues from where it is"))
@@ -74,12 +75,12 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
     return run, [*acts, *more]
 
 
-def bend(run: Run, event: events.Bend, facts: Facts) -> Decided:
+def bend(run: Run, message: BendMessage, facts: Facts) -> Decided:
     """Take over the pace of the stage that leads, which it has had since a time on the clock."""
-    run = replace(run, pace=Fraction(str(event.pace)))
+    run = replace(run, pace=Fraction(str(message["pace"])))
     if run.mode != "playing" or waits(run, facts):
         return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
-    beat = event.beat + max(facts.now - event.at, 0.0) / run.beat_period
+    beat = message["beat"] + max(facts.now - message["at"], 0.0) / run.beat_period
     return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
 
 

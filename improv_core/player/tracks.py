@@ -6,7 +6,7 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable
 
 from improv_core.player import reports
 from improv_core.player.active_parts import ActiveParts, closed_part
@@ -22,26 +22,19 @@ from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor
 from improv_core.player.setpoint_queue import SetpointQueue
 from improv_core.player.setpoints import Velocity, zeros
-from improv_core.player.start_rules import waits
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.fields import PoseJson
-from improv_core.protocol.messages import SIMULATED, Poses
-from improv_core.protocol.output import RawJoints, RawPose, Sink
-from improv_core.safety.fault_monitor import FaultMonitor, RobotNews
+from improv_core.protocol.messages import SIMULATED
+from improv_core.protocol.output import RawPose, Sink
+from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
-from improv_core.score.budget import Budget, TooLongError
-from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.path import Paths
 from improv_core.score.performance import Mover
 from improv_core.score.score import twist
-from improv_core.score.senses import CUE, BuiltIn, RobotSense
+from improv_core.score.senses import CUE, RobotSense
 
-VITALS_PERIOD = 1.0
-"""Seconds between two reports of the condition of real robots."""
-MOST_PLACED = 3_000
-"""The most parts of movements that a jump visits to compute where all joints stand then. It takes 0.1 s at most."""
 MEASURE_PERIOD = 0.05
 """Seconds between two measurements of a simulated robot."""
 
@@ -56,10 +49,12 @@ class Tracks:
         """The latest decision. Only the player's loop replaces it."""
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
-        self.joints = JointCommands(self._send_joints)
+        self.joints = JointCommands(
+            lambda robot, joints, at: sink.send_joints(robot, joints, at, self.run.simulated_pace)
+        )
         self.queue = SetpointQueue(self._send, self._stands, self._withhold)
         self.sensing = Sensing()
-        self.active_parts = ActiveParts(self._value)
+        self.active_parts = ActiveParts(lambda what: self.sensing.value(what, self.run.score))
         self.limbs = Limbs()
         self.paths = Paths()
         self.listeners = Listeners(sink)
@@ -75,15 +70,14 @@ class Tracks:
         """The performance time up to which the sink has been advanced."""
         self.measured = -math.inf
         """The number of the period in which simulated robots were measured last."""
-        self.rested = -math.inf
-        """The time on the clock at which robots that were stopped have come to rest."""
+        self.measured_until = -math.inf
+        """The time on the clock until which measurements are reported: robots that were stopped have come to rest."""
         self.unsettled = False
         """True if something may be due that has not been sent."""
         self.unseen: list[str] = []
         """Robots to check once everything that is due has been sent."""
         self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and the next thing to decide in it
         self.wall = wall
-        self._vitals_due = -math.inf
 
     # Sending in time
 
@@ -190,21 +184,6 @@ class Tracks:
             self._begin(mover, beat, performed)
         return [mover for mover in left if mover not in self.active_parts.open]
 
-    def place_limbs(self, beat: Exact) -> None:
-        """Move the joints of simulated robots to where they ideally stand at a beat."""
-        parts, far = self.run.score.parts, dict[str, None]()
-        movers = [mover for part in parts.values() for mover in self.limbs.movers_of(part, self.run.tempo)]
-        for mover in movers:
-            robot, track = mover.robot, self.limbs.track[mover]
-            try:
-                track.place(parts[robot], beat, Budget(MOST_PLACED // len(movers)))
-            except TooLongError:
-                far[robot] = None
-            self.sink.send_joints(robot, track.tell(STILL, self.advanced), self.advanced)
-        if far:
-            line = f"the joints of {', '.join(far)} don't stand as they do at this beat"
-            self.tell({"type": "warning", "message": f"{line}: it takes too long to compute that, so jump less far"})
-
     # Senses
 
     def sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
@@ -224,7 +203,7 @@ class Tracks:
         for mover in movers:
             beat = self.active_parts.open[mover].next_after(beat)
         self.sensing.cued = what.sense == CUE
-        self.tell_sensed(what, self._value(what), beat, performed, now)
+        self.tell_sensed(what, self.sensing.value(what, run.score), beat, performed, now)
         self._perform_begun(movers, beat, max(performed, self.advanced))
         self.sensing.cued = False
 
@@ -252,11 +231,6 @@ class Tracks:
         for robot, self.sensing.cued in robots.items():
             self._perform_begun(self.active_parts.open_of(robot), edges[0].beat, max(at, self.advanced))
         self.sensing.cued = False
-
-    def _value(self, what: RobotSense) -> bool | None:
-        """Return the value of a robot's sense now; None if it is unknown."""
-        part = self.run.score.parts.get(what.robot)
-        return self.sensing.value(what, part.senses if part else {})
 
     def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
         for mover in movers:
@@ -294,28 +268,19 @@ class Tracks:
     # Velocities
 
     def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        robot = mover.robot
         if mover.part:
-            told = self.limbs.track[mover].tell(velocity, performed)
-            self.joints.tell(mover.robot, told, performed)
-        else:
-            assert isinstance(velocity, Twist)
-            self._send_twist(mover.robot, velocity, performed)
-
-    def _send_twist(self, robot: str, twist: Twist, performed: float) -> None:
+            self.joints.tell(robot, self.limbs.track[mover].tell(velocity, performed), performed)
+            return
+        assert isinstance(velocity, Twist)
         at = self.run.transport.clock(performed)
-        correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
-        told = twist if correction == STILL else twist.plus(correction)
+        correction = self.odometry.correction(robot, velocity, max(at, self.reached) if self.sink.real else at)
+        told = velocity if correction == STILL else velocity.plus(correction)
         pace = self.run.simulated_pace
         self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
-        self.odometry.tell(robot, twist, at)
-        self.faults.tell(robot, twist, at)
+        self.odometry.tell(robot, velocity, at)
+        self.faults.tell(robot, velocity, at)
         self.separation.tell(self.run, robot, told, max(at, self.reached))
-
-    def _send_joints(self, robot: str, joints: Mapping[str, JointMotion], performed: float) -> None:
-        if (pace := self.run.simulated_pace) == 1:
-            self.sink.send_joints(robot, joints, performed)
-        else:
-            self.sink.send_joints(robot, joints, performed, pace)
 
     def _stands(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)
@@ -327,8 +292,9 @@ class Tracks:
 
     # Facts and reports
 
-    def facts(self, now: float, event: Event | None = None) -> Facts:
-        """Return the facts at a time on the clock for the decision of an event."""
+    def facts(self, now: float, event: Event | None = None, late: float = 0.0) -> Facts:
+        """Return the facts at a time on the clock for the decision of an event, which other stages did `late` seconds
+        ago."""
         entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
         places = self.odometry.places(now) if self.sink.real else {}
@@ -336,6 +302,7 @@ class Tracks:
             now,
             self.sink.real,
             self.active_parts.over,
+            late,
             frozenset(self.listeners.away),
             frozenset(self.listeners.standing),
             self.sensing.held,
@@ -347,28 +314,10 @@ class Tracks:
             self.paths,
         )
 
-    def whereabouts(self) -> Poses:
-        """The poses of simulated robots at beat 0 and now; empty for real robots."""
-        poses = reports.as_json(self.sink.poses())
-        return {"start": self.start_poses, "poses": poses} if poses else {}
-
-    def report(self, now: float, at: float) -> None:
-        """Report the position and poses at a time on the clock. The sink must have advanced to it."""
-        must_wait = waits(self.run, self.facts(now)) if self.run.mode in ("paused", "stopped") else []
-        over, wall = self.active_parts.over, self.wall() - (now - at)
-        self.tell(reports.transport(self.run, over, must_wait, self.backend, self.whereabouts(), at, wall))
-
     def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
         """Report the value of a robot's sense. `now` is the present time on the clock."""
         wall = self.wall() - (now - self.run.transport.clock(performed))
         self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
-
-    def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
-        """Report the value of a robot's sense if it is known and lasts. A stage that follows reports nothing."""
-        source = self.run.score.parts[what.robot].senses.get(what.sense)
-        is_instant = what.sense == CUE and isinstance(source, BuiltIn)
-        if not self.sensing.follows and not is_instant and (value := self._value(what)) is not None:
-            self.tell_sensed(what, value, beat, performed, now)
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
@@ -380,36 +329,12 @@ class Tracks:
             self.tell(seen)
         for comparison in found if self.sink.real else ():
             self.faults.take(comparison)
-        if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
+        if found and now < self.measured_until:
             robots = {
                 each.raw.robot: reports.compared(run, self.active_parts.over, each, self.wall() - (now - each.raw.at))
                 for each in found
             }
             self.tell({"type": "measured", "generation": run.generation, "robots": robots})
-
-    def measure_joints(self, joints: RawJoints, now: float) -> None:
-        """Report where joints of a robot were, while robots play and shortly after."""
-        run, part = self.run, self.run.score.parts.get(joints.robot)
-        if part and part.profile.body and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
-            wall = self.wall() - (now - joints.at)
-            self.tell(reports.joints(run, self.active_parts.over, joints, part.profile.body, wall))
-
-    def find_faults(self, now: float) -> list[RobotNews]:
-        """Return news about the faults of real robots. Once a second, report the condition of all of them."""
-        if not self.sink.real:
-            return []
-        noticed = self.sink.noticed()
-        if now >= self._vitals_due:
-            self._vitals_due = now + VITALS_PERIOD
-            posed = {robot: self.run.transport.performed(at) for robot, at in self.faults.posed.items()}
-            away = self.listeners.standing, self.returns.driving
-            self.tell(reports.vitals(self.run, posed, noticed.batteries, *away))
-        return list(self.faults.look_around(self.run.score, self.listeners.gone, noticed, now))
-
-    def tell_faults(self, found: Sequence[RobotNews], now: float) -> None:
-        """Report news about the faults of robots."""
-        for message in reports.faults(self.run, self.active_parts.over, found, now, self.wall()):
-            self.tell(message)
 
     def look(self, robots: Collection[str]) -> None:
         """Check robots at once, and report problems."""
@@ -419,9 +344,4 @@ class Tracks:
     def tell_news(self) -> None:
         """Report new problems of robots."""
         for line in self.listeners.news():
-            self.tell({"type": "warning", "message": line})
-
-    def tell_unguarded(self, now: float) -> None:
-        """Report real robots that aren't guarded, or are seen too late, unless people know that."""
-        for line in self.separation.lines(self.run, self.odometry, now):
             self.tell({"type": "warning", "message": line})

@@ -2,7 +2,7 @@
 
 From these rows follow the requests of a page, ROS 2, and OSC, the messages that overtake others and make them void, the
 ones that are kept for stages that start later, and the ones for the simulator beside real robots. A new command is a
-message and a row here, and its reaction in the loop (`loop.OBEYED`).
+message and a row here, and its rule in the player (`decide.py`).
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from improv_core.score.motion import Pose, Twist
 if TYPE_CHECKING:  # a standby needs nothing of a score, and little memory
     from improv_core.score.joints import JointMotion
     from improv_core.score.score import Score
-    from improv_core.score.senses import RobotSense
+    from improv_core.score.senses import Key, RobotSense
 
 
 class StopButton(NamedTuple):
@@ -25,11 +25,11 @@ class StopButton(NamedTuple):
 class Edge:
     """A change in what people or robots do.
 
-    `what` is a deadman button, an emergency stop, or a robot's sense; the value None is silence. `at` is its arrival,
-    in monotonic seconds; for a sense of a simulated robot, in performance time.
+    `what` is a deadman button, an emergency stop, a key, or a robot's sense; the value None is silence. `at` is its
+    arrival, in monotonic seconds; for a sense of a simulated robot, in performance time.
     """
 
-    what: str | StopButton | RobotSense
+    what: str | StopButton | Key | RobotSense
     value: bool | None
     at: float
 

@@ -12,28 +12,30 @@ from typing import Any, Protocol
 
 from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.plain import one_line
+from improv_core.player import events
 from improv_core.player.player import Player
 from improv_core.player.sensing import foreseen
 from improv_core.player.separation_monitor import from_elsewhere
 from improv_core.player.start_gate import made_of
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
-from improv_core.protocol.messages import Decided, FromStage, Sensed, Stopped, ToStage
+from improv_core.protocol.messages import FromStage, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
-from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.safety.interlocks import GAMEPAD
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.suspend import NOTICED
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
-from improv_core.score.senses import RobotSense
+from improv_core.score.senses import Key
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.command_queue import CommandQueue
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
 A repeat doesn't need that."""
+STOP: Stop = {"type": "stop"}
+PAUSE: Pause = {"type": "pause"}
 LATEST = 0.25
 """Seconds by which a score may come late, and still take over at the same beat as in other stages."""
 
@@ -130,22 +132,24 @@ class Loop:
         """True after a failure. Then only the last message is sent, since we don't know whether all robots have
         stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
-        self._may_move = False  # true if real robots move, or may do so by themselves
         self._commands = CommandQueue(opened.sink.preload, clock.now)
         self._is_far = False  # true if its parent is on another machine
         self._is_one_of_many = False  # true if stages on other machines play the same score
         self._deserted = False  # true if its parent was silent, and has sent nothing to play since
-        self._held_until = math.inf  # the time at which a deadman button at the page, if it is held, counts as released
-        self._keys: dict[str, float] = {}  # keys of senses that are held, and the times at which they count as released
+        self._held: dict[str | Key, float] = {}  # what people hold at pages, and when it counts as released
+
+    @property
+    def _may_move(self) -> bool:
+        return self._opened.sink.real and self.player.run.may_move
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
         deadline = now if self._commands.is_busy else self.player.deadline(now)
-        keys = min(self._keys.values(), default=math.inf)
+        held = min(self._held.values(), default=math.inf)
         zeros = self._opened.pending_zeros.due if self._opened.pending_zeros else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
         playing = math.inf if deadline is None else deadline
-        return min(silent, self._held_until, keys, zeros, self._commands.due, playing)
+        return min(silent, held, zeros, self._commands.due, playing)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -157,10 +161,8 @@ class Loop:
         """Do everything that is due."""
         if self._may_move and self._parent.is_silent(now):
             self._parent_lost(now)
-        if now >= self._held_until:
-            self.hold(None, now)
-        for key in [key for key, until in self._keys.items() if now >= until]:
-            self.hold_key(key, False, now)
+        for what in [what for what, until in self._held.items() if now >= until]:
+            self._hold(what, False, now)
         while self._commands.comes_now and (arrival := self._commands.next()):
             self._do(arrival, now)  # first, because setpoints that have been sent can't be taken back
         due = self.player.deadline(now) if self._commands.is_busy else now
@@ -174,41 +176,41 @@ class Loop:
         self, arrival: Ordered | First | DirectStop | Edge | RawPoses | RawJoints | Alarm | Anchor, now: float
     ) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
-        if isinstance(arrival, DirectStop):
-            self._obey_direct(arrival, now)
-        elif isinstance(arrival, Edge):
-            self.player.sense(arrival, now)
-        elif isinstance(arrival, RawPoses):
-            self.player.measure(arrival.poses, now)
-        elif isinstance(arrival, RawJoints):
-            self.player.measure_joints(arrival, now)
-        elif isinstance(arrival, Anchor):
-            self.player.hear_clock(arrival, now)
-        elif isinstance(arrival, Alarm):
-            if self._may_move:
-                self._halt(arrival.message, now)
-        elif isinstance(arrival, First):
-            message = arrival.message
-            self._commands.fence = self._commands.fence.hear(message["type"], arrival.number)
-            if message["type"] == "stop":
-                self._commands.forget_pause()
-                self._settle(message)
-            playing = self.player.state == "playing"
-            if not (message["type"] == "pause" and playing and self._commands.pause(message)):
-                self._obey(message, now)
-            self._do_next()  # an arrival from standard input may have waited for it
-        elif isinstance(arrival, dict) and arrival["type"] == "seen":  # it doesn't wait for earlier arrivals
-            self._obey(arrival, now)
-        elif isinstance(arrival, dict) and is_stop(arrival):
+        match arrival:
+            case DirectStop():
+                self._obey_direct(arrival, now)
+            case First():
+                self._obey_first(arrival, now)
+            case Edge():
+                self.player.sense(arrival, now)
+            case RawPoses(poses):
+                self.player.measure(poses, now)
+            case RawJoints():
+                self.player.measure_joints(arrival, now)
+            case Anchor():
+                self.player.take(arrival, now)
+            case Alarm(line):
+                if self._may_move:
+                    self._halt(line, now)
+            case Play():
+                self._commands.add(replace(arrival, score=_as_played(arrival, self._opened.sink.real)))
+                self._do_next()
+            case Unreadable() | Lost():
+                self._commands.add(arrival)
+                self._do_next()
+            case _:
+                self._take_message(arrival, now)
+
+    def _take_message(self, message: ToStage, now: float) -> None:
+        """Handle a message from standard input, or have it wait for earlier ones."""
+        if message["type"] == "seen":
+            self._obey(message, now)
+        elif is_stop(message):
             self._commands.stop()
-            self._settle(arrival)
-            self._do(arrival, now)
+            self._settle(message)
+            self._do(message, now)
         else:
-            if isinstance(arrival, Play) and self._opened.sink.real:
-                # No robot that only stands is waited for, and none is sent anything.
-                here, score = arrival.load.get("here"), arrival.score.moving()
-                arrival = replace(arrival, score=score if here is None else score.on(here))
-            self._commands.add(arrival)
+            self._commands.add(message)
             self._do_next()
 
     def _do_next(self) -> None:
@@ -222,11 +224,23 @@ class Loop:
         elif isinstance(arrival, Unreadable):
             self._tell({"type": "error", "message": arrival.problem})
             if arrival.is_score:
-                self.player.stop(now)
+                self.player.take(STOP, now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
         elif not (self._deserted and arrival["type"] in VOIDED_BY_STOP):  # its parent will find out, and send all again
             self._obey(arrival, now)
+
+    def _obey_first(self, first: First, now: float) -> None:
+        """Obey a message from the channel of stops, or have a pause wait for its time."""
+        message = first.message
+        self._commands.fence = self._commands.fence.hear(message["type"], first.number)
+        if message["type"] == "stop":
+            self._commands.forget_pause()
+            self._settle(message)
+        playing = self.player.run.mode == "playing"
+        if not (message["type"] == "pause" and playing and self._commands.pause(message)):
+            self._obey(message, now)
+        self._do_next()  # an arrival from standard input may have waited for it
 
     def _obey_direct(self, direct: DirectStop, now: float) -> None:
         """Obey a stop that has come straight here, report it to the parent, and then answer it."""
@@ -234,7 +248,7 @@ class Loop:
         if not self._commands.fence.has(name):
             self._commands.forget_pause()
             self._commands.fence = self._commands.fence.hear_direct(name)
-            self.player.stop(now, direct.stop.get("by"))
+            self.player.take(direct.stop, now)
             self._tell({"type": "request", "command": {**direct.stop, "at": now}})
         direct.confirm()
 
@@ -247,9 +261,9 @@ class Loop:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
         clock, player = self._clock, self.player
         end = clock.now() + END_LIMIT  # the parent waits no longer than this
-        if player.state in ("playing", "waiting"):  # otherwise robots have stopped, and others may move them
-            with suppress(Exception):
-                player.stop(clock.now())
+        moving = player.run.mode in ("playing", "waiting")  # otherwise robots have stopped, and others may move them
+        with suppress(Exception):
+            player.take(STOP if moving else PAUSE, clock.now())  # so that no pause ends by itself from here on
         while (deadline := player.deadline(clock.now())) is not None and deadline < end:
             clock.wait_until(deadline)
             with suppress(Exception):
@@ -263,143 +277,116 @@ class Loop:
             return
         self._tell({"type": "deserted", "seconds": self._parent.patience})
         self._deserted = True
-        self.player.stop(now)
+        self.player.take(STOP, now)
         self._commands.fence = self._commands.fence.lose()
 
     def _halt(self, line: str, now: float) -> None:
         """Stop all robots, and report why. No message that the parent has sent until now may move them."""
-        self.player.stop(now)
+        self.player.take(STOP, now)
         self._commands.fence = self._commands.fence.lose()
         self._tell({"type": "error", "message": line})
 
     def _tell(self, message: FromStage) -> None:
         if self.failed:
             return
-        if message["type"] == "transport":
-            if self._deserted:
-                message["deserted"] = True
-            waits = message["state"] == "paused" and "waits_for" in message
-            self._may_move = self._opened.sink.real and (message["state"] in ("playing", "waiting") or waits)
+        if message["type"] == "transport" and self._deserted:
+            message["deserted"] = True
         self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
-        load, score = asked.load, asked.score
+        load = asked.load
         if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - NOTICED:
             self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
             return
         if load["when"] == "restart":
             self._deserted = False
-        elif "here" in load and (self._deserted or self.player.state not in ("playing", "paused")):
+        elif "here" in load and (self._deserted or self.player.run.mode not in ("playing", "paused")):
             self._tell({"type": "lacks", "generation": load["generation"]})  # it would play alone, from beat 0
             return
-        if "entry" in load and not self._opened.sink.real:  # real robots lead
-            parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
-            score = replace(score, parts=parts)
         self._is_far = "patience" in load
         self._parent.patience = load.get("patience", SILENCE_LIMIT)
-        if self._opened.sink.real:
-            score = score.moving()  # robots that only stand are not waited for, and get no zeros
         self._is_one_of_many = "here" in load
-        if "here" in load:
-            score = score.on(load["here"])
-        self.player.backend = load["backend"]
-        self._opened.announce(score, load["generation"])
+        self._opened.announce(asked.score, load["generation"])
         at = self._as_of(load.get("at"), now)
-        not_before = load.get("at", now) if load["when"] != "restart" else now
-        bar = load.get("beats_per_bar", BEATS_PER_BAR)
-        senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
-        rest = (
+        play = events.Load(
+            asked.score,
+            load["generation"],
+            load["when"],
             load.get("entry"),
-            bar,
-            senses,
+            max(load.get("beats_per_bar", BEATS_PER_BAR), 1),
+            [foreseen(each) for each in load["senses"]] if "senses" in load else None,
             load.get("stops"),
             load.get("anyway", False),
             made_of(load.get("arming"), shared=self._is_one_of_many),
-            min(not_before, now + MOST_AHEAD),
-            min(self.late(load, at), LATEST),
+            min(load.get("at", now) if load["when"] != "restart" else now, now + MOST_AHEAD),
             load.get("by"),
+            load["backend"],
         )
-        self.player.load(score, load["generation"], load["when"], at, *rest)
+        self.player.take(play, at, min(self._late(load, at), LATEST))
 
     def _obey(self, message: ToStage, now: float) -> None:
-        if message["type"] == "ping":
-            self._tell({"type": "pong", "number": message["number"]})
-            return
-        if message["type"] == "sensed" or message["type"] == "decided" or message["type"] == "fault":
-            self._follow(message, now)
-            return
-        if message["type"] == "seen":
-            self.player.measure(from_elsewhere(message, self.player.score, now), now)
-            return
-        if message["type"] == "anchor":
-            heard = Anchor(message["at"], message["beat"], message["tempo"] / 60, message["period"], message["jumps"])
-            self.player.hear_clock(heard, now)
-            return
-        if message["type"] == "bend":
-            self.player.bend(message["pace"], message["beat"], message["at"], now)
-            return
-        if message["type"] == "pressed":
-            self.player.stops = self.player.stops.told(message)
-            self._opened.guard(self.player.stops.on)
-            return
-        assert message["type"] != "page"  # the thread that reads hands it to the pages
-        OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
+        match message["type"]:
+            case "ping":
+                self._tell({"type": "pong", "number": message["number"]})
+            case "stop":
+                self.player.take(message, now)
+                if "mark" in message:  # a page has sent it
+                    self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
+            case "held" | "released":
+                self._hold(GAMEPAD, message["type"] == "held", now)
+            case "key":
+                self._hold(Key(message["key"]), message["held"], now)
+            case "cue" | "osc_sense" | "force":
+                self.player.hear(message, self._as_of(message.get("at"), now))
+            case "seen":
+                self.player.measure(from_elsewhere(message, self.player.run.score, now), now)
+            case "sensed":  # from the stage that leads, like a fault and a decision: report what its robots do, too
+                if message["generation"] == self.player.run.generation:
+                    self.player.foresee(foreseen(message), now)
+                self._tell(message)
+            case "decided":
+                self._tell(message)
+            case "fault":
+                self.player.take(message, now)
+                self._tell(message)
+            case "anchor":
+                rate = message["tempo"] / 60
+                self.player.take(Anchor(message["at"], message["beat"], rate, message["period"], message["jumps"]), now)
+            case "bend":
+                self.player.take(message, now)
+            case "pressed":
+                self.player.take(message, now)
+                self._opened.guard(self.player.run.stops.on)
+            case "load" | "page":  # the thread that reads makes a `Play` of one, and hands the other to pages
+                raise AssertionError(message)
+            case _:
+                at = self._as_of(message.get("at"), now)
+                self.player.take(message, at, self._late(message, at))
 
-    def obey_stop(self, message: Stop, now: float) -> None:
-        """Stop all robots, and confirm that if a page has sent the stop."""
-        self.player.stop(now, message.get("by"))
-        if "mark" in message:
-            self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
-
-    def hold(self, held: bool | None, now: float) -> None:
-        """Hold or release the deadman button at the page; None if it has fallen silent."""
-        self._held_until = now + DEADMAN_LIMIT if held else math.inf
-        self.player.sense(Edge(GAMEPAD, held, now), now)
-
-    def hold_key(self, key: str, held: bool, now: float) -> None:
-        """Hold or release a key of a sense, or note that it has fallen silent."""
-        changes = held != (key in self._keys)
+    def _hold(self, what: str | Key, held: bool, now: float) -> None:
+        """Take a button or a key that somebody holds at a page, or releases, or of which nothing comes anymore."""
+        changes = held != (what in self._held)
         if held:
-            self._keys[key] = now + DEADMAN_LIMIT
+            self._held[what] = now + DEADMAN_LIMIT
         else:
-            self._keys.pop(key, None)
-        if changes:  # pages repeat a key that is held
-            self.player.hold_key(key, held, now)
-
-    def _follow(self, message: Sensed | Decided | FaultMessage, now: float) -> None:
-        """Do what real robots do, by the report of the leading stage, and report it, too."""
-        if message["type"] == "sensed" and message["generation"] == self.player.generation:
-            self.player.foresee(foreseen(message), now)
-        elif message["type"] == "fault" and message["response"] == "stand" and not message["over"]:
-            self.player.stand(message["robot"], now)
-        self._tell(message)
+            self._held.pop(what, None)
+        if changes:  # pages repeat what is held
+            self.player.sense(Edge(what, held, now), now)
 
     def _as_of(self, at: float | None, now: float) -> float:
         """Return the effective time of a request. Setpoints that have been sent since then can't be taken back."""
         return max(min(now if at is None else at, now), self.player.reached)
 
-    def late(self, message: Mapping[str, Any], at: float) -> float:
+    def _late(self, message: Mapping[str, Any], at: float) -> float:
         """Return the seconds since other stages have done the same, which takes effect here at this time."""
         return max(at - message.get("at", at), 0.0) if self._is_one_of_many else 0.0
 
 
-OBEYED: Mapping[str, Callable[[Loop, Any, float, float], None]] = {
-    "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
-    "pause": lambda loop, _, at, now: loop.player.pause(at),
-    "resume": lambda loop, message, at, now: loop.player.resume(at, late=loop.late(message, at), by=message.get("by")),
-    "anyway": lambda loop, message, at, now: loop.player.resume(at, anyway=True, late=loop.late(message, at)),
-    "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at, loop.late(message, at)),
-    "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at, loop.late(message, at)),
-    "silence": lambda loop, message, at, now: loop.player.set_silent(message["muted"], message["soloed"], at),
-    "held": lambda loop, _, at, now: loop.hold(True, now),
-    "released": lambda loop, _, at, now: loop.hold(False, now),
-    "cue": lambda loop, _, at, now: loop.player.cue(at),
-    "key": lambda loop, message, at, now: loop.hold_key(message["key"], message["held"], now),
-    "osc_sense": lambda loop, message, at, now: loop.player.hear_osc(
-        message["name"], message["robot"], message["value"], at
-    ),
-    "force": lambda loop, message, at, now: loop.player.force(
-        RobotSense(message["robot"], message["sense"]), message["value"], at
-    ),
-}
-"""The reaction of a stage to each command. `at` is the time at which it takes effect, `now` the present, in seconds."""
+def _as_played(play: Play, real: bool) -> Score:
+    """Return a score as a stage plays it: robots that only stand are not waited for and get no zeros if they are real,
+    and simulated ones beside real robots, which lead, keep the limits of these."""
+    score = play.score.moving() if real else play.score
+    if "entry" in play.load and not real:
+        parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
+        score = replace(score, parts=parts)
+    return score.on(play.load["here"]) if "here" in play.load else score

@@ -29,7 +29,7 @@ class OscStage(Stage):
     def play(self, program: str, when: When, bar: int | None = None) -> None:
         made, generation = replace(score(program), bar=bar), len(self.told) + 1
         self.forecast.add_score(made, generation)
-        self.player.load(made, generation, when, self.now)
+        self.perform(made, generation, when)
         self.listen()
 
     def listen(self) -> None:
@@ -89,15 +89,15 @@ def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
     stage = OscStage("beat 60\nr $ repeat forward")
     stage.pass_time(1.5)
     stage.take()
-    stage.player.set_speed(2, stage.now)
+    stage.ask("speed", factor=2)
     stage.pass_time(0.5)
     assert stage.take() == [(1.75, "beat 2")]
-    stage.player.seek(8, stage.now)
+    stage.ask("seek", beat=8)
     stage.pass_time(0.1)
     assert stage.take() == [(2.0, "beat 8")]
-    stage.player.pause(stage.now)
+    stage.ask("pause")
     stage.pass_time(1)
-    stage.player.resume(stage.now)
+    stage.ask("resume")
     stage.pass_time(0.5)
     assert stage.take() == [(2.1, "state paused"), (3.1, "state playing"), (3.1, "word r forward"), (3.5, "beat 9")]
 
@@ -105,7 +105,7 @@ def test_beats_are_on_time_after_a_change_of_speed_a_seek_and_a_pause() -> None:
 def test_a_muted_robot_sends_no_words_and_a_save_sends_those_that_change() -> None:
     stage = OscStage("beat 60\na b $ repeat (forward left)")
     stage.pass_time(1.5)
-    stage.player.set_silent(["b"], [], stage.now)
+    stage.ask("silence", muted=["b"], soloed=[])
     stage.take()
     stage.pass_time(1.0)
     assert stage.take() == [(2.0, "beat 2"), (2.0, "word a forward")]

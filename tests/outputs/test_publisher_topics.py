@@ -48,8 +48,8 @@ def test_diagnostics_report_lateness_reach_and_limits() -> None:
     assert list(diagnose(forecast, health, stage.now)) == []
     made = score("a $ forward\nb $ forward\n")
     forecast.add_score(made, 1)
-    stage.player.load(made, 1, "restart", stage.now)
-    stage.player.set_silent(["b"], [], stage.now)
+    stage.perform(made)
+    stage.ask("silence", muted=["b"], soloed=[])
     forecast.take(stage.transports[-1])
     levels = [(each.name, each.level, each.message) for each in diagnose(forecast, health, stage.now)]
     assert levels == [("improv", 0, "playing"), ("improv: a", 0, "OK"), ("improv: b", 0, "OK")]

@@ -36,7 +36,7 @@ class Watched(Stage):
     def load(self, program: str, when: When = "restart") -> None:
         made, generation = score(program), len(self.told) + 1
         self.floor.add_score(made, generation)
-        self.player.load(made, generation, when, self.now)
+        self.perform(made, generation, when)
 
     def places(self) -> dict[str, tuple[float, float]]:
         for message in self.told[self._shown :]:
@@ -54,7 +54,7 @@ def test_robots_are_where_their_score_has_them() -> None:
     assert stage.places() == {"r": (0, 0), "s": (0, 2)}
     stage.run(1.5)
     assert stage.places() == {"r": (3, 0), "s": (3, 2)}
-    stage.player.cue(stage.now)
+    stage.ask("cue")
     stage.run(0.5)
     assert stage.places() == {"r": (4, 0), "s": (3, 2)}
     stage.load("r $ repeat backward\n", "now")
@@ -67,7 +67,7 @@ def test_a_silent_robot_stays_where_it_was() -> None:
     stage = Watched("r at 0 0\ns at 0 0\nr s $ repeat forward\n")
     stage.run(1)
     stage.places()
-    stage.player.set_silent(["r"], [], stage.now)
+    stage.ask("silence", muted=["r"], soloed=[])
     stage.places()
     stage.run(1)
     assert stage.places() == {"r": (2, 0), "s": (4, 0)}

@@ -44,10 +44,10 @@ class Walk:
         self.alone.save(self.program(BERT), "restart")
 
     def edit(self) -> None:
-        state = self.alone.player.state
+        state = self.alone.player.run.mode
         self.edited.save(self.program(self.dice.choice(OTHERS)), self.dice.choice(WHENS))
         if state == "paused" and not self.stopped:
-            self.alone.player.resume(self.alone.now)
+            self.alone.ask("resume")
         elif state == "stopped":
             self.beat = 0.0
             self.alone.save(self.program(BERT), "now")
@@ -55,7 +55,7 @@ class Walk:
     def change_tempo(self) -> None:
         if self.stopped:
             return  # the stage would refuse it
-        if self.alone.player.state == "stopped":
+        if self.alone.player.run.mode == "stopped":
             self.beat = 0.0
         self.tempo = self.dice.choice((40, 60, 97))
         self.edited.save(self.program(self.dice.choice(OTHERS)), "now")
@@ -63,30 +63,30 @@ class Walk:
 
     def pause(self) -> None:
         for stage in self.both:
-            stage.player.pause(stage.now)
+            stage.ask("pause")
 
     def resume(self) -> None:
         for stage in self.both:
-            stage.player.resume(stage.now)
+            stage.ask("resume")
 
     def stop(self) -> None:
         for stage in self.both:
-            stage.player.stop(stage.now)
+            stage.ask("stop")
 
     def seek(self) -> None:
         self.beat = self.dice.choice((0.0, 3.0, 7.3))
         for stage in self.both:
-            stage.player.seek(self.beat, stage.now)
+            stage.ask("seek", beat=self.beat)
 
     def set_speed(self) -> None:
         factor = self.dice.choice((0.5, 1.0, 2.0))
         for stage in self.both:
-            stage.player.set_speed(factor, stage.now)
+            stage.ask("speed", factor=factor)
 
     def silence(self) -> None:
         muted, soloed = self.dice.choice(((), ("anna",), ("bert",))), self.dice.choice(((), (), ("anna",), ("cleo",)))
         for stage in self.both:
-            stage.player.set_silent(muted, soloed, stage.now)
+            stage.ask("silence", muted=muted, soloed=soloed)
 
     def hold(self) -> None:
         self.held = not self.held
@@ -104,12 +104,12 @@ class Walk:
             stage.run(seconds)
             for message in stage.told[told:]:
                 assert message["type"] != "error", message
-            if stage.player.state in ("paused", "stopped"):
+            if stage.player.run.mode in ("paused", "stopped"):
                 assert all(twist == STILL for _, _, twist in stage.sink.sent[sent:])
         alone, edited = (
             stage.player.run.beat(stage.now, stage.player._tracks.active_parts.over) for stage in self.both
         )
-        assert self.edited.player.state == self.alone.player.state
+        assert self.edited.player.run.mode == self.alone.player.run.mode
         assert float(edited) == pytest.approx(float(alone))
         assert alone >= self.beat - 1e-9
         self.beat = float(alone)

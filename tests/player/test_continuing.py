@@ -57,7 +57,7 @@ class Continuing(Stage):
         self.generation += 1
         asked = score(program) if isinstance(program, str) else program
         self.editions, sent = self.editions.number(asked, self.generation)
-        self.player.load(sent, self.generation, when, self.now, entry)
+        self.perform(sent, self.generation, when, entry=entry)
         return sent
 
     @property
@@ -85,7 +85,7 @@ def test_a_bar_has_as_many_beats_as_the_playing_program_sets_or_else_the_request
     stage.save(bar + BERT, "restart")
     assert stage.transport.get("bar") == (3 if bar else None)
     stage.run(3.5)
-    stage.player.load(score(EDITED), 2, "bar", stage.now, beats_per_bar=asked)
+    stage.perform(score(EDITED), 2, "bar", beats_per_bar=asked)
     stage.run(10)
     assert stage.transport["begins"] == {"bert": 6}
     assert "bar" not in stage.transport
@@ -146,11 +146,11 @@ def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
     stage = played("anna $ repeat (forward left)\nbert $ repeat forward\n", 2.5)
     stage.save("anna $ repeat (forward left)\nbert $ repeat (left forward)\n")
     stage.run(1)
-    stage.player.seek(8.0, stage.now)  # 5 beats of bert's part, which began at beat 3
+    stage.ask("seek", beat=8.0)  # 5 beats of bert's part, which began at beat 3
     stage.run(0.5)
     assert changes(stage, "anna", 3.5)[0] == (3.5, 2, 0)
     assert changes(stage, "bert", 3.5)[0] == (3.5, 2, 0)
-    stage.player.seek(2.5, stage.now)  # before bert's part begins
+    stage.ask("seek", beat=2.5)  # before bert's part begins
     stage.run(1.2)
     assert changes(stage, "bert", 4.0) == [(4, 0, 0), (4.5, 0, QUARTER)]
 
@@ -179,7 +179,7 @@ class Pair:
                 entry: Takeover = {"beat": told["beat"], "monotonic": told["monotonic"]}
                 entry["begins"] = told.get("begins", {})
                 when: When = "restart" if told["restarted"] == self.known else "now"
-                self.twin.player.load(self.sent[self.known], self.known, when, self.twin.now, entry)
+                self.twin.perform(self.sent[self.known], self.known, when, entry=entry)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.005, 0.3])
@@ -235,7 +235,7 @@ def test_a_robot_that_goes_away_is_noticed_despite_saves_and_seeks(asked: str) -
         if asked == "save":
             stage.save(saves[turn % 2], "now")
         else:
-            stage.player.seek(float(turn), stage.now)
+            stage.ask("seek", beat=float(turn))
     assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
 
 

@@ -32,7 +32,7 @@ def stage_following(clock: Follow, program: str = DANCE, *, profile: Profile | N
     dance = replace(score(program), clock=OutsideClock(clock))
     if profile:
         dance = replace(dance, parts={name: replace(part, profile=profile) for name, part in dance.parts.items()})
-    stage.player.load(dance, 1, "restart", stage.now)
+    stage.perform(dance)
     return stage
 
 
@@ -49,7 +49,7 @@ def anchors(phase: Phase, until: float, every: float, since: float = 0.0, jitter
 def play(stage: Stage, told: Sequence[Anchor], until: float) -> None:
     for each in told:
         stage.run(each.at - stage.now)
-        stage.player.hear_clock(each, stage.now)
+        stage.player.take(each, stage.now)
     stage.run(START + until - stage.now)
 
 
@@ -118,7 +118,7 @@ def test_a_clock_that_is_lost_leaves_its_tempo_and_a_line() -> None:
     play(stage, anchors(steady(90), 10, 1 / 48, jitter=0.0), 30)
     assert lines(stage) == ["nothing is heard of the MIDI clock: the dance goes on at 90.0 beats per minute"]
     assert errors(stage, steady(90))[-1] < 0.01
-    stage.player.hear_clock(Anchor(START + 30, 45.0, 1.5, 0.02), stage.now)
+    stage.player.take(Anchor(START + 30, 45.0, 1.5, 0.02), stage.now)
     assert lines(stage)[1:] == ["the MIDI clock is heard again"]
 
 
@@ -126,20 +126,20 @@ def test_a_clock_that_stops_pauses_and_continues_only_its_own_pause() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(120), 10, 1 / 48), 10)
     stands, again = Anchor(START + 10, 20.0, 0.0, 0.02), Anchor(START + 12, 0.0, 2.0, 0.02, 1)
-    stage.player.hear_clock(stands, stage.now)
+    stage.player.take(stands, stage.now)
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
     stage.run(2)
-    stage.player.hear_clock(again, stage.now)
+    stage.player.take(again, stage.now)
     assert stage.states[-1] == "paused", "it comes in at its own beat of the bar"
     stage.run(2.1)
     assert stage.states[-1] == "playing"
     assert abs(math.remainder(float(stage.player.run.beat(stage.now, math.inf)) - 4.2, 4)) < 0.01
-    stage.player.hear_clock(replace(stands, at=stage.now), stage.now)
-    stage.player.pause(stage.now)
-    stage.player.hear_clock(replace(again, at=stage.now), stage.now)
+    stage.player.take(replace(stands, at=stage.now), stage.now)
+    stage.ask("pause")
+    stage.player.take(replace(again, at=stage.now), stage.now)
     assert stage.states[-1] == "paused", "a person has paused it"
-    stage.player.stop(stage.now)
-    stage.player.hear_clock(replace(again, at=stage.now, jumps=2), stage.now)
+    stage.ask("stop")
+    stage.player.take(replace(again, at=stage.now, jumps=2), stage.now)
     assert stage.states[-1] == "stopped"
 
 
@@ -150,14 +150,14 @@ def test_what_a_person_asks_comes_in_at_the_beat_of_the_clock(asked: str) -> Non
     told = anchors(phase, 20, 1 / 48, jitter=0.0)
     play(stage, [each for each in told if each.at < START + 10.3], 10.3)
     if asked == "a seek":
-        stage.player.seek(101.5, stage.now)
+        stage.ask("seek", beat=101.5)
     else:
-        stage.player.pause(stage.now)
+        stage.ask("pause")
     if asked == "a resume":
-        stage.player.resume(stage.now)
+        stage.ask("resume")
     elif asked == "a save in a pause":
         later = replace(score(DANCE.replace("left", "left left")), clock=OutsideClock("midi"))
-        stage.player.load(later, 2, "now", stage.now)
+        stage.perform(later, 2, "now")
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["the MIDI clock"])
     play(stage, [each for each in told if each.at >= START + 10.3], 20)
     assert stage.states[-1] == "playing"
@@ -169,9 +169,9 @@ def test_what_a_person_asks_comes_in_at_the_beat_of_the_clock(asked: str) -> Non
 def test_a_stop_counts_while_a_dance_waits_to_come_in() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(120), 10, 1 / 48, jitter=0.0), 10)
-    stage.player.pause(stage.now)
-    stage.player.resume(stage.now)
-    stage.player.stop(stage.now)
+    stage.ask("pause")
+    stage.ask("resume")
+    stage.ask("stop")
     stage.run(5)
     assert stage.states[-1] == "stopped"
 
@@ -193,7 +193,7 @@ def test_a_tempo_at_which_robots_cannot_keep_up_is_reported(
     stage = stage_following("midi", profile=Profile("cart", step=1, max_linear=fastest))
     play(stage, anchors(steady(tempos[0]), 5, 1 / 48), 5)
     for count, tempo in enumerate(tempos[1:]):
-        stage.player.hear_clock(Anchor(stage.now, count * 4.0, tempo / 60, 0.02), stage.now)
+        stage.player.take(Anchor(stage.now, count * 4.0, tempo / 60, 0.02), stage.now)
         stage.run(1.5)
     assert lines(stage) == [f"the MIDI clock runs at {tempo}: {line}" for tempo, line in said.items()]
 
@@ -237,7 +237,7 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     again = [at for at in beats_of(stage) if at > 8]
     assert again[-1] - again[-2] == pytest.approx(0.5, abs=0.01)
     assert (again[-1] - 3 - began) * 2 % 1 == pytest.approx(0, abs=0.1), "the simulation has lost no time"
-    stage.player.stop(stage.now)
+    stage.ask("stop")
     later = clock_of(lambda now: 1.0, 20)
     play(stage, [each for each in later if each.at >= START + 12], 20)
     assert stage.states[-1] == "stopped"
@@ -247,12 +247,12 @@ def test_the_dance_continues_from_where_it_is_when_the_time_of_a_simulation_jump
     stage = stage_following("ros")
     play(stage, clock_of(lambda now: 1.0, 5), 5)
     beat = stage.player.run.beat(stage.now, math.inf)
-    stage.player.hear_clock(Anchor(stage.now, 700.0, 1.0, 0.01, jumps=1), stage.now)
+    stage.player.take(Anchor(stage.now, 700.0, 1.0, 0.01, jumps=1), stage.now)
     assert lines(stage)[-1] == "the time on /clock has jumped: the dance continues from where it is"
     assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(beat)
     for tenth in range(1, 11):
         stage.run(0.1)
-        stage.player.hear_clock(Anchor(stage.now, 700 + tenth / 10, 1.0, 0.01, jumps=1), stage.now)
+        stage.player.take(Anchor(stage.now, 700 + tenth / 10, 1.0, 0.01, jumps=1), stage.now)
     assert stage.player.run.beat(stage.now, math.inf) == pytest.approx(beat + 2, abs=0.01)
 
 
@@ -261,17 +261,17 @@ def test_the_dance_continues_from_where_it_is_when_the_time_of_a_simulation_jump
 
 def test_without_ros_nobody_waits_for_a_simulation() -> None:
     stage = Stage()
-    stage.player.load(replace(score(DANCE), clock=OutsideClock("ros")), 1, "restart", stage.now)
+    stage.perform(replace(score(DANCE), clock=OutsideClock("ros")))
     stage.run(1)
     assert stage.states[-1] == "playing"
 
 
 def test_the_stage_that_plays_behind_another_reports_its_delay_for_the_song_on_its_page() -> None:
     stage = Stage()
-    stage.player.load(score(DANCE), 1, "restart", stage.now, {"beat": 0.0, "monotonic": stage.now, "behind": 0.1})
+    stage.perform(score(DANCE), entry={"beat": 0.0, "monotonic": stage.now, "behind": 0.1})
     stage.run(1)
     assert stage.transports[-1].get("behind") == 0.1
-    stage.player.load(score(DANCE), 2, "restart", stage.now)
+    stage.perform(score(DANCE), 2, "restart")
     stage.run(1)
     assert "behind" not in stage.transports[-1]
 

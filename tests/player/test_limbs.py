@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.events import Message
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import When
@@ -92,21 +93,25 @@ def test_a_joint_gets_its_position_again_and_again() -> None:
 @pytest.mark.parametrize(
     ("change", "undo", "turns"),
     [
-        (["pause"], ["resume"], [(0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)]),
+        ({"type": "pause"}, {"type": "resume"}, [(0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)]),
         (
-            ["set_silent", "a", ()],
-            ["set_silent", (), ()],
+            {"type": "silence", "muted": ["a"], "soloed": []},
+            {"type": "silence", "muted": [], "soloed": []},
             [(0.5, 15, 0), (1.5, 15, 30), (2, 30, -30), (3, 0, 0)],
         ),
-        (["set_speed", 2], ["set_speed", 1], [(0.5, 15, 60), (1.25, 60, -60), (1.5, 45, -30), (2, 30, 0)]),
+        (
+            {"type": "speed", "factor": 2},
+            {"type": "speed", "factor": 1},
+            [(0.5, 15, 60), (1.25, 60, -60), (1.5, 45, -30), (2, 30, 0)],
+        ),
     ],
-    ids=lambda each: str(each[0]),
+    ids=["a pause", "a mute", "a speed"],
 )
-def test_joints_continue_from_where_they_are(change: list[Any], undo: list[Any], turns: list[Turn]) -> None:
+def test_joints_continue_from_where_they_are(change: Message, undo: Message, turns: list[Turn]) -> None:
     stage = Bodies("a $ head (left left right)")
     stage.run(0.5)
-    for (name, *given), seconds in ((change, 1), (undo, 5)):
-        getattr(stage.player, name)(*given, stage.now)
+    for message, seconds in ((change, 1), (undo, 5)):
+        stage.player.take(message, stage.now)
         stage.run(seconds)
     assert stage.turns() == [(0, 0, 30), *turns]
 
@@ -150,7 +155,7 @@ def test_a_robot_that_had_left_before_a_restart_keeps_its_joints_where_they_are(
 def test_after_a_jump_joints_stand_where_they_ideally_are(beat: float, position: float) -> None:
     stage = Bodies("a $ head (left left to start right)")
     stage.run(0.5)
-    stage.player.seek(beat, stage.now)
+    stage.ask("seek", beat=beat)
     stage.run(0.1)
     assert stage.turns() == [(0, 0, 30), (0.5, position, 0), (0.5, position, 30)]
 
@@ -169,7 +174,7 @@ def test_simulated_joints_are_where_the_score_says_at_any_time() -> None:
         simulator = Simulator(period=None)
         stage = Stage()
         stage.player = type(stage.player)(simulator, stage.told.append, lambda: 0.0)
-        stage.player.load(score, 1, "restart", stage.now)
+        stage.perform(score)
         for number in range(12):
             stage.run(0.74)
             stage.player.advance(stage.now)

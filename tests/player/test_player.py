@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
+from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
@@ -92,7 +94,17 @@ class Stage:
         self.player = Player(self.sink, self.told.append, lambda: 0.0)
 
     def load(self, program: str, when: When = "restart") -> None:
-        self.player.load(score(program), len(self.told) + 1, when, self.now)
+        self.perform(score(program), len(self.told) + 1, when)
+
+    def perform(self, dance: Score, number: int = 1, when: When = "restart", **rest: Any) -> None:
+        """Have the player take a score."""
+        self.player.take(Load(dance, number, when, **rest), self.now)
+
+    def ask(self, kind: str, **given: Any) -> None:
+        """Have the player take a message of this type."""
+        message: Any = {"type": kind, **given}
+        take = self.player.hear if kind in ("cue", "osc_sense", "force") else self.player.take
+        take(message, self.now)
 
     def run(self, seconds: float) -> None:
         end = self.now + seconds
@@ -195,13 +207,13 @@ def test_robots_stand_while_waiting_for_listeners() -> None:
     stage.sink.deaf = {"new": "nothing is listening on /new/cmd_vel"}
     stage.load("r new $ repeat forward")
     assert stage.sink.sent[-1] == ("r", 0.0, Twist())
-    assert stage.player.state == "waiting"
+    assert stage.player.run.mode == "waiting"
 
 
 def test_due_changes_are_sent_before_the_speed_changes_which_lasts_for_the_next_score() -> None:
     stage = played("r $ forward left", 0.99)
     stage.now += 0.02  # the machine was busy
-    stage.player.set_speed(2, stage.now)
+    stage.ask("speed", factor=2)
     stage.run(10)
     half = (1 - 0.01) / 2
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, QUARTER), (1.01, 0, 2 * QUARTER), (1.01 + half, 0, 0)]
@@ -210,17 +222,47 @@ def test_due_changes_are_sent_before_the_speed_changes_which_lasts_for_the_next_
     assert stage.sink.changes("r")[-2:] == [(0, 4, 0), (0.5, 0, 0)]
 
 
+FAULT = {"robot": "r", "fault": "silent", "over": False, "response": "stand", "worst": {}, "message": "", "line": ""}
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "is_sent"),
+    [
+        ("stop", {}, False),
+        ("pause", {}, True),
+        ("resume", {}, False),
+        ("anyway", {}, False),
+        ("seek", {"beat": 0.0}, False),
+        ("speed", {"factor": 2.0}, True),
+        ("silence", {"muted": ["r"], "soloed": []}, True),
+        ("pressed", {"topics": [], "count": 1}, False),
+        ("bend", {"pace": 1.0, "beat": 1.0, "at": 1001.0}, True),
+        ("fault", FAULT, True),
+        ("cue", {}, True),
+        ("osc_sense", {"name": "kick", "robot": "r", "value": True}, True),
+        ("force", {"robot": "r", "sense": "near", "value": True}, True),
+    ],
+)
+def test_what_is_due_is_sent_before_a_message_unless_that_is_void_or_makes_it_void(
+    kind: str, given: Mapping[str, Any], is_sent: bool
+) -> None:
+    stage = played("beat 60\nr $ forward left", 0.99)
+    stage.now += 0.02  # the machine was busy
+    stage.ask(kind, **given)
+    assert ((1, 0, QUARTER) in stage.sink.changes("r")) == is_sent
+
+
 def test_a_muted_robot_stands_while_its_part_goes_on_and_a_solo_lasts_for_the_next_score() -> None:
     stage = played("r s $ repeat (forward left)", 0.5)
-    stage.player.set_silent({"r"}, (), stage.now)
+    stage.ask("silence", muted=["r"], soloed=[])
     stage.run(1.0)
-    stage.player.set_silent((), (), stage.now)
+    stage.ask("silence", muted=[], soloed=[])
     stage.run(1.0)
     assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 0, 0), (1.5, 0, QUARTER), (2, 2, 0)]
     assert stage.sink.changes("s") == [(0, 2, 0), (1, 0, QUARTER), (2, 2, 0)]
     still = [at for robot, at, twist in stage.sink.sent if robot == "r" and twist == Twist()]
     assert len(still) == 3  # then silence, for other publishers
-    stage.player.set_silent({"s"}, {"s"}, stage.now)
+    stage.ask("silence", muted=["s"], soloed=["s"])
     stage.load("s t $ forward")
     stage.run(0.5)
     assert stage.sink.changes("s")[-1][1:] == (2, 0)
@@ -305,7 +347,7 @@ class Guarded(Stage):
 
     def load(self, program: str, when: When = "restart") -> None:
         guarded = replace(score(program), safety=self._safety)
-        self.player.load(guarded, len(self.told) + 1, when, self.now)
+        self.perform(guarded, len(self.told) + 1, when)
 
 
 def test_a_button_that_is_no_longer_heard_counts_as_released() -> None:

@@ -54,7 +54,7 @@ class Reacting(Stage):
             for sense in score.parts[robot].senses.keys() - {"cue"}:
                 self.feel(robot, sense, values.get(sense, False))
         self.generation += 1
-        self.player.load(score, self.generation, when, self.now)
+        self.perform(score, self.generation, when)
 
     def feel(self, robot: str, sense: str, value: bool | None, ago: float = 0.0) -> None:
         self.player.sense(Edge(RobotSense(robot, sense), value, self.now - ago), self.now)
@@ -65,7 +65,7 @@ class Reacting(Stage):
             if not isinstance(each, str):
                 self.run(each)
             elif each == "cue":
-                self.player.cue(self.now)
+                self.ask("cue")
             else:
                 self.feel("anna", "near", {"near": True, "far": False, "silence": None}[each])
 
@@ -125,9 +125,9 @@ def test_an_osc_message_is_a_sense_until_another_one_comes() -> None:
     stage = playing(senses={"drop": OscName("kick")}, anna=pause(repeat(FORWARD), Condition("drop", True)))
     stage.run(1.5)
     for name, robot in (("kick", "anna"), ("snare", "anna"), ("kick", "bert")):
-        stage.player.hear_osc(name, robot, True, stage.now)
+        stage.ask("osc_sense", name=name, robot=robot, value=True)
     stage.run(1.2)
-    stage.player.hear_osc("kick", "anna", False, stage.now)
+    stage.ask("osc_sense", name="kick", robot="anna", value=False)
     stage.run(2)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES)]
 
@@ -138,7 +138,7 @@ def test_the_senses_of_simulated_robots_can_be_forced_and_those_of_real_ones_not
     for stage in (simulated, real):
         stage.begin(open_score(anna=until(repeat(FORWARD), NEAR)))
         stage.run(1.5)
-        stage.player.force(RobotSense("anna", "near"), True, stage.now)
+        stage.ask("force", robot="anna", sense="near", value=True)
         stage.run(0.5)
     assert simulated.moves() == [(0, GOES), (1.5, STANDS)]
     assert real.moves() == [(0, GOES)]
@@ -154,9 +154,9 @@ def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_o
 def test_pausing_and_resuming_keeps_earlier_decisions() -> None:
     stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
     stage.act(1.5, "near", 1.75)
-    stage.player.pause(stage.now)
+    stage.ask("pause")
     stage.run(10)
-    stage.player.resume(stage.now)
+    stage.ask("resume")
     stage.run(10)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3.25, STANDS), (13.25, TURNS), (16, STANDS)]
 
@@ -167,7 +167,7 @@ def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
     for stage in (alone, edited):
         stage.begin(first)
         stage.act(1.5, "near", 0.25, "far", 0.75)
-    edited.player.load(open_score(anna=ROAMER, bert=repeat(FORWARD)), 2, "beat", edited.now)
+    edited.perform(open_score(anna=ROAMER, bert=repeat(FORWARD)), 2, "beat")
     for stage in (alone, edited):
         stage.act(3.25, "near", 3)
     sent = [[each for each in stage.sink.sent if each[0] == "anna"] for stage in (alone, edited)]
@@ -178,7 +178,7 @@ def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
 def test_a_stop_is_obeyed_whatever_robots_sense() -> None:
     stage = playing(anna=ROAMER)
     stage.run(1.5)
-    stage.player.stop(stage.now)
+    stage.ask("stop")
     stage.act("near", 1, "far", "cue", 5)
     assert stage.moves() == [(0, GOES), (1.5, STANDS)]
     assert stage.states == ["playing", "stopped"]
@@ -203,7 +203,7 @@ def test_another_stage_performs_the_same_from_the_reported_edges() -> None:
         leads.run(0.037 * (turn % 13) + 0.011)
         leads.feel(("anna", "bert")[turn % 2], "near", turn % 3 != 0)
     follows.generation = 1
-    follows.player.load(dance, 1, "restart", follows.now, {"beat": 0, "monotonic": follows.now + 0.1})
+    follows.perform(dance, entry={"beat": 0, "monotonic": follows.now + 0.1})
     told = [each for each in leads.told if each["type"] == "sensed"]
     for each in told:
         follows.player.foresee(foreseen(each), follows.now)

@@ -59,7 +59,7 @@ class Floor(Stage):
             read, parts=parts, world=world or World(keep_apart=0.3), safety=Safety(rejoin="return")
         ).on("")
         self.see()
-        self.player.load(self.dance, 1, "restart", self.now, anyway=True)
+        self.perform(self.dance, anyway=True)
 
     def see(self) -> None:
         seen = self.poses.keys() - self.unseen
@@ -184,9 +184,9 @@ def test_a_robot_that_finds_no_path_stands_and_is_named_once(program: str, walls
 
 
 HALTS: dict[str, Callable[[Floor], None]] = {
-    "mute": lambda floor: floor.player.set_silent({"r"}, set(), floor.now),
-    "stop": lambda floor: floor.player.stop(floor.now),
-    "pause": lambda floor: floor.player.pause(floor.now),
+    "mute": lambda floor: floor.ask("silence", muted=["r"], soloed=[]),
+    "stop": lambda floor: floor.ask("stop"),
+    "pause": lambda floor: floor.ask("pause"),
     "lose": lambda floor: floor.sink.deaf.update(GONE),
 }
 
@@ -202,9 +202,9 @@ def test_every_stop_stops_it_on_its_way(halt: str) -> None:
 
 
 def pause(floor: Floor) -> None:
-    floor.player.pause(floor.now)
+    floor.ask("pause")
     floor.move(1)
-    floor.player.resume(floor.now)
+    floor.ask("resume")
 
 
 @pytest.mark.parametrize(
@@ -212,9 +212,9 @@ def pause(floor: Floor) -> None:
     [
         ("beat 60\nr s $ repeat 4 forward\n---\nr s $ repeat 20 rest backward\n", lambda floor: None),
         (LINE, pause),
-        (SQUARE, lambda floor: floor.player.set_speed(0.25, floor.now)),
-        (SQUARE, lambda floor: floor.player.set_speed(3.0, floor.now)),
-        (SQUARE, lambda floor: floor.player.load(replace(floor.dance, tempo=Fraction(120)), 2, "now", floor.now)),
+        (SQUARE, lambda floor: floor.ask("speed", factor=0.25)),
+        (SQUARE, lambda floor: floor.ask("speed", factor=3.0)),
+        (SQUARE, lambda floor: floor.perform(replace(floor.dance, tempo=Fraction(120)), 2, "now")),
     ],
     ids=["its part stands", "a pause", "a slow speed", "a fast speed", "a save"],
 )

@@ -78,7 +78,7 @@ def test_a_simulator_that_is_late_catches_up_with_hundreds_of_scenes_on_the_smal
     limit = sys.getrecursionlimit()  # higher than Python's own, because programs are parsed here
     sys.setrecursionlimit(1000)
     try:
-        stage.player.load(dance, 1, "restart", stage.now)
+        stage.perform(dance)
         stage.now += 500
         stage.player.advance(stage.now)
     finally:

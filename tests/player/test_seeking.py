@@ -15,10 +15,11 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.output import Edge
 from improv_core.score.movement import ENDLESS
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
-from improv_core.score.senses import RobotSense
+from improv_core.score.senses import Key
 from tests.player.test_continuing import Continuing
 from tests.random_programs import programs, score_of_text
 
@@ -38,9 +39,9 @@ class Simulated(Continuing):
         self.simulator = Simulator(None, NoCollisions)
         self.player = Player(self.simulator, self._hear, lambda: 0.0)
         self.save(score, "restart")
-        for robot, part in self.player.score.parts.items():
+        for robot, part in self.player.run.score.parts.items():
             for sense in part.senses:
-                self.player.force(RobotSense(robot, sense), False, self.now)
+                self.ask("force", robot=robot, sense=sense, value=False)
         self.run(0)
 
     def stands(self) -> Mapping[str, Sequence[float]]:
@@ -52,16 +53,16 @@ class Simulated(Continuing):
 
 def check(text: str, beat: float) -> None:
     played, sought = Simulated(score_of_text(text)), Simulated(score_of_text(text))
-    plays = sought.player.state == "playing"  # otherwise it has ended, and the seek pauses it
+    plays = sought.player.run.mode == "playing"  # otherwise it has ended, and the seek pauses it
     played.run(beat)
-    sought.player.seek(beat, sought.now)
+    sought.ask("seek", beat=beat)
     for seconds in (0.0, 0.37, 0.5, 1.3, 2.0):
         for stage in (played, sought):
             stage.run(seconds)
         expected = played.stands()
         for robot, found in sought.stands().items():
             assert found == pytest.approx(expected[robot], abs=1e-4), (robot, beat, seconds)
-    assert not plays or sought.player.state == played.player.state
+    assert not plays or sought.player.run.mode == played.player.run.mode
 
 
 BEATS = st.integers(0, 1_200).map(lambda hundredths: hundredths / 100)
@@ -104,7 +105,7 @@ def test_a_seek_that_once_failed_leads_to_what_playing_leads_to(text: str, beat:
 @pytest.mark.parametrize("text", ["a $ pause not near (forward)\nb $ forward", "a $ until not hold (repeat forward)"])
 def test_a_stage_lives_where_a_sense_decides_at_once(text: str, beat: float) -> None:
     stage = Simulated(score_of_text(text))
-    stage.player.seek(beat, stage.now)
+    stage.ask("seek", beat=beat)
     stage.run(3)
     assert stage.lines == []
 
@@ -113,17 +114,17 @@ class Story(Simulated):
     def happen(self, what: str, *given: object) -> None:
         match what, given:
             case "seek", (float(beat),):
-                self.player.seek(beat, self.now)
+                self.ask("seek", beat=beat)
             case "speed", (float(factor),):
-                self.player.set_speed(factor, self.now)
+                self.ask("speed", factor=factor)
             case "save", (str(text), ("now" | "beat" | "bar" | "end" | "restart") as when):
                 self.save(score_of_text(text), when)
             case "near", (str(robot), (True | False | None) as value):
-                self.player.force(RobotSense(robot, "near"), value, self.now)
+                self.ask("force", robot=robot, sense="near", value=value)
             case "hold", (bool(held),):
-                self.player.hold_key("h", held, self.now)
+                self.player.sense(Edge(Key("h"), held, self.now), self.now)
             case (("pause" | "resume" | "cue" | "stop"), ()):
-                getattr(self.player, what)(self.now)
+                self.ask(str(what))
             case _:
                 raise AssertionError((what, given))
 
@@ -182,9 +183,9 @@ def test_a_far_seek_takes_no_longer_than_a_near_one(text: str, beat: float) -> N
     stage = Simulated(score_of_text(text))
     stage.run(0.5)
     begin = time.process_time()
-    stage.player.seek(beat, stage.now)
+    stage.ask("seek", beat=beat)
     stage.player.advance(stage.now)
-    Replay(stage.player.score, stage.player.run.transport.origin)
+    Replay(stage.player.run.score, stage.player.run.transport.origin)
     assert time.process_time() - begin < AT_ONCE * BUSY
     assert stage.lines == []
     assert stage.transport["beat"] == min(beat, stage.player.run.begun.beats)
@@ -202,13 +203,13 @@ def test_a_seek_that_takes_too_long_is_refused_and_the_dance_continues(text: str
     stage = Simulated(score_of_text(text))
     stage.run(0.5)
     begin = time.process_time()
-    stage.player.seek(1e6, stage.now)
+    stage.ask("seek", beat=1e6)
     assert time.process_time() - begin < AT_ONCE * BUSY
     assert stage.lines == [
         "can't jump to beat 1e+06: it takes too long to find out what a does there, so jump less far"
     ]
     stage.run(0.5)
-    assert stage.player.state == "playing"
+    assert stage.player.run.mode == "playing"
     assert stage.player.run.beat(stage.now, ENDLESS) == 1
 
 
@@ -219,7 +220,7 @@ def test_many_robots_share_the_budget() -> None:
         Simulated(score_of(analyze(f"beat 60\n{each} $ repeat choose (forward left)"))) for each in ("r", names)
     )
     for stage in (alone, all_of_them):
-        stage.player.seek(2_000.0, stage.now)
+        stage.ask("seek", beat=2_000.0)
     assert alone.lines == []
     assert len(all_of_them.lines) == 1
 
@@ -227,7 +228,7 @@ def test_many_robots_share_the_budget() -> None:
 def test_a_line_names_robots_whose_joints_take_too_long_to_place() -> None:
     """Two voices move its head, so this has to be performed."""
     stage = Simulated(score_of_text("a $ repeat head (to aside || left)\nb $ repeat head (left right)"))
-    stage.player.seek(1e6, stage.now)
+    stage.ask("seek", beat=1e6)
     assert stage.lines == [
         "the joints of a don't stand as they do at this beat: it takes too long to compute that, so jump less far"
     ]

@@ -26,7 +26,7 @@ class Armed:
         self.stage.player = Player(self.stage.sink, self.stage.told.append, lambda: self.stage.now + self.ahead)
 
     def load(self, gate: Gate | None, dance: Score = DANCE) -> None:
-        self.stage.player.load(dance, 1, "restart", self.stage.now, gate=gate)
+        self.stage.perform(dance, gate=gate)
 
     @property
     def zero(self) -> float | None:
@@ -75,9 +75,9 @@ def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
     armed.load(Gate(), COUNTED)
     armed.stage.run(10)
     assert armed.counts == []
-    armed.stage.player.resume(armed.stage.now)
+    armed.stage.ask("resume")
     armed.stage.run(2)
-    armed.stage.player.resume(armed.stage.now)
+    armed.stage.ask("resume")
     armed.stage.run(10)
     assert armed.counts == [(14.0, FOUR)]
     assert armed.zero == pytest.approx(14, abs=1e-6)

@@ -33,12 +33,12 @@ class Followed(Stage):
         self._generation += 1
         self._editions, numbered = self._editions.number(score(program), self._generation)
         self._begun.add_score(numbered, self._generation)
-        self.player.load(numbered, self._generation, when, self.now)
+        self.perform(numbered, self._generation, when)
 
     def _tell(self, message: Told) -> None:
         if message["type"] == "transport" and self._begun.knows(message["generation"]):
-            assert _beginnings(self._begun.take(message)) == _beginnings(self.player.score)
-            self.compared.append(self.player.score.scene)
+            assert _beginnings(self._begun.take(message)) == _beginnings(self.player.run.score)
+            self.compared.append(self.player.run.score.scene)
 
 
 def _beginnings(score: Score) -> object:
@@ -58,11 +58,11 @@ Then = Callable[[Followed], None]
 
 
 def cue(stage: Followed) -> None:
-    stage.player.cue(stage.now)
+    stage.ask("cue")
 
 
 def seek(stage: Followed) -> None:
-    stage.player.seek(0.5, stage.now)
+    stage.ask("seek", beat=0.5)
 
 
 def save(program: str, when: When) -> Then:
@@ -89,6 +89,6 @@ def test_the_score_that_reports_describe_is_the_one_that_plays(
         stage.run(1.3)
         each(stage)
     stage.run(6.1)
-    stage.player.pause(stage.now)
+    stage.ask("pause")
     assert {*stage.compared} == scenes
     assert len(stage.compared) > len(then)

@@ -26,7 +26,7 @@ class Watched(Stage):
     def load(self, program: str, when: When = "restart") -> None:
         made, generation = score(program), len(self.told) + 1
         self.forecast.add_score(made, generation)
-        self.player.load(made, generation, when, self.now)
+        self.perform(made, generation, when)
 
     def see(self, robot: str = "r") -> tuple[float, float, float, str]:
         """Return x, y, and degrees of a robot now, and its movement."""
@@ -52,10 +52,10 @@ def test_the_forecast_has_a_robots_pose_and_movement() -> None:
     assert stage.see() == (1, 0, 0, "side forward")
     stage.run(1)
     assert stage.see() == (2, 0, 45, "side left")
-    stage.player.set_speed(2, stage.now)
+    stage.ask("speed", factor=2)
     stage.run(0.5)
     assert stage.see() == (2, 1, 90, "side forward")
-    stage.player.seek(4.5, stage.now)
+    stage.ask("seek", beat=4.5)
     assert stage.see() == (1, 2, 180, "side forward")
     stage.run(10)
     assert stage.see() == (0, 0, 360, "")
@@ -71,7 +71,7 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
     assert times == sorted(times)
     turns = [abs(b.heading - a.heading) for (_, a), (_, b) in itertools.pairwise(path)]
     assert max(turns) <= math.radians(10) + 1e-9
-    stage.player.set_speed(0.5, stage.now)
+    stage.ask("speed", factor=0.5)
     assert stage.path()[-1][0] == pytest.approx(AHEAD)
 
 
@@ -88,13 +88,13 @@ def test_the_length_of_a_path(program: str, length: int) -> None:
 def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
     stage = Watched("r $ repeat forward\n")
     assert stage.path()
-    stage.player.pause(stage.now)
+    stage.ask("pause")
     assert stage.path()
-    stage.player.set_silent(["r"], [], stage.now)
+    stage.ask("silence", muted=["r"], soloed=[])
     assert stage.path() == []
-    stage.player.set_silent([], ["r"], stage.now)
+    stage.ask("silence", muted=[], soloed=["r"])
     assert stage.path()
-    stage.player.stop(stage.now)
+    stage.ask("stop")
     assert stage.path() == []
     assert stage.forecast.transport
     assert stage.forecast.transport["state"] == "stopped"
@@ -118,7 +118,7 @@ def test_the_forecast_follows_decisions_of_senses() -> None:
     stage.see()
     stage.run(1.5)
     assert stage.see() == (3, 0, 0, "forward")
-    stage.player.cue(stage.now)
+    stage.ask("cue")
     stage.run(0.25)
     assert stage.see() == (3, 0, 0, "until")
     stage.run(0.75)
@@ -127,7 +127,7 @@ def test_the_forecast_follows_decisions_of_senses() -> None:
     assert stage.see() == (3, 1, 90, "forward")
     stage.run(10)
     assert stage.see() == (3, 2, 90, "")
-    stage.player.seek(0.5, stage.now)
+    stage.ask("seek", beat=0.5)
     assert stage.see() == (1, 0, 0, "forward")
 
 

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.protocol.commands import COMMANDS, PageRequest, about
+from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, about
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.page_messages import FromPage
-from improv_core.stage.loop import OBEYED
 from tests import page_requests
 
 DOCS = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -48,8 +47,8 @@ def test_a_page_may_send_the_commands_of_its_rows() -> None:
     assert by_type(FromPage).keys() - asks == sent
 
 
-def test_a_stage_obeys_each_command_that_its_parent_passes_on() -> None:
-    assert OBEYED.keys() == {row.name for row in COMMANDS.values() if row.to_stages}
+def test_a_parent_passes_on_the_controls_over_playback() -> None:
+    assert by_type(Conduct).keys() == {row.name for row in COMMANDS.values() if row.to_stages}
 
 
 def test_commands_void_others_that_exist() -> None:

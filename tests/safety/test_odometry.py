@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.player.reports import Told
 from improv_core.program.analysis import analyze
@@ -61,7 +62,7 @@ class Robot:
         how: dict[str, Any] = {"odom_frame": self.odom_frame, "follow": follow, "use_sim_time": use_sim_time}
         parts = {name: replace(part, odom=f"/{name}/odom", **how) for name, part in read.parts.items()}
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
-        self.player.load(read, len(self.stage.told) + 1, when, self.stage.now, anyway=anyway)
+        self.player.take(Load(read, len(self.stage.told) + 1, when, anyway=anyway), self.stage.now)
 
     def run(self, seconds: float) -> None:
         self.stage.run(seconds)
@@ -144,7 +145,7 @@ def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
     robot.pose(Pose())
     robot.run(0.5)
     first = robot.pose(Pose(1, 0.3))
-    robot.player.seek(2, robot.stage.now)
+    robot.stage.ask("seek", beat=2)
     robot.run(0.05)
     sought = robot.pose(Pose(1, 0.3))
     assert first
@@ -161,8 +162,8 @@ def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
     assert robot.off(Pose(0.36)) == (0.36, 0)
     robot.run(1)
     assert robot.off(Pose(2.36)) == (0.36, 0)
-    robot.player.seek(2, robot.stage.now)
-    robot.player.resume(robot.stage.now, anyway=True)
+    robot.stage.ask("seek", beat=2)
+    robot.stage.ask("anyway")
     robot.run(0.05)
     sought = robot.pose(Pose(2.36))
     assert sought
@@ -199,7 +200,7 @@ def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
 
 def test_a_stop_before_the_first_score_simulates_nothing() -> None:
     simulator = Simulator(period=None)
-    Player(simulator, lambda message: None, lambda: 0.0).stop(3600.0)
+    Player(simulator, lambda message: None, lambda: 0.0).take({"type": "stop"}, 3600.0)
     assert simulator.snapshot().at == 0, "an hour since the machine was started would take long"
 
 
@@ -231,7 +232,7 @@ class Follower(Robot):
     def play(self, program: str = "beat 60\nr $ forward rest forward\n", when: Any = "restart", **_: Any) -> None:
         (part,) = score(program).parts.values()
         part = replace(part, odom="/r/odom", follow=True, profile=TURTLEBOT3_BURGER)
-        self.player.load(replace(score(program), parts={"r": part}), 1, when, self.stage.now)
+        self.player.take(Load(replace(score(program), parts={"r": part}), 1, when), self.stage.now)
 
     @property
     def sent(self) -> list[tuple[float, float]]:
@@ -419,7 +420,7 @@ def test_a_robot_that_is_carried_away_or_lost_during_a_pause_is_named() -> None:
     robot = Robot(frame=Pose())
     robot.play("beat 60\nr $ repeat forward\n")
     robot.drive(0.5)
-    robot.player.pause(robot.stage.now)
+    robot.stage.ask("pause")
     for step in range(20):
         robot.pose(Pose(1, step / 40))
         robot.run(0.05)
@@ -436,7 +437,7 @@ def test_a_robot_that_is_stopped_out_of_reach_is_named_at_once(end: str, in_reac
     if in_reach:
         robot.pose(Pose(4))
         robot.run(0.3)
-    getattr(robot.player, end)(robot.stage.now)
+    robot.stage.ask(end)
     told = [message for message in robot.stage.told if message["type"] == "unreached"]
     line = "r may still be moving: it is out of reach, so look at it"
     unreached = {"type": "unreached", "generation": 1, "robots": ["r"], "message": line}
@@ -451,7 +452,7 @@ def test_a_robot_that_stands_because_of_a_fault_stands_until_it_is_unmuted() -> 
     robot.run(0.3)
     assert robot.lines[-1] == "beat 5: poses of r come again, after 3.0 s; it stands until you unmute it"
     assert robot.stage.sink.sent[-1][2] == STILL
-    robot.player.set_silent([], [], robot.stage.now)
+    robot.stage.ask("silence", muted=[], soloed=[])
     assert robot.stage.sink.sent[-1][2] == Twist(2)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pytest
 
@@ -72,8 +71,8 @@ class Lab(Robot):
         self.stage.sink.resets = False
         self.run(0.1)
 
-    def resume(self, **rest: Any) -> None:
-        self.player.resume(self.stage.now, **rest)
+    def resume(self) -> None:
+        self.stage.ask("resume")
         self.run(0.1)
 
     @property
@@ -87,7 +86,7 @@ class Lab(Robot):
 
     @property
     def moves(self) -> tuple[str, bool]:
-        return self.player.state, any(twist != STILL for _, _, twist in self.stage.sink.sent)
+        return self.player.run.mode, any(twist != STILL for _, _, twist in self.stage.sink.sent)
 
 
 def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is() -> None:
@@ -126,7 +125,7 @@ def test_robots_that_were_carried_during_a_pause_do_not_continue() -> None:
     lab = Lab()
     lab.begins(Pose())
     lab.run(0.9)
-    lab.player.pause(lab.stage.now)
+    lab.stage.ask("pause")
     lab.pose(Pose(1, 1))
     lab.resume()
     assert lab.moves[0] == "paused"
@@ -137,7 +136,7 @@ def test_a_seek_of_real_robots_needs_them_at_their_places_there() -> None:
     lab = Lab()
     lab.begins(Pose())
     lab.pose(Pose(0.2))
-    lab.player.seek(2, lab.stage.now)
+    lab.stage.ask("seek", beat=2)
     assert lab.moves[0] == "paused"
     assert lab.shown == ["move r 1.80 m toward 0° and turn it 90° left"]
     lab.pose(degrees(2, 0, 90))

@@ -159,7 +159,7 @@ def playing(
     dance = replace(read, parts=parts, world=World(keep_apart=keep_apart), safety=Safety(sight=sight))
     if sight:
         see(stage, 3)
-    stage.player.load(dance.on("") if elsewhere else dance, 1, "restart", stage.now, anyway=True)
+    stage.perform(dance.on("") if elsewhere else dance, anyway=True)
     stage.run(seconds)
     if elsewhere:
         see_here(stage)
@@ -171,7 +171,7 @@ def playing(
 
 def see(stage: Stage, gap: float) -> None:
     """Send poses of both robots, with so many meters between their edges. The second one shows no jump."""
-    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     for _ in twice(stage):
         stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
 
@@ -202,7 +202,7 @@ def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() ->
     see(stage, 2)
     stage.run(5)
     assert paused(stage)
-    stage.player.resume(stage.now, anyway=True)
+    stage.ask("anyway")
     assert stage.states[-1] == "playing"
     assert "too_near" not in stage.transports[-1]
 
@@ -224,7 +224,7 @@ def test_robots_that_are_not_guarded_are_named_once() -> None:
 
 def meet(stage: Stage, gap: float) -> None:
     """Send poses of both robots, which look at each other, with so many meters between their edges."""
-    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     for _ in twice(stage):
         places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
         stage.player.measure([RawPose(robot, CONTINUOUS, pose, stage.now) for robot, pose in places.items()], stage.now)
@@ -271,12 +271,12 @@ def see_here(stage: Stage) -> None:
 
 def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: float | None = None) -> None:
     """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
-    wide = sum(part.profile.radius for part in stage.player.score.parts.values())
+    wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
     for _ in twice(stage):
         command = {} if told is None else {"told": [told, 0.0, 0.0, 0.0]}
         message: Any = {"type": "seen", "robots": {robot: {"at": stage.now - ago, "pose": where, **command}}}
-        stage.player.measure(from_elsewhere(message, stage.player.score, stage.now), stage.now)
+        stage.player.measure(from_elsewhere(message, stage.player.run.score, stage.now), stage.now)
 
 
 def told_elsewhere(stage: Stage) -> list[RobotsSeen]:
@@ -345,7 +345,7 @@ def test_nobody_here_waits_until_a_robot_elsewhere_is_in_its_place() -> None:
     stage.sink.real = True
     read = score("beat 60\na b $ repeat 8 forward")
     there = replace(read.parts["b"], odom="/b/pose", odom_frame="world", host=Host("pad"), profile=TURTLEBOT4)
-    stage.player.load(replace(read, parts={**read.parts, "b": there}).on(""), 1, "restart", stage.now)
+    stage.perform(replace(read, parts={**read.parts, "b": there}).on(""))
     assert stage.states[-1] == "playing"
 
 
@@ -354,10 +354,10 @@ def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause(
     (said,) = told_elsewhere(stage)
     pose = {"x": 0, "y": 0.0, "z": 0.0, "heading": math.pi}
     assert said["robots"] == {"a": {"at": 1001.0, "pose": pose, "told": (0.2, 0.0, 0.0, 0.0)}}
-    stage.player.pause(stage.now)
+    stage.ask("pause")
     see_here(stage)
     assert len(told_elsewhere(stage)) == 2
-    stage.player.stop(stage.now)
+    stage.ask("stop")
     see_here(stage)
     assert len(told_elsewhere(stage)) == 2
 

@@ -76,7 +76,7 @@ class Performance:
 
     @property
     def state(self) -> str:
-        return self._loop.player.state
+        return self._loop.player.run.mode
 
     def save(self) -> None:
         self._do(asked(self._state, PlayScore(self._score, "dance.improv", 0), self._now))
@@ -135,7 +135,7 @@ class Performance:
 
     @property
     def _now(self) -> Now:
-        return Now(self.time, 0, self._loop.player.stops.message)
+        return Now(self.time, 0, self._loop.player.run.stops.message)
 
     def _take(self, message: Any) -> None:
         self._loop.take(message.copy(), self.time)
@@ -342,7 +342,7 @@ MOVES = (Begin, Resend, DriveBack, Listen, Prepare, PrepareRestart)
 @pytest.mark.parametrize(
     "stop",
     [
-        events.Stop(),
+        {"type": "stop"},
         events.EmergencyStop(STOP, True),
         events.Stalled(1.0),
         events.Overloaded(),
@@ -359,7 +359,7 @@ def test_automations_may_start_nothing_after_a_stop_that_is_not_theirs(stop: Eve
     stopped, _ = decide(stopped, events.EmergencyStop(STOP, False), facts)
     assert (stopped.mode in ("stopped", "paused"), [*stopped.startable_by]) == (True, [])
     for by in AUTOMATIONS:
-        starts: list[Event] = [events.Resume(by=by), events.Load(DANCE, 2, "restart", by=by)]
+        starts: list[Event] = [{"type": "resume", "by": by}, events.Load(DANCE, 2, "restart", by=by)]
         for event in [*starts, events.Load(DANCE, 2, "now", by=by)]:
             then, acts = decide(stopped, event, facts)
             assert (then.mode, [act for act in acts if isinstance(act, MOVES)]) == (stopped.mode, [])

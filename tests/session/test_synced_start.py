@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from improv_core.player.events import Load
 from improv_core.score.peer_clock import MOST_BENT
 from improv_core.score.score import Follow, OutsideClock
 from improv_core.score.score_json import to_json
@@ -275,7 +276,7 @@ class Dance:
         self.heard = dict.fromkeys(self.stages, 0)
         self.number = 0
         for host, stage in self.stages.items():
-            stage.player.load(score(TEXT), 1, "restart", NOW)
+            stage.player.take(Load(score(TEXT), 1, "restart"), NOW)
             self.report(host, NOW)
 
     def at(self, when: float, what: Callable[[], Any]) -> None:
@@ -288,7 +289,7 @@ class Dance:
                 bend = act.message
                 stage = self.stages[act.host]
                 when = max(bend["at"], self.story.now + DELAY)
-                self.at(when, partial(stage.player.bend, bend["pace"], bend["beat"], bend["at"], when))
+                self.at(when, partial(stage.player.take, bend, when))
 
     def report(self, host: str, now: float) -> None:
         """Pass a stage's messages on to the parent."""

@@ -29,8 +29,9 @@ from improv_core.protocol.robot_messages import FaultMessage, Instant
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import TURTLEBOT4
-from improv_core.score.score import Deadman, Host, Safety, Score
+from improv_core.score.score import Deadman, Host, OutsideClock, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
@@ -315,6 +316,19 @@ def test_a_stage_that_does_not_lead_plays_at_the_pace_of_the_one_that_does() -> 
     bend: BendMessage = {"type": "bend", "at": START + 0.5, "beat": 0.5, "pace": 2.0}
     perform(sink, (0, load("beat 60\nr $ forward\n")), (0.5, bend), (3, End()))
     assert zeros(sink, "r")[0] == 0.75
+
+
+def test_a_dance_that_waits_for_its_clock_does_not_begin_while_the_stage_ends() -> None:
+    play, sink = load("beat 60\nr $ repeat forward\n"), Memory()
+    play = replace(play, score=replace(play.score, clock=OutsideClock("midi")))
+
+    def hears(at: float, rate: float, jumps: int = 0) -> tuple[float, Event]:
+        return at, FromRos(Anchor(START + at, at, rate, 0.1, jumps))
+
+    runs = [hears(each / 10, 1.0) for each in range(50)]
+    told = perform(sink, (0, play), *runs, hears(5, 0.0), hears(5.5, 1.0, 1), (8.95, End()))
+    assert states(told)[-1] == "paused"
+    assert all(at < 5.5 for _, at, twist in sink.sent if twist != STILL)
 
 
 def test_an_alarm_stops_moving_robots_and_reports_the_reason() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from enum import Enum
 
 from improv_core.plain import message as in_plain_text
@@ -87,6 +89,15 @@ class Edit:
     text: str
 
 
+def applied(text: str, edits: Iterable[Edit]) -> str:
+    """Return the text after edits that don't overlap."""
+    parts, end = list[str](), 0
+    for edit in sorted(edits, key=lambda each: each.span):
+        parts += [text[end : edit.span.start], edit.text]
+        end = edit.span.end
+    return "".join([*parts, text[end:]])
+
+
 @dataclass(frozen=True, slots=True)
 class Fix:
     """Edits that fix a problem, and a short title that describes them.
@@ -155,6 +166,18 @@ class Diagnostic:
             self.doubtful,
             self.warns,
         )
+
+
+def likely(word: str, known: Collection[str]) -> str | None:
+    """Return the known word that was probably meant, if one is similar."""
+    found = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
+    return found[0] if found else None
+
+
+def unknown(code: str, span: Span, message: str, near: str | None, otherwise: str) -> Diagnostic:
+    """Return the diagnostic about an unknown word: it may be the word `near`; if there is none, do what follows."""
+    hint = f"did you mean `{near}`?" if near else otherwise
+    return Diagnostic(code, span, f"{message}: {hint}", replace(f"Change to {near}", span, near) if near else ())
 
 
 def replace(title: str, span: Span, text: str, *, safe: bool = False, guess: bool = False) -> tuple[Fix, ...]:

@@ -34,7 +34,9 @@ _CONTROLLER_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _SLACK = 1e-9
 
 
-def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: Body | None) -> Body | None:
+def read_body(
+    reading: TomlReading, keys: Keys, table: Mapping[str, Any], home: Home | None, base: Body | None
+) -> Body | None:
     """Read the body of a profile, in which the file's values replace those of `base`. Errors are reported."""
     if not table.keys() & {"body", "joints", "controllers", "joint_states", "home", "urdf"}:
         return base
@@ -47,7 +49,7 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
     parts = {name: made.posed(part, joints) for name, part in parts.items()}
     controllers = made.controllers(reading.table((*keys, "controllers"), table.get("controllers", {})), joints, base)
     states = ros_name(reading, (*keys, "joint_states"), table, "") and table["joint_states"]
-    home = reading.one_of((*keys, "home"), table) or base.home
+    home = home or base.home
     states = states or base.joint_states
     if home == "move":
         made.can_move_home((*keys, "home") if "home" in table else keys, states, controllers, joints)
@@ -57,7 +59,7 @@ def read_body(reading: TomlReading, keys: Keys, table: Mapping[str, Any], base: 
         tuple(joints.values()),
         tuple(controllers),
         states,
-        cast(Home, home),
+        home,
         reading.text((*keys, "urdf"), table) or base.urdf,
     )
 
@@ -67,7 +69,7 @@ def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None
     changed = {}
     for name, own in reading.table(keys, value).items():
         if joint := body and body.joint.get(name):
-            found = reading.numbers((*keys, name), reading.table((*keys, name), own))
+            found = reading.values((*keys, name), reading.table((*keys, name), own))
             offset = found.get("offset", 0.0)
             changed[name] = replace(joint, offset=offset if joint.slides else math.radians(offset))
         else:
@@ -195,7 +197,7 @@ class _Bodies:
         if value is None:
             return joint
         table = self.reading.table(keys, value)
-        found = self.reading.numbers(keys, table)
+        found = self.reading.values(keys, table)
         changes: dict[str, Any] = {name: each if slides else math.radians(each) for name, each in found.items()}
         joint = replace(joint, **changes)
         if joint.min is not None and joint.max is not None and joint.min > joint.max:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import with_offsets
@@ -32,7 +32,6 @@ from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, Profile
 from improv_core.score.score import (
     BASE_FRAME,
-    Follow,
     Host,
     OdomFrame,
     OutsideClock,
@@ -176,37 +175,50 @@ class Robots:
 def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
     toml = read_toml(text)
-    reading = _RobotsReading(toml, list(toml.diagnostics))
+    reading = TomlReading(toml, list(toml.diagnostics))
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.readable).items()}
-    profiles = read_profiles(reading, sections.get("profiles", {}))
-    ros = reading.table(("ros",), sections.get("ros", {}))
-    namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
-    use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
-    safety = read_safety(reading, ros, namespace, sections.get("on", {}), sections.get("preflight", {}))
-    node = node_name(reading, ("ros", "node"), ros)
-    publish = reading.flag(("ros", "publish"), ros)
-    odom_frame = cast(OdomFrame, reading.one_of(("ros", "odom_frame"), ros) or "own")
-    world = read_world(reading, sections.get("world", {}))
-    hosts = read_hosts(reading, sections.get("hosts", {}))
-    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world, odom_frame, hosts)
+
+    def section(name: str) -> Mapping[str, Any]:
+        return sections.get(name, {})
+
+    profiles = read_profiles(reading, section("profiles"))
+    in_ros = reading.values(("ros",), section("ros"))
+    namespace = ros_name(reading, ("ros", "namespace"), section("ros"), "") or ""
+    safety = read_safety(reading, section("ros"), in_ros, namespace, section("on"), section("preflight"))
+    world = read_world(reading, section("world"))
+    hosts = read_hosts(reading, section("hosts"))
+    listed = _Listed(reading, profiles, hosts, world, namespace, in_ros.get("odom_frame", "own"))
+    robots = listed.robots(section("robots"))
     free = {name: robot.profile for name, robot in robots.items() if not robot.start}
     formation = None
     if isinstance(toml.readable.get("formation"), dict):
-        formation = read_formation(reading, sections["formation"], free, world)
+        formation = read_formation(reading, section("formation"), free, world)
     if formation:
         starts = dict(zip(free, formation.poses(len(free)), strict=True))
         robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
     if safety.rejoin == "return" and (why := _refuses_return(robots, world)):
         reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
-    senses = read_senses(reading, sections.get("senses", {}))
-    music = read_music(reading, sections["music"], path) if "music" in sections else None
-    clock = reading.clock(sections.get("clock", {}))
-    osc = read_osc(reading, sections.get("osc", {}))
+    found = Robots(
+        robots,
+        profiles,
+        path,
+        text,
+        namespace=namespace,
+        use_sim_time=in_ros.get("use_sim_time", False),
+        world=world,
+        safety=safety,
+        node=node_name(reading, ("ros", "node"), section("ros")),
+        senses=read_senses(reading, section("senses")),
+        formation=formation,
+        publish=in_ros.get("publish", False),
+        clock=_clock(reading, section("clock")),
+        osc=read_osc(reading, section("osc")),
+        music=read_music(reading, section("music"), path) if "music" in sections else None,
+    )
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     if toml.diagnostics:  # the rest may mean something else without the invalid lines
         return Robots(path=path, text=text, diagnostics=diagnostics)
-    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish, clock, osc)
-    return Robots(robots, profiles, path, text, diagnostics, *rest, music=music)
+    return replace(found, diagnostics=diagnostics)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -264,111 +276,107 @@ def _topic(namespace: str) -> str:
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 
 
-class _RobotsReading(TomlReading):
-    """Reads robots and profiles."""
+@dataclass(frozen=True, slots=True)
+class _Listed:
+    """Reads the robots of a file, given what its other sections set for all of them."""
 
-    def robots(
-        self,
-        tables: Mapping[str, Any],
-        profiles: Mapping[str, Profile],
-        namespace: str,
-        world: World,
-        odom_frame: OdomFrame,
-        hosts: Mapping[str, Host],
-    ) -> dict[str, Robot]:
+    reading: TomlReading
+    profiles: Mapping[str, Profile]
+    hosts: Mapping[str, Host]
+    world: World
+    namespace: str
+    odom_frame: OdomFrame
+
+    def robots(self, tables: Mapping[str, Any]) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
-            table = self.table(("robots", name), value)
-            robot = self.robot(name, table, profiles, namespace, odom_frame)
-            robot = replace(robot, host=host_of(self, name, table, hosts))
+            keys = ("robots", name)
+            robot = self.robot(keys, self.reading.table(keys, value))
             if not _NAME.fullmatch(name):
                 message = f"`{name}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
-                self.at_key(("robots", name), message)
+                self.reading.at_key(keys, message)
             elif name in WORDS:
-                self.at_key(("robots", name), f"`{name}` is a reserved word: choose another name")
+                self.reading.at_key(keys, f"`{name}` is a reserved word: choose another name")
             else:
                 made[name] = robot
-                wide = 2 * robot.profile.radius
-                if world.size and wide > min(world.size):
-                    self.at_key(
-                        ("robots", name),
-                        f"`{name}` is {wide:g} m wide and doesn't fit: make the world larger",
-                        given=(PROFILES, WORLD),
-                    )
-                if robot.start and not world.holds(robot.start.x, robot.start.y):
-                    self.at_value(
-                        ("robots", name, "start"), "this start is outside the walls: move it inside", given=(WORLD,)
-                    )
-        self.one_role_each(made, namespace)
+                self.check_room(keys, robot)
+        self.one_role_each(made)
         return made
 
-    def one_role_each(self, robots: Mapping[str, Robot], namespace: str) -> None:
+    def check_room(self, keys: Keys, robot: Robot) -> None:
+        """Report a robot that is too wide for the world, or starts outside it."""
+        wide = 2 * robot.profile.radius
+        if self.world.size and wide > min(self.world.size):
+            message = f"`{keys[-1]}` is {wide:g} m wide and doesn't fit: make the world larger"
+            self.reading.at_key(keys, message, given=(PROFILES, WORLD))
+        if robot.start and not self.world.holds(robot.start.x, robot.start.y):
+            message = "this start is outside the walls: move it inside"
+            self.reading.at_value((*keys, "start"), message, given=(WORLD,))
+
+    def one_role_each(self, robots: Mapping[str, Robot]) -> None:
         """Report robots that share a namespace or a topic: a real robot can't dance two parts at once."""
-        taken: dict[str, str] = {}
-        # First robots without a `namespace` in the file: a namespace in the file is the one to change.
-        for name in sorted(robots, key=lambda each: robots[each].namespace is not None):
-            inside = robots[name].namespace or f"{namespace}/{name}"
-            if inside in taken:
-                message = f"`{taken[inside]}` has this namespace too: give each its own"
-                self.at_value(("robots", name, "namespace"), message, given=(("robots", taken[inside]),))
-            taken.setdefault(inside, name)
+        inside = {name: each.namespace or f"{self.namespace}/{name}" for name, each in robots.items()}
+        own = {name for name, each in robots.items() if each.topic != _topic(inside[name])}
+        namespaces: dict[str, str] = {}
         topics: dict[str, str] = {}
-        own = {name for name, each in robots.items() if each.topic != _topic(each.namespace or f"{namespace}/{name}")}
+        # First those whose namespace or topic isn't in the file: one in the file is the one to change.
+        for name in sorted(robots, key=lambda each: robots[each].namespace is not None):
+            if (other := namespaces.setdefault(inside[name], name)) != name:
+                message = f"`{other}` has this namespace too: give each its own"
+                self.reading.at_value(("robots", name, "namespace"), message, given=(("robots", other),))
         for name in sorted(robots, key=own.__contains__):
-            topic = robots[name].topic
-            if topic in topics and name in own:
-                message = f"`{topics[topic]}` listens on this topic too: give each its own"
-                self.at_value(("robots", name, "topic"), message, given=(("robots", topics[topic]),))
-            topics.setdefault(topic, name)
+            if (other := topics.setdefault(robots[name].topic, name)) != name and name in own:
+                message = f"`{other}` listens on this topic too: give each its own"
+                self.reading.at_value(("robots", name, "topic"), message, given=(("robots", other),))
 
-    def robot(
-        self,
-        name: str,
-        table: Mapping[str, Any],
-        profiles: Mapping[str, Profile],
-        namespace: str,
-        odom_frame: OdomFrame,
-    ) -> Robot:
-        keys = ("robots", name)
-        kind = self.one_of((*keys, "profile"), table, profiles, given=(PROFILES,))
-        profile = profiles[kind] if kind else DEFAULT
+    def robot(self, keys: Keys, table: Mapping[str, Any]) -> Robot:
+        reading, namespace, values = self.reading, self.namespace, self.reading.values(keys, table)
+        kind = reading.one_of((*keys, "profile"), table, self.profiles, given=(PROFILES,))
+        profile = self.profiles[kind] if kind else DEFAULT
         if "joints" in table:
-            body = with_offsets(self, (*keys, "joints"), table["joints"], profile.body)
+            body = with_offsets(reading, (*keys, "joints"), table["joints"], profile.body)
             profile = replace(profile, body=body)
-        start = self.start((*keys, "start"), table["start"]) if "start" in table else None
-        message = self.one_of((*keys, "message"), table) or profile.message
-        own = ros_name(self, (*keys, "namespace"), table, namespace)
-        inside = own or f"{namespace}/{name}"
-        topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(inside)
-        reset = ros_name(self, (*keys, "reset"), table, namespace)
-        odom = ros_name(self, (*keys, "odom"), table, inside)
+        own = ros_name(reading, (*keys, "namespace"), table, namespace)
+        inside = own or f"{namespace}/{keys[-1]}"
+        odom = ros_name(reading, (*keys, "odom"), table, inside)
         by_default = full_name("battery_state", inside) if odom else None
-        battery = ros_name(self, (*keys, "battery"), table, inside) or by_default
-        frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
-        follow = self.flag((*keys, "follow"), table)
+        follow = values.get("follow", False)
         if follow and not odom and profile.dynamics != "motors":
-            self.at_key(
-                (*keys, "follow"), "`follow` needs to know where the robot is: add `odom`", given=(keys, PROFILES)
-            )
+            message = "`follow` needs to know where the robot is: add `odom`"
+            reading.at_key((*keys, "follow"), message, given=(keys, PROFILES))
         elif follow and (why := refusal(profile)):
-            self.at_key((*keys, "follow"), f"`follow` {why}", given=(keys, PROFILES))
-        own_frame = cast(OdomFrame | None, self.one_of((*keys, "odom_frame"), table))
-        if own_frame and not odom:
-            self.at_key((*keys, "odom_frame"), "`odom_frame` is about the poses on `odom`: add `odom`", given=(keys,))
-        return Robot(profile, start, topic, message, reset, odom, frame, follow, own_frame or odom_frame, battery, own)
+            reading.at_key((*keys, "follow"), f"`follow` {why}", given=(keys, PROFILES))
+        if "odom_frame" in values and not odom:
+            message = "`odom_frame` is about the poses on `odom`: add `odom`"
+            reading.at_key((*keys, "odom_frame"), message, given=(keys,))
+        return Robot(
+            profile,
+            _start(reading, (*keys, "start"), table["start"]) if "start" in table else None,
+            ros_name(reading, (*keys, "topic"), table, namespace) or _topic(inside),
+            values.get("message", profile.message),
+            reset=ros_name(reading, (*keys, "reset"), table, namespace),
+            odom=odom,
+            frame=frame_id(reading, (*keys, "frame"), table) or BASE_FRAME,
+            follow=follow,
+            odom_frame=values.get("odom_frame", self.odom_frame),
+            battery=ros_name(reading, (*keys, "battery"), table, inside) or by_default,
+            namespace=own,
+            host=host_of(reading, keys, table, self.hosts, values.get("link_patience")),
+        )
 
-    def clock(self, value: Any) -> OutsideClock | None:
-        table = self.table(("clock",), value)
-        follow = cast(Follow | None, self.one_of(("clock", "follow"), table))
-        port = self.text(("clock", "port"), table) or ""
-        if port and follow != "midi":
-            message = '`port` is a MIDI input: it works only with `follow = "midi"`'
-            self.at_key(("clock", "port"), message, given=(("clock",),))
-        return OutsideClock(follow, port) if follow else None
 
-    def start(self, keys: Keys, value: Any) -> Pose | None:
-        if not isinstance(value, dict):
-            self.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
-            return None
-        found = self.numbers(keys, self.table(keys, value))
-        return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
+def _start(reading: TomlReading, keys: Keys, value: Any) -> Pose | None:
+    if not isinstance(value, dict):
+        reading.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
+        return None
+    found = reading.values(keys, reading.table(keys, value))
+    return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
+
+
+def _clock(reading: TomlReading, table: Mapping[str, Any]) -> OutsideClock | None:
+    follow = reading.values(("clock",), table).get("follow")
+    port = reading.text(("clock", "port"), table) or ""
+    if port and follow != "midi":
+        message = '`port` is a MIDI input: it works only with `follow = "midi"`'
+        reading.at_key(("clock", "port"), message, given=(("clock",),))
+    return OutsideClock(follow, port) if follow else None

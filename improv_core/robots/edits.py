@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from copy import deepcopy
 from itertools import count
-from typing import Any
 
-from improv_core.diagnostics import Edit
-from improv_core.robots.toml_text import TomlText, read_toml
+from improv_core.diagnostics import Edit, applied
+from improv_core.robots.toml_positions import Keys, Positions
+from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import BUILT_IN, DEFAULT
 from improv_core.text import Span
 
 Start = tuple[float, float, float]
 """x and y in meters, the heading in degrees."""
+_Value = float | str | Mapping[str, float]
 
 
 def place(text: str, starts: Mapping[str, Start], played: Iterable[str]) -> str | None:
@@ -21,19 +23,11 @@ def place(text: str, starts: Mapping[str, Start], played: Iterable[str]) -> str 
     If the file lists no robots yet, all that are `played` are added, since a list must be complete. None if the file
     can't be read, or if it writes robots or start poses in an unusual form.
     """
-    toml = read_toml(text)
-    robots = toml.data.get("robots", {})
-    if toml.diagnostics or not isinstance(robots, dict):
-        return None
-    line_end = "\r\n" if "\r\n" in text else "\n"
-    edits = [_edit(text, toml, name, start, line_end) for name, start in starts.items() if name in robots]
-    made = _applied(text, filter(None, edits))
-    missing = [name for name in dict.fromkeys([*(() if robots else played), *starts]) if name not in robots]
-    if missing:
-        made += _gap(made, line_end)
-        made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
-    # TOML has many ways to write the same thing, so check that the new text means what it should.
-    return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
+    names = dict.fromkeys([*(() if read_toml(text).data.get("robots") else played), *starts])
+    tables: dict[Keys, Mapping[str, _Value]] = {
+        ("robots", name): {"start": _rounded(starts[name])} if name in starts else {} for name in names
+    }
+    return _changed(text, tables, first=True)
 
 
 def add(text: str, robot: str) -> Edit | None:
@@ -41,19 +35,14 @@ def add(text: str, robot: str) -> Edit | None:
 
     None if the file can't be read or has the robot already.
     """
-    toml = read_toml(text)
-    robots = toml.data.get("robots", {})
-    if toml.diagnostics or not isinstance(robots, dict) or robot in robots:
+    robots = read_toml(text).data.get("robots", {})
+    if not isinstance(robots, dict) or robot in robots:
         return None
-    line_end = "\r\n" if "\r\n" in text else "\n"
     kinds = {table.get("profile") if isinstance(table, dict) else None for table in robots.values()}
     profile = kinds.pop() if len(kinds) == 1 else None
-    line = f'profile = "{profile}"{line_end}' if isinstance(profile, str) and profile.isidentifier() else ""
-    written = _gap(text, line_end) + _section(robot, None, line_end) + line
-    # The section may be invalid after the existing text, such as `robots = {}`.
-    if read_toml(text + written).diagnostics:
-        return None
-    return Edit(Span(len(text), len(text)), written)
+    shared = {"profile": profile} if isinstance(profile, str) and profile.isidentifier() else {}
+    made = _changed(text, {("robots", robot): shared})
+    return None if made is None else Edit(Span(len(text), len(text)), made[len(text) :])
 
 
 def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
@@ -62,32 +51,21 @@ def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
     If other robots or profiles use its profile too, or it is a built-in one, the robot gets its own profile, based on
     that one. None if the file can't be read or has no such robot, or if it writes them in an unusual form.
     """
-    toml = read_toml(text)
-    robots, profiles = (toml.data.get(section, {}) for section in ("robots", "profiles"))
-    if toml.diagnostics or not isinstance(robots, dict) or not isinstance(profiles, dict):
+    robots, profiles = (read_toml(text).data.get(section, {}) for section in ("robots", "profiles"))
+    if not isinstance(robots, dict) or not isinstance(profiles, dict) or robot not in robots:
         return None
-    table = robots.get(robot)
-    if not isinstance(table, dict) or not all(
-        isinstance(each, dict) for each in (*robots.values(), *profiles.values())
-    ):
+    if not all(isinstance(each, dict) for each in (*robots.values(), *profiles.values())):
         return None
-    line_end = "\r\n" if "\r\n" in text else "\n"
-    profile = table.get("profile")
+    profile = robots[robot].get("profile")
     if not isinstance(profile, str | None):
         return None
     users = [each for each in robots.values() if each.get("profile") == profile]
     heirs = [each for each in profiles.values() if each.get("base") == profile]
     if profile and profile in profiles and len(users) == 1 and not heirs:
-        made = _applied(text, _settings(text, toml, ("profiles", profile), values, line_end))
-        expected = {**profiles, profile: {**profiles[profile], **values}}
-        return made if read_toml(made).data == {**toml.data, "profiles": expected} else None
+        return _changed(text, {("profiles", profile): values})
     own = next(name for name in _names(robot) if name not in profiles and name not in BUILT_IN)
-    contents: dict[str, float | str] = {**({"step": DEFAULT.step} if profile is None else {"base": profile}), **values}
-    made = _applied(text, _settings(text, toml, ("robots", robot), {"profile": own}, line_end))
-    lines = [f"[profiles.{own}]", *(f"{key} = {_value(value)}" for key, value in contents.items())]
-    made += _gap(made, line_end) + "".join(line + line_end for line in lines)
-    expected = {"robots": {**robots, robot: {**table, "profile": own}}, "profiles": {**profiles, own: contents}}
-    return made if read_toml(made).data == {**toml.data, **expected} else None
+    base: dict[str, float | str] = {"step": DEFAULT.step} if profile is None else {"base": profile}
+    return _changed(text, {("robots", robot): {"profile": own}, ("profiles", own): {**base, **values}})
 
 
 def set_first_beat(text: str, seconds: float) -> str | None:
@@ -95,13 +73,8 @@ def set_first_beat(text: str, seconds: float) -> str | None:
 
     None if the file can't be read or has no section `[music]`, or if it writes it in an unusual form.
     """
-    toml = read_toml(text)
-    music = toml.data.get("music")
-    if toml.diagnostics or not isinstance(music, dict):
-        return None
-    values = {"first_beat": round(seconds, 3) + 0.0}
-    made = _applied(text, _settings(text, toml, ("music",), values, "\r\n" if "\r\n" in text else "\n"))
-    return made if read_toml(made).data == {**toml.data, "music": {**music, **values}} else None
+    has_music = "music" in read_toml(text).data
+    return _changed(text, {("music",): {"first_beat": round(seconds, 3) + 0.0}}) if has_music else None
 
 
 def _names(robot: str) -> Iterator[str]:
@@ -111,69 +84,67 @@ def _names(robot: str) -> Iterator[str]:
     yield from (f"{robot}_calibrated_{number}" for number in count(2))
 
 
-def _inline(start: Start) -> str:
-    """Format a start pose as in improv.toml."""
-    x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
-    return f"{{ x = {x}, y = {y}, heading = {heading} }}"
+def _changed(text: str, tables: Mapping[Keys, Mapping[str, _Value]], *, first: bool = False) -> str | None:
+    """Return the text in which these tables have these values. New tables are at the end; new values are below the
+    others of their table, or above them if `first`.
 
-
-def _applied(text: str, edits: Iterable[Edit]) -> str:
-    for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
+    None if the file can't be read, or if it writes these tables in an unusual form.
+    """
+    toml = read_toml(text)
+    if toml.diagnostics:
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    expected = deepcopy(dict(toml.data))
+    edits, sections = list[Edit](), list[str]()
+    for keys, values in tables.items():
+        table, is_new = expected, False
+        for key in keys:
+            is_new = key not in table
+            table = table.setdefault(str(key), {})
+            if not isinstance(table, dict):
+                return None
+        table.update(values)
+        if is_new:
+            lines = [
+                f"[{'.'.join(map(str, keys))}]",
+                *(f"{name} = {_written(value)}" for name, value in values.items()),
+            ]
+            sections.append("".join(line + line_end for line in lines))
+        else:
+            edits += _settings(text, toml.positions, keys, values, line_end, first)
+    made = applied(text, edits)
+    if sections:
+        gap = "" if not made else line_end if made.endswith("\n") else 2 * line_end
+        made += gap + line_end.join(sections)
+    # TOML has many ways to write the same thing, so check that the new text means what it should.
+    return made if read_toml(made).data == expected else None
 
 
 def _settings(
-    text: str, toml: TomlText, table: tuple[str, ...], values: Mapping[str, float | str], line_end: str
+    text: str, positions: Positions, table: Keys, values: Mapping[str, _Value], line_end: str, first: bool
 ) -> Iterator[Edit]:
     """Yield the edits that give these values to keys of an existing table."""
-    new = []
+    new = ""
     for key, value in values.items():
-        if known := toml.positions.entries.get((*table, key)):
-            yield Edit(known.value, _value(value))
+        if known := positions.entries.get((*table, key)):
+            yield Edit(known.value, _written(value))
         else:
-            new.append(f"{key} = {_value(value)}")
+            new += f"{key} = {_written(value)}{line_end}"
     if new:
-        inside = [entry for keys, entry in toml.positions.entries.items() if keys[:-1] == table]
-        last = max((each.value.end for each in inside if each.value != each.key), default=0)  # not a table in a header
-        yield _below(text, max(last, toml.positions.entries[table].key.end), new, line_end)
+        inside = [
+            entry.value.end
+            for keys, entry in positions.entries.items()
+            if keys[:-1] == table and entry.value != entry.key
+        ]
+        last = max([positions.entries[table].key.end, *(() if first else inside)])
+        end = text.find("\n", last) + 1
+        yield Edit(Span(end, end), new) if end else Edit(Span(len(text), len(text)), line_end + new)
 
 
-def _value(value: float | str) -> str:
+def _written(value: _Value) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{name} = {_written(each)}' for name, each in value.items())} }}"
     return f'"{value}"' if isinstance(value, str) else f"{value:.10g}"
-
-
-def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
-    """Return the edit that adds lines below the one at an offset."""
-    end = text.find("\n", offset) + 1
-    written = "".join(f"{line}{line_end}" for line in lines)
-    return Edit(Span(end, end), written) if end else Edit(Span(len(text), len(text)), line_end + written)
-
-
-def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
-    """Return the edit that sets the start pose of a listed robot."""
-    if known := toml.positions.entries.get(("robots", robot, "start")):
-        return Edit(known.value, _inline(start)) if text[known.value.start] == "{" else None
-    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {_inline(start)}"], line_end)
-
-
-def _gap(text: str, line_end: str) -> str:
-    """Return the separator between a new section and the text before it."""
-    return "" if not text else line_end if text.endswith("\n") else 2 * line_end
-
-
-def _section(robot: str, start: Start | None, line_end: str) -> str:
-    return f"[robots.{robot}]{line_end}" + (f"start = {_inline(start)}{line_end}" if start else "")
-
-
-def _expected(
-    data: Mapping[str, Any], robots: Mapping[str, Any], missing: Iterable[str], starts: Mapping[str, Start]
-) -> Mapping[str, Any]:
-    """Return the data that the new text must contain."""
-    listed = {**robots, **{name: {} for name in missing}}
-    for name, start in starts.items():
-        listed[name] = {**(listed[name] if isinstance(listed[name], dict) else {}), "start": _rounded(start)}
-    return {**data, "robots": listed}
 
 
 def _rounded(start: Start) -> Mapping[str, float]:

@@ -66,15 +66,15 @@ def heading(degrees: Fraction) -> float:
     return math.radians(wrapped(degrees))
 
 
-def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profile], world: World) -> Formation | None:
+def read_formation(
+    reading: TomlReading, table: Mapping[str, Any], robots: Mapping[str, Profile], world: World
+) -> Formation | None:
     """Read the formation; None if it has an error. Errors are reported.
 
     `robots` are those without a `start` that the file lists. If it lists none, a program may have any robots.
     """
-    table = reading.table(_SECTION, value)
-    shape = reading.one_of((*_SECTION, "shape"), table)
-    facing = reading.one_of((*_SECTION, "facing"), table)
-    distance = reading.numbers(_SECTION, table).get("distance")
+    values = reading.values(_SECTION, table)
+    shape, facing, distance = (values.get(name) for name in ("shape", "facing", "distance"))
     if "shape" not in table:
         reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}", given=(_SECTION,))
     if shape and shape != "circle" and "facing" in table:

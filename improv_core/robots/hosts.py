@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.score import Host, is_host
 
@@ -21,14 +22,15 @@ def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Hos
         if not is_host(name):
             reading.at_key(keys, f"`{name}` can't be a host: {_PLAIN}")
             continue
-        domain = reading.integer((*keys, "domain"), table["domain"]) if "domain" in table else None
-        made[name] = Host(name, domain, reading.one_of((*keys, "rmw"), table))
+        values = reading.values(keys, table)
+        made[name] = Host(name, values.get("domain"), values.get("rmw"))
     return made
 
 
-def host_of(reading: TomlReading, robot: str, table: Mapping[str, Any], hosts: Mapping[str, Host]) -> Host | None:
+def host_of(
+    reading: TomlReading, keys: Keys, table: Mapping[str, Any], hosts: Mapping[str, Host], patience: float | None
+) -> Host | None:
     """Return the machine whose stage moves a robot; None if that is this one."""
-    keys = ("robots", robot)
     name = reading.text((*keys, "host"), table)
     if name is None:
         if "link_patience" in table:
@@ -40,5 +42,4 @@ def host_of(reading: TomlReading, robot: str, table: Mapping[str, Any], hosts: M
         reading.at_value((*keys, "host"), _PLAIN)
         return None
     host = hosts.get(name, Host(name))
-    patience = reading.numbers(keys, table).get("link_patience", host.patience)
-    return replace(host, patience=patience)
+    return host if patience is None else replace(host, patience=patience)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,10 @@ from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.music import SUFFIXES, Music, is_inside, is_song
 
 
-def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
+def read_music(reading: TomlReading, table: Mapping[str, Any], path: Path | None) -> Music:
     """Read the section in the file at `path`. Without a valid `file`, there is no song: a dance plays without its song,
     so this is only a warning."""
-    table = reading.table(("music",), value)
-    numbers = reading.numbers(("music",), table)
+    values = reading.values(("music",), table)
     file = reading.text(("music", "file"), table) or ""
     if file and not is_song(file):
         reading.warn_value(("music", "file"), f"pages can't play this: write a file that ends in {_endings()}")
@@ -23,9 +23,9 @@ def read_music(reading: TomlReading, value: Any, path: Path | None) -> Music:
             ("music", "file"), 'pages can\'t get this: put the song beside this file, and write its name: `"song.mp3"`'
         )
         file = ""
-    count_in = reading.flag(("music", "count_in"), table)
     folder = str(path.parent) if path and path.is_absolute() else ""  # otherwise, there is no file
-    return Music(file, folder, numbers.get("first_beat", 0.0), numbers.get("volume", 1.0), count_in)
+    song = values.get("first_beat", 0.0), values.get("volume", 1.0), values.get("count_in", False)
+    return Music(file, folder, *song)
 
 
 def _endings() -> str:

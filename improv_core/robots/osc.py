@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from ipaddress import AddressValueError, IPv4Address
 from typing import Any
 
@@ -14,16 +15,16 @@ _PEER = re.compile(r"([A-Za-z0-9][A-Za-z0-9.-]{0,252}):([0-9]{1,5})")
 LAST_PORT = 65535
 
 
-def read_osc(reading: TomlReading, value: Any) -> Osc | None:
+def read_osc(reading: TomlReading, table: Mapping[str, Any]) -> Osc | None:
     """Read the section; None if it has nothing valid. Errors are reported."""
-    table = reading.table(("osc",), value)
-    port = reading.integer(("osc", "listen"), table["listen"]) if "listen" in table else None
+    values = reading.values(("osc",), table)
+    port = values.get("listen")
     host = _host(reading, ("osc", "host"), table)
     if "host" in table and "listen" not in table:
         reading.at_key(("osc", "host"), "`host` sets where Improv listens: add `listen`, a port", given=(("osc",),))
     listen = Peer(host or HERE, port) if port is not None else None
     send = tuple(_peers(reading, ("osc", "send"), table["send"], listen)) if "send" in table else ()
-    time_tags = "time_tags" not in table or reading.flag(("osc", "time_tags"), table)
+    time_tags = values.get("time_tags", True)
     if time_tags and any(peer.port == SONIC_PI for peer in send):
         reading.warn_value(
             ("osc", "send"), "Sonic Pi, which listens on 4560, reads no bundles: add `time_tags = false`"
@@ -31,7 +32,7 @@ def read_osc(reading: TomlReading, value: Any) -> Osc | None:
     return Osc(send, listen, time_tags) if listen or send else None
 
 
-def _host(reading: TomlReading, keys: Keys, table: dict[str, Any]) -> str | None:
+def _host(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str | None:
     host = reading.text(keys, table)
     if host is None or host == "localhost":
         return host

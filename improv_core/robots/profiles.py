@@ -52,7 +52,7 @@ def _base(reading: TomlReading, name: str, table: Mapping[str, Any], known: Coll
 
 def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
     keys = ("profiles", name)
-    changes: dict[str, Any] = reading.numbers(keys, table)
+    changes = reading.values(keys, table)
     for key in ("quarter_turn", "commanded_quarter_turn"):
         if key in changes:
             changes[key] = math.radians(changes[key])
@@ -63,14 +63,9 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
                 message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
                 reading.at_value((*keys, f"commanded_{key}"), message, given=(PROFILES,))
     motions = _motions(reading, (*keys, "motions"), table["motions"]) if "motions" in table else ()
-    for word in ("message", "dynamics"):
-        if written := reading.one_of((*keys, word), table):
-            changes[word] = written
     if "wheel_error" in table:
         changes["wheel_error"] = _wheel_error(reading, (*keys, "wheel_error"), table["wheel_error"])
-    if "smooth" in table:
-        changes["smooth"] = reading.flag((*keys, "smooth"), table)
-    body = read_body(reading, keys, table, base.body)
+    body = read_body(reading, keys, table, changes.pop("home", None), base.body)
     profile = replace(base, name=name, motions=motions or base.motions, body=body, **changes)
     if profile.dynamics != "motors":
         for key in _MOTORS_ONLY:

@@ -8,15 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args
 
-from improv_core.robots.schema_bodies import BODY, OFFSETS
-from improv_core.robots.schema_key import Key
-from improv_core.robots.schema_key import number as _number
-from improv_core.robots.schema_key import table as _table
-from improv_core.robots.schema_music import MUSIC
-from improv_core.robots.schema_osc import OSC
+from improv_core.robots.schema_key import Key, flag, number, table
+from improv_core.robots.schema_robots import HEADING, PROFILE, ROBOT, place
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.faults import Fault, Response
-from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
 from improv_core.score.score import Follow, OdomFrame, Rejoin
 from improv_core.score.senses import Message
 
@@ -41,160 +36,12 @@ def known(keys: Keys) -> Key:
     return found
 
 
-def _place(about: str) -> Key:
-    return _number(about, "meters", -1000, 1000, "0")
-
-
 def _length(about: str) -> Key:
-    return _number(about, "meters", 0.001, 1000)
+    return number(about, "meters", 0.001, 1000)
 
 
-_HEADING = _number("the heading, counterclockwise from the x axis", "degrees", -360, 360, "0")
 _BUTTON = Key("the button of a gamepad, counted from 0", "integer", least=0, most=MOST_BUTTON, example="4")
 
-_START = {"x": _place("the position along x"), "y": _place("the position along y"), "heading": _HEADING}
-_ROBOT = {
-    "profile": Key(
-        "the kind of robot: a built-in profile or one of yours",
-        default="a step of 2 m, no limits, all motions",
-        profile=True,
-    ),
-    "start": Key(
-        "its pose at beat 0: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
-        " to 0",
-        "object",
-        default="in the formation, or next to the other robots",
-        keys=_START,
-        example="{ x = 0, y = 0, heading = 0 }",
-    ),
-    "namespace": Key(
-        "the real robot that dances its part: the prefix of all its topics that don't begin with `/`; without a leading"
-        " `/`, it is in the namespace of `[ros]`",
-        default="`NAME`",
-        example='"tb3_07"',
-    ),
-    "topic": Key(
-        "the topic it listens on; without a leading `/`, the name is in the namespace of `[ros]`",
-        default="`cmd_vel` in the robot's namespace",
-        example='"/cmd_vel"',
-    ),
-    "message": Key(
-        '`"Twist"`, `"TwistStamped"`, or `"auto"`: the type that its subscribers expect',
-        default="the profile's",
-        choices=MESSAGES,
-    ),
-    "frame": Key("the `frame_id` of its `TwistStamped` messages", default='`"base_link"`', example='"anna/base_link"'),
-    "reset": Key(
-        "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
-    ),
-    "odom": Key(
-        "a topic that says where it really is; without a leading `/`, the name is in the robot's namespace, which is in"
-        " that of `[ros]`",
-        default="none",
-        example='"odom"',
-    ),
-    "odom_frame": Key(
-        'the frame of these poses: `"own"`, which Improv aligns with the world at beat 0, or `"world"`',
-        default="that of `[ros]`",
-        choices=get_args(OdomFrame),
-    ),
-    "battery": Key(
-        "a topic of type `sensor_msgs/msg/BatteryState`; names are as for `odom`",
-        default="`battery_state` with `odom`, otherwise none",
-        example='"battery_state"',
-    ),
-    "joints": OFFSETS,
-    "host": Key(
-        "the machine whose own stage moves it, as ssh calls it; `improv hosts allow` has to approve it once",
-        default="this machine",
-        example='"pi@anna.local"',
-    ),
-    "link_patience": _number(
-        "how long it dances on when its host hears nothing from this machine", "seconds", 0.5, 10, "0.5"
-    ),
-    "follow": Key(
-        "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
-        "boolean",
-        default="false",
-        example="true",
-    ),
-}
-# The ranges catch typical errors: 0, millimeters, an angle in radians.
-_PROFILE = {
-    "base": Key("the profile it starts from", profile=True),
-    "step": _number("the distance of `forward`", "meters", 0.001, 100),
-    "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
-    "commanded_step": _number(
-        "the distance to command so that the real robot drives a `step`", "meters", 0.0005, 200, "the same as `step`"
-    ),
-    "commanded_quarter_turn": _number(
-        "the angle to command so that the real robot turns a `quarter_turn`",
-        "degrees",
-        22.5,
-        270,
-        "the same as `quarter_turn`",
-    ),
-    "left_right": _number(
-        "how far the left wheel of the real robot rolls for each meter of the right one; below 1, it pulls to the left",
-        "meters per meter",
-        0.8,
-        1.25,
-        "1",
-    ),
-    "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
-    "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
-    "max_linear_acceleration": _number(
-        "the acceleration of simulated motors, and how hard a real robot brakes, for `keep_apart`",
-        "m/s²",
-        0.001,
-        1000,
-        "no limit",
-    ),
-    "max_angular_acceleration": _number("the same for turning", "rad/s²", 0.001, 1000, "no limit"),
-    "turning_radius": _number(
-        "the radius of the tightest curve that a car can drive; it never turns on the spot",
-        "meters",
-        0.001,
-        100,
-        "none: it turns on the spot",
-    ),
-    "motions": Key(
-        'some of `"forward"`, `"turn"`, `"strafe"`, `"climb"`',
-        "array",
-        default="all four",
-        items=Key("a motion that it can make, in both directions", choices=MOTIONS),
-        example='["forward", "turn"]',
-    ),
-    "command_rate": _number("how often its velocity is sent while it moves", "Hz", 1, 200, "20"),
-    "radius": _number("the radius of its disc in the simulator", "meters", 0.001, 100, "0.3"),
-    "message": Key("same as for a robot", default='`"auto"`', choices=MESSAGES),
-    "dynamics": Key(
-        'how the simulator moves it: `"ideal"`, or like real `"motors"`', default='`"ideal"`', choices=DYNAMICS
-    ),
-    "wheel_error": Key(
-        "how far the left and the right wheel of a simulated robot really roll for each meter that they should",
-        "array",
-        default="`[1, 1]`",
-        least=0.5,
-        most=1.5,
-        items=Key("the distance for each meter", "number", least=0.5, most=1.5),
-        count=2,
-        example="[0.98, 1.0]",
-    ),
-    "noise": _number(
-        "the standard deviation of that, which changes ten times a second", "shares of the speed", 0, 0.5, "0"
-    ),
-    "smooth": Key(
-        "begin and end each movement gently, for robots that are tall or heavy",
-        "boolean",
-        default="false",
-        example="true",
-    ),
-    "near": _number(
-        "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
-    ),
-    **BODY,
-}
 _ROS = {
     "namespace": Key(
         "the prefix for all names of topics and services that don't begin with `/`", default="none", example='"lab"'
@@ -204,15 +51,10 @@ _ROS = {
         default="`improv_HOST_PID`",
         example='"conductor"',
     ),
-    "publish": Key(
-        "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics",
-        "boolean",
-        default="false",
-        example="true",
+    "publish": flag(
+        "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics"
     ),
-    "use_sim_time": Key(
-        "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"
-    ),
+    "use_sim_time": flag("stamp messages with the time on `/clock`, for simulated robots"),
     "odom_frame": Key(
         'the frame of the poses of all robots: `"own"`, or `"world"`, which has the coordinates of `start`',
         default='`"own"`',
@@ -238,11 +80,8 @@ _ROS = {
         default='`"continue"`',
         choices=get_args(Rejoin),
     ),
-    "start_without": Key(
-        "begin although some robots don't listen, and name them; if false, nothing moves until all listen",
-        "boolean",
-        default="true",
-        example="false",
+    "start_without": flag(
+        "begin although some robots don't listen, and name them; if false, nothing moves until all listen", default=True
     ),
 }
 _FAULTS: Mapping[Fault, str] = {
@@ -258,16 +97,16 @@ _ON: Mapping[str, Key] = {
         fault: Key(f"what follows if {about}", default='`"tell"`', choices=get_args(Response))
         for fault, about in _FAULTS.items()
     },
-    "distance": _number("how far off its path a robot may be", "meters", 0.01, 100, "0.25"),
-    "angle": _number("how far it may be turned away from it", "degrees", 1, 180, "15"),
+    "distance": number("how far off its path a robot may be", "meters", 0.01, 100, "0.25"),
+    "angle": number("how far it may be turned away from it", "degrees", 1, 180, "15"),
 }
-_CIRCLE = {"x": _place("the center along x"), "y": _place("the center along y"), "radius": _length("its radius")}
+_CIRCLE = {"x": place("the center along x"), "y": place("the center along y"), "radius": _length("its radius")}
 _BOX = {
-    "x": _place("the center along x"),
-    "y": _place("the center along y"),
+    "x": place("the center along x"),
+    "y": place("the center along y"),
     "width": _length("its size along its own x axis"),
     "height": _length("its size along its own y axis"),
-    "heading": _HEADING,
+    "heading": HEADING,
 }
 _WORLD = {
     "size": Key(
@@ -282,14 +121,14 @@ _WORLD = {
         "more walls: lines in meters, each from x, y to x, y",
         "array",
         default="none",
-        items=Key("a wall: from x, y to x, y", "array", items=_place("a coordinate"), count=4, example="[0, 0, 2, 0]"),
+        items=Key("a wall: from x, y to x, y", "array", items=place("a coordinate"), count=4, example="[0, 0, 2, 0]"),
         example="[[0, 0, 2, 0]]",
     ),
     "circles": Key(
         "round obstacles, in meters: `x` and `y`, which default to 0, and `radius`",
         "array",
         default="none",
-        items=_table("a round obstacle", _CIRCLE, "{ x = 1, y = 0, radius = 0.3 }", ("radius",)),
+        items=table("a round obstacle", _CIRCLE, "{ x = 1, y = 0, radius = 0.3 }", ("radius",)),
         example="[{ x = 1, y = 0, radius = 0.3 }]",
     ),
     "boxes": Key(
@@ -297,17 +136,17 @@ _WORLD = {
         " default to 0",
         "array",
         default="none",
-        items=_table("a rectangle", _BOX, "{ x = 1, y = 0, width = 0.5, height = 1 }", ("width", "height")),
+        items=table("a rectangle", _BOX, "{ x = 1, y = 0, width = 0.5, height = 1 }", ("width", "height")),
         example="[{ x = 1, y = 0, width = 0.5, height = 1 }]",
     ),
-    "margin": _number(
+    "margin": number(
         "how far robots should stay from each other and from walls and obstacles: the check warns if they come nearer",
         "meters",
         0,
         1000,
         "0",
     ),
-    "keep_apart": _number(
+    "keep_apart": number(
         "real robots pause everything before they come nearer to each other than this, from edge to edge",
         "meters",
         0.01,
@@ -333,14 +172,14 @@ _SENSE = {
         example="0.5",
     ),
     "above": Key("the same, while the number is greater than this; write either of them", "number", example="0.5"),
-    "from": _number(
+    "from": number(
         "the start of the sector of a scan that counts, counterclockwise from straight ahead",
         "degrees",
         -360,
         360,
         "-180",
     ),
-    "to": _number("the end of that sector", "degrees", -360, 360, "180"),
+    "to": number("the end of that sector", "degrees", -360, 360, "180"),
     "button": Key(
         "the button of a gamepad, counted from 0",
         "integer",
@@ -349,7 +188,7 @@ _SENSE = {
         most=MOST_BUTTON,
         example="0",
     ),
-    "timeout": _number(
+    "timeout": number(
         "after this time without a usable message, the sense is silent; 0, for a Bool or a Joy, if messages come only"
         " when something changes",
         "seconds",
@@ -364,8 +203,8 @@ _SENSE = {
     ),
 }
 _PREFLIGHT = {
-    "distance": _number("how far from its place a robot may stand", "meters", 0.001, 100, "0.1"),
-    "degrees": _number("by how much it may be turned", "degrees", 0.1, 180, "10"),
+    "distance": number("how far from its place a robot may stand", "meters", 0.001, 100, "0.1"),
+    "degrees": number("by how much it may be turned", "degrees", 0.1, 180, "10"),
 }
 _CLOCK = {
     "follow": Key(
@@ -382,7 +221,7 @@ _FORMATION = {
         'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
         choices=SHAPES,
     ),
-    "distance": _number("how far apart neighbors are, from center to center", "meters", 0.001, 1000, "3"),
+    "distance": number("how far apart neighbors are, from center to center", "meters", 0.001, 1000, "3"),
     "facing": Key(
         'where robots in a circle look: `"in"`, to its center, or `"out"`; in other shapes, all look along x',
         default='`"in"`',
@@ -397,22 +236,60 @@ _HOST = {
         choices=("rmw_cyclonedds_cpp", "rmw_fastrtps_cpp", "rmw_zenoh_cpp"),
     ),
 }
-SCHEMA = _table(
+_MUSIC = {
+    "file": Key(
+        "the song, in the folder of this file or deeper: WAV, MP3, Ogg, FLAC, or M4A",
+        default="none: drop one onto the page",
+        example='"song.mp3"',
+    ),
+    "first_beat": number("where in the song beat 0 of the dance is", "seconds", -3600, 3600, "0"),
+    "count_in": flag("count one bar before each dance begins, with or without a song"),
+    "volume": number("how loud it is, from silent to as loud as it was recorded", "shares", 0, 1, "1"),
+}
+_OSC = {
+    "listen": Key(
+        "the UDP port on which Improv hears OSC messages",
+        "integer",
+        default="none: it hears no messages",
+        least=1,
+        most=65535,
+        example="7000",
+    ),
+    "host": Key(
+        "the IPv4 address of this machine on which it hears them; other machines reach it only with"
+        " `--osc-network` or the setting `osc.network`",
+        default='`"127.0.0.1"`: only programs on this machine are heard',
+    ),
+    "send": Key(
+        'where what plays is sent: each `"HOST:PORT"`; other machines get it only with `--osc-network` or the setting'
+        " `osc.network`",
+        "array",
+        default="nowhere",
+        items=Key("a program that hears OSC: its host and its UDP port", example='"127.0.0.1:9000"'),
+        example='["127.0.0.1:9000"]',
+    ),
+    "time_tags": flag(
+        "send bundles with the time at which each thing was due; false for programs that read no bundles, such as Sonic"
+        " Pi",
+        default=True,
+    ),
+}
+SCHEMA = table(
     "an `improv.toml`",
     {
-        "robots": Key("the robots, by their names in programs", "object", named=_table("a robot", _ROBOT)),
-        "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
-        "formation": _table("where robots without a `start` start", _FORMATION, required=("shape",)),
-        "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
+        "robots": Key("the robots, by their names in programs", "object", named=table("a robot", ROBOT)),
+        "profiles": Key("your own kinds of robots, by name", "object", named=table("a kind of robot", PROFILE)),
+        "formation": table("where robots without a `start` start", _FORMATION, required=("shape",)),
+        "ros": table("names, time, and safety in ROS 2, for all robots", _ROS),
         "hosts": Key(
-            "machines that have a stage of their own, as ssh calls them", "object", named=_table("a machine", _HOST)
+            "machines that have a stage of their own, as ssh calls them", "object", named=table("a machine", _HOST)
         ),
-        "on": _table("what follows from the faults of real robots", _ON),
-        "world": _table("the simulator's walls and obstacles", _WORLD),
-        "clock": _table("a clock from outside that robots follow", _CLOCK),
-        "preflight": _table("how far from their places robots may stand when they begin", _PREFLIGHT),
-        "music": MUSIC,
-        "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
-        "osc": _table("the programs with which OSC messages are exchanged", OSC),
+        "on": table("what follows from the faults of real robots", _ON),
+        "world": table("the simulator's walls and obstacles", _WORLD),
+        "clock": table("a clock from outside that robots follow", _CLOCK),
+        "preflight": table("how far from their places robots may stand when they begin", _PREFLIGHT),
+        "music": table("the song that the page plays", _MUSIC),
+        "senses": Key("where senses come from, by their names in programs", "object", named=table("a sense", _SENSE)),
+        "osc": table("the programs with which OSC messages are exchanged", _OSC),
     },
 )

@@ -42,6 +42,12 @@ def number(about: str, unit: str, least: float, most: float, default: str = "") 
     return Key(about, "number", default, unit, least, most)
 
 
+def flag(about: str, default: bool = False) -> Key:
+    """Make the key of `true` or `false`."""
+    words = ("false", "true")
+    return Key(about, "boolean", default=words[default], example=words[not default])
+
+
 def table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
     """Make a table with these keys."""
     return Key(about, "object", keys=keys, required=required, example=example)

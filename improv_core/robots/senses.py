@@ -111,7 +111,7 @@ def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: 
 
 
 def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple[float, float]:
-    numbers = reading.numbers(keys, {name: table[name] for name in ("from", "to") if name in table})
+    numbers = reading.values(keys, {name: table[name] for name in ("from", "to") if name in table})
     found = {"from": -180.0, "to": 180.0, **numbers}
     start, end = found["from"], found["to"]
     if not start <= end <= start + 360:

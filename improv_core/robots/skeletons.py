@@ -1,7 +1,8 @@
-"""Adds to the robots of an `improv.toml` how their joints carry one another, so that the page can draw them."""
+"""The skeletons of robots, from their URDFs: how their joints carry one another, so that the page can draw them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -11,11 +12,10 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_reading import listed
 from improv_core.robots.toml_text import read_toml
-from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
-from improv_core.robots.urdf_bones import bones
+from improv_core.robots.urdf import LARGEST_URDF, TURNING, Urdf, UrdfError, UrdfJoint, read_urdf, unit
 from improv_core.score.body import Body
 from improv_core.score.profiles import Profile
-from improv_core.score.skeleton import Bone
+from improv_core.score.skeleton import BASE, MOST_BONES, Bone, JointKind
 
 Skeleton = tuple[Bone, ...]
 
@@ -70,6 +70,34 @@ def skeleton_in(source: bytes) -> Skeleton | str:
         return bones(read_urdf(source))
     except UrdfError as error:
         return f"{f', line {error.line}' if error.line else ''}: {error}"
+
+
+def bones(urdf: Urdf) -> tuple[Bone, ...]:
+    """Convert all joints of a URDF to bones. Raises UrdfError if there are too many to draw."""
+    if len(urdf.joints) > MOST_BONES:
+        raise UrdfError(0, f"it has {len(urdf.joints):,} joints: at most {MOST_BONES:,} can be drawn")
+    number = {urdf.root: BASE} | {joint.child: place for place, joint in enumerate(urdf.joints)}
+    return tuple(_bone(joint, number[joint.parent]) for joint in urdf.joints)
+
+
+def _bone(joint: UrdfJoint, carrier: int) -> Bone:
+    way: JointKind = "turns" if joint.kind in TURNING else "slides" if joint.kind == "prismatic" else "stays"
+    least, most = (
+        (-math.inf if joint.lower is None else joint.lower),
+        (math.inf if joint.upper is None else joint.upper),
+    )
+    return Bone(
+        joint.name,
+        carrier,
+        joint.place,
+        joint.turn,
+        unit(joint.axis),
+        way,
+        max(least, min(0.0, most)),
+        joint.follows,
+        joint.ratio,
+        joint.shift,
+    )
 
 
 def _contradictions(body: Body, skeleton: Sequence[Bone]) -> Iterator[str]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
-from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.diagnostics import Diagnostic, Fix, likely, replace
 from improv_core.robots.schema import find, known
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_text import TomlText
@@ -31,12 +30,22 @@ class TomlReading:
     toml: TomlText
     diagnostics: list[Diagnostic]
 
-    def flag(self, keys: Keys, table: Mapping[str, Any]) -> bool:
-        value = table.get(str(keys[-1]), False)
-        if isinstance(value, bool):
-            return value
-        self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
-        return False
+    def values(self, keys: Keys, table: Mapping[str, Any]) -> dict[str, Any]:
+        """Read the valid numbers, flags, and words with choices in a table: all that only the schema decides."""
+        found = {name: self._value((*keys, name), table) for name in table}
+        return {name: value for name, value in found.items() if value is not None}
+
+    def _value(self, keys: Keys, table: Mapping[str, Any]) -> float | bool | str | None:
+        key, value = find(keys), table[str(keys[-1])]
+        if not key or key.type == "number":
+            return self.number(keys, value) if key else None
+        if key.type == "integer":
+            return self.integer(keys, value)
+        if key.type == "boolean" and not isinstance(value, bool):
+            self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
+        elif key.type == "boolean":
+            return bool(value)
+        return self.one_of(keys, table) if key.choices else None
 
     def number(self, keys: Keys, value: Any, allowed: Range | None = None) -> float | None:
         """Read a number in the range that is `allowed`, by default the schema's."""
@@ -46,12 +55,6 @@ class TomlReading:
         what = "this" if isinstance(keys[-1], int) else f"`{keys[-1]}`"
         self.at_value(keys, f"write {what} in {unit}, from {least} to {most}")
         return None
-
-    def numbers(self, keys: Keys, table: Mapping[str, Any]) -> dict[str, float]:
-        """Read the valid numbers in a table."""
-        names = [name for name in table if (key := find((*keys, name))) and key.type == "number"]
-        found = {name: self.number((*keys, name), table[name]) for name in names}
-        return {name: number for name, number in found.items() if number is not None}
 
     def integer(self, keys: Keys, value: Any) -> int | None:
         _, least, most = _range(keys)
@@ -117,9 +120,9 @@ def _range(keys: Keys) -> Range:
 
 def _unknown(word: str, known: Collection[str]) -> tuple[str, str]:
     """Return the error about an unknown word, and the word that was probably meant, or an empty one."""
-    near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
-    hint = f"did you mean `{near[0]}`?" if near else f"write one of {listed(known)}"
-    return f"`{word}` is not valid here: {hint}", near[0] if near else ""
+    near = likely(word, known)
+    hint = f"did you mean `{near}`?" if near else f"write one of {listed(known)}"
+    return f"`{word}` is not valid here: {hint}", near or ""
 
 
 def listed(words: Collection[str]) -> str:

@@ -102,6 +102,12 @@ def read_urdf(source: bytes) -> Urdf:
     return reader.robot()
 
 
+def unit(vector: Vector) -> Vector:
+    """Return the vector of length 1 in the same direction; a vector of length 0 stays as it is."""
+    length = math.hypot(*vector)
+    return (vector[0] / length, vector[1] / length, vector[2] / length) if length else vector
+
+
 def _has_long_tag(source: bytes) -> bool:
     begin = 0
     while len(source) - begin > LONGEST_TAG:

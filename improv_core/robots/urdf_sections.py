@@ -8,8 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector
-from improv_core.robots.urdf_bones import unit
+from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector, unit
 from improv_core.syntax.vocabulary import WORDS
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05

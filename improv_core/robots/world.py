@@ -12,21 +12,20 @@ from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.world import Box, Circle, Wall, World
 
 
-def read_world(reading: TomlReading, value: Any) -> World:
+def read_world(reading: TomlReading, table: Mapping[str, Any]) -> World:
     """Read the valid content of the section as a world. Errors are reported."""
-    table = reading.table(("world",), value)
     size = _numbers(reading, ("world", "size"), table["size"]) if "size" in table else None
     walls = [_numbers(reading, keys, item, ": from x, y to x, y") for keys, item in _items(reading, table, "walls")]
     circles = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "circles")]
     boxes = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "boxes")]
-    numbers = reading.numbers(("world",), table)
+    values = reading.values(("world",), table)
     return World(
         (size[0], size[1]) if size else None,
         tuple(Wall(*wall) for wall in walls if wall),
         tuple(Circle(**circle) for circle in circles if circle),
         tuple(Box(**{**box, "heading": math.radians(box["heading"])}) for box in boxes if box),
-        numbers.get("margin", 0.0),
-        numbers.get("keep_apart"),
+        values.get("margin", 0.0),
+        values.get("keep_apart"),
     )
 
 
@@ -59,7 +58,7 @@ def _obstacle(reading: TomlReading, keys: Keys, value: Any) -> dict[str, float] 
     if missing:
         reading.at_value(keys, f"add `{missing[0]}`, in meters", given=(keys,))
         return None
-    found = reading.numbers(keys, table)
+    found = reading.values(keys, table)
     if any(name not in found for name in key.required):
         return None
     return {name: found.get(name, 0.0) for name in key.keys}

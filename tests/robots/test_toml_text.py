@@ -10,10 +10,10 @@ import tomllib
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from improv_core.diagnostics import applied
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_statements import read_statements
 from improv_core.robots.toml_text import read_toml
-from tests.ide.cursor import applied
 
 # Texts that look like syntax, to reveal a scanner that they fool.
 words = st.sampled_from(["a", "b-1", "2", "x_y"])

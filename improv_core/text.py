@@ -62,6 +62,14 @@ class LineIndex:
         line = bisect_right(self.starts, offset) - 1
         return Position(line, offset - self.starts[line])
 
+    def number(self, offset: int) -> int:
+        """Return the number of the line of an offset, counted from 1, as people do."""
+        return self.position(offset).line + 1
+
+    def whole(self, span: Span) -> Span:
+        """Return all lines that a span touches, with their line ends."""
+        return Span(self.start(self.position(span.start).line), self.start(self.position(span.end).line + 1))
+
     def line(self, number: int) -> str:
         """Return a line without its line end; empty if there is no such line."""
         return self.text[self.start(number) : self.end(number)]

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from lsprotocol import types
 
-from improv_core.ide.scenes import Scenes
+from improv_core.ide.rehearsal import Scenes
 from improv_core.text import LineIndex, Span
 
 Encoding: TypeAlias = types.PositionEncodingKind | str

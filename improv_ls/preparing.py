@@ -45,6 +45,6 @@ def refusal(document: Document, *, whole: bool) -> str | None:
     errors = [each for each in analysis.diagnostics if each.severity is Severity.ERROR] if whole else []
     if not errors:
         return None
-    line = document.lines.position(errors[0].span.start).line + 1
+    line = document.lines.number(errors[0].span.start)
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     return f"line {line}: {errors[0].message}{more}"

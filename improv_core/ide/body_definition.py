@@ -40,7 +40,7 @@ def _asked(analysis: Analysis, offset: int) -> tuple[int, Keys] | None:
         if span.holds(place):
             pose = placed.statement.text[span.start : span.end]
             return placed.index, ("profiles", _ANY, "body", _ANY, "poses", pose)
-    for name in names_used(placed.statement):
+    for name in names_used(placed):
         if name.span.holds(place) and takes(analysis, name.text, placed.index) is not None:
             return placed.index, ("profiles", _ANY, "body", name.text)
     return None

@@ -26,9 +26,9 @@ class HierarchyCall:
 def prepare(analysis: Analysis, offset: int) -> OutlineEntry | None:
     """Return the definition of the name at an offset; on a robot, its line; None if there is neither."""
     symbol = symbol_at(analysis, offset)
-    if not symbol or symbol.is_parameter:
+    if not symbol or symbol.kind == "parameter":
         return None
-    if symbol.is_robot:
+    if symbol.kind == "robot":
         line = analysis.statement_at(offset)
         return outline_of(analysis, line.index) if line else None
     return None if symbol.definer is None else outline_of(analysis, symbol.definer)
@@ -56,7 +56,7 @@ def outgoing(analysis: Analysis, offset: int) -> list[HierarchyCall]:
 def _calls(analysis: Analysis, other: int, user: int, name: str | None) -> Iterator[HierarchyCall]:
     """Yield the use of a name in the statement `user`, seen from the statement at the other end."""
     start = analysis.offsets[user]
-    spans = [token.span.shifted(start) for token in names_used(analysis.statements[user]) if token.text == name]
+    spans = [token.span.shifted(start) for token in names_used(analysis.placed(user)) if token.text == name]
     entry = outline_of(analysis, other)
     if entry and spans:
         yield HierarchyCall(entry, spans)

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
 from improv_core.ide.fragment import is_broken
-from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis
 from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.program.program import Placed
@@ -54,7 +53,7 @@ def as_canon(analysis: Analysis, span: Span) -> Iterator[Action]:
     top = lines[0]
     text = top.text if top.is_term else f"({top.text})"
     first = Edit(top.placed.span, f"{' '.join(robots)} $ canon {step} {text}")
-    gone = (Edit(_whole_lines(analysis, line.placed), "") for line in lines[1:])
+    gone = (Edit(analysis.lines.whole(line.placed.span), "") for line in lines[1:])
     yield Action(f"Write {len(lines)} lines as canon {step}", "refactor.rewrite", (first, *gone))
 
 
@@ -62,7 +61,7 @@ def _entry(analysis: Analysis, index: int) -> _Entry | None:
     if not 0 <= index < len(analysis.statements):
         return None
     placed = analysis.placed(index)
-    body = tree(placed)
+    body = placed.body
     if not body or len(placed.meaning.robots) != 1 or is_broken(placed) or len(placed.statement.heads) != 1:
         return None
     items = body.items if isinstance(body, nodes.Series) else (body,)
@@ -87,9 +86,3 @@ def _rest(node: nodes.Node) -> int | None:
         number = node.numbers[0].text
         return int(number) if number.isdecimal() and len(number) < LONGEST_NUMBER else None
     return None
-
-
-def _whole_lines(analysis: Analysis, placed: Placed) -> Span:
-    lines = analysis.lines
-    first, last = (lines.position(place).line for place in placed.span)
-    return Span(lines.start(first), lines.start(last + 1))

@@ -8,7 +8,7 @@ from itertools import pairwise
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
 from improv_core.ide.fragment import Fragment, fragment_of, is_broken, replaced
-from improv_core.ide.phrases import arguments, tree
+from improv_core.ide.phrases import arguments
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
@@ -45,15 +45,16 @@ def inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
     overlap = any(other.span.start < one.span.end for one, other in pairwise(edits))  # one in an argument of another
     if not uses or len(edits) < len(uses) or overlap:
         return
-    start, statement = analysis.offsets[definer], analysis.statements[definer]
-    first, last = (analysis.lines.position(place).line for place in (start, start + len(statement.text)))
-    gone = Edit(Span(analysis.lines.start(first), analysis.lines.start(last + 1)), "")
-    title = f"Inline {statement.heads[0].text}" + (" everywhere" if len(uses) > 1 else "") + " and remove the name"
-    yield Action(title, "refactor.inline", (gone, *edits))
+    placed = analysis.placed(definer)
+    gone = Edit(analysis.lines.whole(placed.span), "")
+    where = " everywhere" if len(uses) > 1 else ""
+    yield Action(
+        f"Inline {placed.statement.heads[0].text}{where} and remove the name", "refactor.inline", (gone, *edits)
+    )
 
 
 def _used(node: Node) -> str | None:
-    return node.name.text if isinstance(node, nodes.Call) else node.text if isinstance(node, nodes.Name) else None
+    return nodes.use_name(node).text if isinstance(node, nodes.Name | nodes.Call) else None
 
 
 def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
@@ -64,7 +65,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
     return [
         fragment_of(analysis, placed, node)
         for placed in map(analysis.placed, users)
-        if (body := tree(placed))
+        if (body := placed.body)
         for node in nodes.nodes(body)
         if isinstance(node, kind) and _used(node) == statement.defines
     ]
@@ -73,7 +74,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
 def _inlined(analysis: Analysis, definer: int, fragment: Fragment) -> Edit | None:
     """Return the edit that inlines a name; None if names in its definition have another meaning here."""
     source, target = analysis.placed(definer), fragment.placed
-    body = tree(source)
+    body = source.body
     own = {each.name for each in target.statement.parameters}
     same = all(
         name not in own and analysis.bindings.definer(name, definer) == analysis.bindings.definer(name, target.index)

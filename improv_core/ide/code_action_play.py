@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.ide.references import symbol_at
-from improv_core.ide.scenes import Scenes, scene_called
+from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.ide.selection import uses
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import MOST_SCENES, Placed
@@ -84,7 +84,7 @@ def scene_lasting(analysis: Analysis, scene: int) -> str:
 def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | None:
     """Return the definition at the cursor, or that of the name there, if it can be played: a phrase needs arguments."""
     symbol = symbol_at(analysis, cursor)
-    if symbol and symbol.definer is not None and not symbol.is_parameter:
+    if symbol and symbol.definer is not None and symbol.kind == "name":
         definer = symbol.definer
     elif placed and placed.meaning.definition:
         definer = placed.index

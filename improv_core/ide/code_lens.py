@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from improv_core.ide.code_action_play import lasting, scene_lasting
-from improv_core.ide.scenes import Scenes, scene_called
+from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.program.analysis import Analysis
 
 MOST_SCENES = 200

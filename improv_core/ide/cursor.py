@@ -6,7 +6,6 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
@@ -48,7 +47,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     statement = placed.statement
     in_movement = statement.body and token not in statement.heads and token != statement.sign
-    return Cursor(placed, token, around(tree(placed), token.span) if in_movement else ())
+    return Cursor(placed, token, around(placed.body, token.span) if in_movement else ())
 
 
 def around(body: Node | None, span: Span) -> tuple[Node, ...]:

@@ -39,7 +39,7 @@ def outline(analysis: Analysis) -> list[OutlineEntry]:
     for index, statement in enumerate(analysis.statements):
         checkpoint()
         wrong += bool(statement.diagnostics)
-        if statement.sign and statement.sign.type == "SCENE":
+        if statement.kind == "SCENE":
             if index in breaks:
                 scenes.append((analysis.placed(index), []))
             else:  # it names the first

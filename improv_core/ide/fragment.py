@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.cursor import around, cursor
-from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
@@ -82,7 +81,7 @@ class Fragment:
 def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
     """Return the selected movement, extended to whole items, or the movement at the cursor if the span is empty."""
     placed = analysis.statement_at(span.start)
-    body = tree(placed) if placed else None
+    body = placed.body if placed else None
     if not placed or not body or is_broken(placed):
         return None
     if span.start == span.end:
@@ -104,7 +103,7 @@ def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
 
 def fragment_of(analysis: Analysis, placed: Placed, node: Node) -> Fragment:
     """Return a node of a statement as a fragment."""
-    found = around(tree(placed), node.span)
+    found = around(placed.body, node.span)
     return _fragment(analysis, placed, found[: found.index(node) + 1])
 
 

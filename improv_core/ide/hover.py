@@ -135,7 +135,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "SCENE":
         return _scene(analysis, placed) if token == statement.sign else None
     if statement.sign and placed.meaning.said and token in statement.heads:
-        begins = statement.sign.type == "SCENE"
+        begins = statement.kind == "SCENE"
         found = _scene(analysis, placed) if begins else robot_at(analysis, token.text, pictures)
         return found and replace(found, span=token.span)
     if opening := about_opening(analysis, placed, token):
@@ -155,7 +155,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     meaning = None if _depends(node, statement.parameters) else analysis.movement(placed, node)
     here = _here(around, meaning, analysis.tempo) if placed.meaning.ok and meaning else ()
     if isinstance(node, nodes.Name | nodes.Call):
-        name = node if isinstance(node, nodes.Name) else node.name
+        name = nodes.use_name(node)
         found = _name(analysis, node.span, name.text, placed.index, meaning, here, pictures)
         if analysis.bindings.definer(name.text, placed.index) is None:
             return None
@@ -276,7 +276,7 @@ def _name(
     if definer is not None:
         statement = analysis.statements[definer]
         kind = "phrase" if statement.parameters else kind
-        line = f", line {analysis.lines.position(analysis.offsets[definer]).line + 1}"
+        line = f", line {analysis.line_number(definer)}"
         above = "".join(f"# {each}\n" for each in comment(analysis, definer).splitlines())
         shown = _short(above + statement.text, LONGEST_SOURCE).expandtabs(4)
         source = "\n".join(map(printable, LINE_END.split(shown)))

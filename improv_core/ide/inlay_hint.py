@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
-from improv_core.ide.phrases import arguments, label, parameters, tree
+from improv_core.ide.phrases import arguments, label, parameters
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.program.timing import deciding, in_beats, lasting, times_as_fast, written
@@ -35,7 +35,7 @@ def hints(analysis: Analysis, span: Span) -> list[Hint]:
 
 def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
     checkpoint()
-    body, meaning = tree(placed), placed.meaning
+    body, meaning = placed.body, placed.meaning
     if not body or not meaning.ok:
         return
     for hint in (*_nested(body, ()), *_arguments(analysis, placed, body)):

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from improv_core.diagnostics import Edit, Severity
+from improv_core.diagnostics import Edit, Severity, applied
 from improv_core.ide.references import Symbol, plays, references
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of, starts_of
@@ -77,7 +77,7 @@ def merge(sources: Sequence[Dance]) -> Merged:
 
 def renamed(analysis: Analysis, robots: Mapping[str, str]) -> str:
     """Give the robots of a program other names, by the old ones."""
-    return _edited(analysis.text, [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)])
+    return applied(analysis.text, [Edit(span, new) for old, new in robots.items() for _, span in plays(analysis, old)])
 
 
 def _check(source: Dance) -> None:
@@ -108,7 +108,7 @@ def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[
                 )
     if not merged.ok:
         error = next(each for each in merged.diagnostics if each.severity is Severity.ERROR)
-        line = merged.lines.position(error.span.start).line + 1
+        line = merged.lines.number(error.span.start)
         raise MergeError(f"these can't be merged: line {line} of the merged program would be wrong: {error.message}")
 
 
@@ -181,9 +181,9 @@ def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, s
         start = analysis.offsets[index]
         whole = Span(start, start + len(statement.text))
         if statement.defines and statement.defines in renamed:
-            symbol = Symbol(statement.defines, statement.heads[0].span.shifted(start), False, index)
+            symbol = Symbol(statement.defines, statement.heads[0].span.shifted(start), "name", index)
             edits += [Edit(each.span, renamed[symbol.text]) for each in references(analysis, symbol)]
-        if statement.sign and statement.sign.type in _REPLACED:
+        if statement.kind in _REPLACED:
             gone.append(_with_line(analysis.text, whole))
         line = analysis.played.get(index)
         if line is None:
@@ -201,7 +201,7 @@ def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, s
             after, end = start + statement.sign.end, start + statement.tokens[-1].end
             edits += [Edit(Span(after, after), f" slow {slower} ("), Edit(Span(end, end), ")")]
     kept = [each for each in edits if not any(span.start <= each.span.start < span.end for span in gone)]
-    return _edited(analysis.text, [*kept, *(Edit(span, "") for span in gone)])
+    return applied(analysis.text, [*kept, *(Edit(span, "") for span in gone)])
 
 
 class _Waiting:
@@ -232,14 +232,6 @@ def _with_line(text: str, span: Span) -> Span:
     start = before.start() if before else span.start
     is_alone = after and (start == 0 or text[start - 1] in "\r\n")
     return Span(start, after.end()) if after and is_alone else span
-
-
-def _edited(text: str, edits: Sequence[Edit]) -> str:
-    parts, end = [], 0
-    for edit in sorted(edits, key=lambda each: each.span):
-        parts += [text[end : edit.span.start], edit.text]
-        end = edit.span.end
-    return "".join([*parts, text[end:]])
 
 
 def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], notes: list[str]) -> str:

@@ -23,15 +23,9 @@ def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter
     return () if definer is None else analysis.statements[definer].parameters
 
 
-def tree(placed: Placed) -> Node | None:
-    """Return the movement of a statement, with every use of a phrase together with its arguments."""
-    return placed.meaning.body or placed.statement.body
-
-
 def poses_at(placed: Placed) -> set[Span]:
     """Return the names of poses in a statement: they are not names of the program. Spans count from its start."""
-    body = tree(placed)
-    every = nodes(body) if body and TO in placed.statement.uses else ()
+    every = nodes(placed.body) if placed.body and TO in placed.statement.uses else ()
     return {each.pose.span for each in every if isinstance(each, PoseTerm)}
 
 

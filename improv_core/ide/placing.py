@@ -1,4 +1,4 @@
-"""Write the starts of robots, which people change on the page, into the lines of their program with `at`."""
+"""Write what people change on the page into their program: the starts of robots, with `at`, and the tempo."""
 
 from __future__ import annotations
 
@@ -67,8 +67,18 @@ def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tupl
     return lines.edits()
 
 
+def in_tempo(analysis: Analysis, tempo: float) -> tuple[Edit, ...]:
+    """Return the edits that give a program this tempo, in beats per minute. A new line is above all others."""
+    lines = _Lines(analysis)
+    if analysis.tempos:
+        lines.change(analysis.placed(analysis.tempos[0]), f"beat {tempo:.10g}")
+    else:
+        lines.put_above([f"beat {tempo:.10g}"])
+    return lines.edits()
+
+
 class _Lines:
-    """The lines of a program with `at`, and the edits of them."""
+    """The lines of a program, those with `at` among them, and the edits of them."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._text = analysis.text
@@ -77,7 +87,7 @@ class _Lines:
         self._below: dict[int, list[str]] = {}  # lines to add, by the end of the line above them
         statements = [analysis.placed(index) for index in range(len(analysis.statements))]
         self._statements = [each for each in statements if each.statement.sign]
-        self.placings = [each for each in self._statements if _sign(each) == "AT"]
+        self.placings = [each for each in self._statements if each.statement.kind == "AT"]
 
     @property
     def right(self) -> bool:
@@ -106,13 +116,17 @@ class _Lines:
 
     def insert(self, lines: Sequence[str]) -> None:
         """Write lines below the last one with `at`, else below the opening, or above all."""
-        opening = list(takewhile(lambda each: _sign(each) in _OPENING, self._statements))
+        opening = list(takewhile(lambda each: each.statement.kind in _OPENING, self._statements))
         if self.placings or opening:
             self.add((self.placings or opening)[-1], lines)
         elif lines:
-            first = self._text.rfind("\n", 0, self._statements[0].start) + 1 if self._statements else len(self._text)
-            gap = self._end if not self._statements and self._text and not self._text.endswith("\n") else ""
-            self._edits.append(Edit(Span(first, first), gap + "".join(f"{line}{self._end}" for line in lines)))
+            self.put_above(lines)
+
+    def put_above(self, lines: Sequence[str]) -> None:
+        """Write lines above all others."""
+        first = self._text.rfind("\n", 0, self._statements[0].start) + 1 if self._statements else len(self._text)
+        gap = self._end if not self._statements and self._text and not self._text.endswith("\n") else ""
+        self._edits.append(Edit(Span(first, first), gap + "".join(f"{line}{self._end}" for line in lines)))
 
     def edits(self) -> tuple[Edit, ...]:
         added = (Edit(Span(at, at), "".join(self._end + line for line in lines)) for at, lines in self._below.items())
@@ -122,10 +136,6 @@ class _Lines:
 def _code(line: Placed) -> Span:
     """Return the span of a statement up to its last word, without a comment."""
     return Span(line.start, line.start + line.statement.tokens[-1].end)
-
-
-def _sign(line: Placed) -> str:
-    return line.statement.sign.type if line.statement.sign else ""
 
 
 def _moved(analysis: Analysis, line: Placed, moved: Mapping[str, Start]) -> list[str]:

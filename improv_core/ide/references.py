@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
 from itertools import chain
+from typing import Literal
 
 from improv_core.ide.phrases import poses_at
 from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.heads import classified
@@ -33,10 +35,8 @@ class Symbol:
 
     text: str
     span: Span
-    is_robot: bool
+    kind: Literal["name", "parameter", "robot", "scene"]
     definer: int | None = None
-    is_parameter: bool = False
-    is_scene: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,19 +54,18 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
         return None
     statement, place = placed.statement, offset - placed.start
     for head in _heads(statement):
-        if head.span.holds(place) and _begins_scene(statement):
-            return Symbol(head.text, head.span.shifted(placed.start), False, is_scene=True)
         if head.span.holds(place):
-            is_robot = statement.defines is None
-            return Symbol(head.text, head.span.shifted(placed.start), is_robot, None if is_robot else placed.index)
+            span = head.span.shifted(placed.start)
+            if statement.defines is not None:
+                return Symbol(head.text, span, "name", placed.index)
+            return Symbol(head.text, span, "scene" if statement.kind == "SCENE" else "robot")
     for token in _parameters(statement):
         if token.span.holds(place):
-            return Symbol(token.text, token.span.shifted(placed.start), False, placed.index, True)
-    poses = poses_at(placed)
-    for name in names_used(statement):
-        if name.span.holds(place) and name.span not in poses:
+            return Symbol(token.text, token.span.shifted(placed.start), "parameter", placed.index)
+    for name in names_used(placed):
+        if name.span.holds(place):
             definer = analysis.bindings.definer(name.text, placed.index)
-            return Symbol(name.text, name.span.shifted(placed.start), False, definer)
+            return Symbol(name.text, name.span.shifted(placed.start), "name", definer)
     return None
 
 
@@ -75,12 +74,12 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
 
     A name that is defined again is a different symbol from there on.
     """
-    if symbol.is_robot:
+    if symbol.kind == "robot":
         return [Reference(span) for _, span in plays(analysis, symbol.text)]
-    if symbol.is_scene:
+    if symbol.kind == "scene":
         return [Reference(span, defines=True) for _, span in scenes_called(analysis, symbol.text)]
     found = []
-    if symbol.is_parameter and symbol.definer is not None:
+    if symbol.kind == "parameter" and symbol.definer is not None:
         start, statement = analysis.offsets[symbol.definer], analysis.statements[symbol.definer]
         named = (token for token in _parameters(statement) if token.text == symbol.text)
         heads = {each.token.span for each in statement.parameters}
@@ -90,23 +89,21 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
         found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
     for index in analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer):
         start = analysis.offsets[index]
-        names, poses = names_used(analysis.statements[index]), poses_at(analysis.placed(index))
-        found += [
-            Reference(name.span.shifted(start)) for name in names if name.text == symbol.text and name.span not in poses
-        ]
+        names = names_used(analysis.placed(index))
+        found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
     return found
 
 
 def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
     """Return the definition of a name, even if only below. For a robot without a section in `improv.toml`: the line
     that places it or gives it its kind, or else its first line."""
-    if symbol.is_robot:
+    if symbol.kind == "robot":
         lines = list(plays(analysis, symbol.text))
         opening = (span for index, span in lines if analysis.meanings[index].said)
         return next(chain(opening, (span for _, span in lines)), None)
-    if symbol.is_scene:
+    if symbol.kind == "scene":
         return symbol.span
-    if symbol.is_parameter:
+    if symbol.kind == "parameter":
         return next(reference.span for reference in references(analysis, symbol) if reference.defines)
     definers = analysis.bindings.defined.get(symbol.text, ())
     definer = symbol.definer if symbol.definer is not None else next(iter(definers), None)
@@ -116,7 +113,7 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
     """Yield the index of each line about a robot, and the span of the robot in it."""
     for index, statement in enumerate(analysis.statements):
-        if statement.defines is None and not _begins_scene(statement):
+        if statement.defines is None and statement.kind != "SCENE":
             for head in _heads(statement):
                 if head.text == robot:
                     yield index, head.span.shifted(analysis.offsets[index])
@@ -149,9 +146,11 @@ def sections(robots: Robots, name: str) -> Sequence[Span]:
     return read_toml(robots.text).positions.named.get(("robots", name), ())
 
 
-def names_used(statement: Statement) -> Sequence[Token]:
-    """Return the name tokens in the movement of a statement, except parameters."""
-    return (_cached_names if len(statement.text) <= LONGEST_KEPT else _names_in)(statement.text)
+def names_used(placed: Placed) -> list[Token]:
+    """Return the name tokens in the movement of a statement, except parameters and poses."""
+    text, poses = placed.statement.text, poses_at(placed)
+    names = (_cached_names if len(text) <= LONGEST_KEPT else _names_in)(text)
+    return [name for name in names if name.span not in poses]
 
 
 def _names_in(text: str) -> Sequence[Token]:
@@ -162,13 +161,9 @@ def _names_in(text: str) -> Sequence[Token]:
 _cached_names = lru_cache(maxsize=2_000)(_names_in)  # lexing takes time, and callers ask for the same names again
 
 
-def _begins_scene(statement: Statement) -> bool:
-    return statement.sign is not None and statement.sign.type == "SCENE"
-
-
 def _heads(statement: Statement) -> list[Token]:
     """Return the robots of a statement, the name that it defines, or that of its scene, except reserved words."""
-    if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
+    if not statement.sign or (statement.kind == "EQUAL" and not statement.defines):
         return []
     return [head for head in statement.heads if head.text and head.text not in WORDS]
 
@@ -184,6 +179,6 @@ def _parameters(statement: Statement) -> list[Token]:
 
 def _movement(statement: Statement) -> list[Token]:
     """Return the tokens after the sign."""
-    begin = statement.sign.end if statement.sign and statement.sign.type != "BEAT" else 0
+    begin = statement.sign.end if statement.sign and statement.kind != "BEAT" else 0
     tokens = (token for token in statement.tokens if token.start >= begin)
     return classified(list(tokens), {each.name for each in statement.parameters if each.is_number})

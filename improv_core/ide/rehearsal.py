@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from difflib import get_close_matches
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from improv_core.ide.scenes import Scenes, scene_called
+from improv_core.diagnostics import likely
 from improv_core.ide.selection import Selection, UnplayableError, require_no_errors
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
@@ -21,6 +20,14 @@ from improv_core.slices import checkpoint
 
 SENSED = "senses decide where robots are then: they begin as if no sense were ever true and no robot had to wait"
 UNKNOWN = "robots begin at their starts, since {}"
+
+
+@dataclass(frozen=True, slots=True)
+class Scenes:
+    """The scenes from `first` to `last`, counted from 0."""
+
+    first: int
+    last: int
 
 
 def scenes_named(analysis: Analysis, first: str | int | None, last: str | int | None) -> Scenes:
@@ -50,6 +57,12 @@ def rehearse(analysis: Analysis, scenes: Scenes) -> Selection:
     return Selection(name, replace(whole, selected=[*lines.values()], opening=opening), note=note, moved=bool(places))
 
 
+def scene_called(analysis: Analysis, scene: int) -> str:
+    """Return a name for a scene, counted from 0: `scene 2`, or `scene bow` if that is its name."""
+    names = analysis.scene_names
+    return f"scene {(names[scene] if scene < len(names) else '') or scene + 1}"
+
+
 def _scene(analysis: Analysis, wanted: str | int) -> int:
     """Return the number of a scene, from 0."""
     names = list(analysis.scene_names)
@@ -60,9 +73,8 @@ def _scene(analysis: Analysis, wanted: str | int) -> int:
     if wanted in names:
         return names.index(wanted)
     known = [name for name in names if name]
-    near = get_close_matches(wanted, known, n=1) or get_close_matches(wanted.lower(), known, n=1)
-    if near:
-        hint = f"did you mean `{near[0]}`?"
+    if near := likely(wanted, known):
+        hint = f"did you mean `{near}`?"
     elif known:
         hint = f"write one of {', '.join(f'`{name}`' for name in known[:10])}"
     else:
@@ -81,7 +93,7 @@ def _called(analysis: Analysis, scenes: Scenes) -> str:
 
 
 def _in_song(config: Robots, begin: Exact, tempo: Fraction) -> Robots:
-    """Name these scenes: `scene bow`, `from scene bow on`, `scenes walk to bow`."""
+    """Return the robots with a song that is at the beat at which these scenes begin."""
     if not config.music:
         return config
     first_beat = config.music.first_beat + float(begin * 60 / tempo)

@@ -26,17 +26,17 @@ def renamable(analysis: Analysis, offset: int) -> Symbol:
     symbol = symbol_at(analysis, offset)
     if symbol is None:
         raise RefusalError("only names, parameters, robots, and scenes can be renamed: put the cursor on one")
-    if not symbol.is_robot and not symbol.is_scene and symbol.definer is None and symbol.text in analysis.predefined:
-        what = "a word of the language" if symbol.text == TO else "a body part: rename it in improv.toml"
-        raise RefusalError(f"`{symbol.text}` is {what}")
-    if not symbol.is_robot and not symbol.is_scene and symbol.definer is None:
+    if symbol.kind == "name" and symbol.definer is None:
+        if symbol.text in analysis.predefined:
+            what = "a word of the language" if symbol.text == TO else "a body part: rename it in improv.toml"
+            raise RefusalError(f"`{symbol.text}` is {what}")
         raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol
 
 
 def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     """Return the edits of a program that give a symbol a new name. Raises RefusalError."""
-    if symbol.is_robot:
+    if symbol.kind == "robot":
         return rename_robot(analysis, symbol.text, new)
     if not is_name(new):
         raise RefusalError(f"`{new}` is not a valid name: use letters, digits, and `_`, not starting with a digit")
@@ -44,10 +44,12 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     _refuse_words(spelled(new))
     if spelled(new) == symbol.text:
         return []
-    if symbol.is_scene:
+    if symbol.kind == "scene":
         _refuse_other_scene(analysis, spelled(new))
-        return [Edit(reference.span, new) for reference in references(analysis, symbol)]
-    (_refuse_other_parameter if symbol.is_parameter else _refuse_collision)(analysis, symbol, spelled(new))
+    elif symbol.kind == "parameter":
+        _refuse_other_parameter(analysis, symbol, spelled(new))
+    else:
+        _refuse_collision(analysis, symbol, spelled(new))
     return [Edit(reference.span, new) for reference in references(analysis, symbol)]
 
 
@@ -60,7 +62,7 @@ def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
         return []
     places = list(plays(analysis, old))
     if places and (index := next((index for index, _ in plays(analysis, new)), None)) is not None:
-        raise RefusalError(f"`{new}` is already a robot, on line {_line(analysis, index)}: choose another name")
+        raise RefusalError(f"`{new}` is already a robot, on line {analysis.line_number(index)}: choose another name")
     return [Edit(span, new) for _, span in places]
 
 
@@ -86,23 +88,25 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
     last = max(uses, default=0)
     hidden = [index for index in uses if any(each.name == new for each in analysis.statements[index].parameters)]
     if hidden:
-        raise RefusalError(f"`{new}` is a parameter on line {_line(analysis, hidden[0])}: choose another name")
+        raise RefusalError(f"`{new}` is a parameter on line {analysis.line_number(hidden[0])}: choose another name")
     between = [index for index in analysis.bindings.defined.get(new, ()) if symbol.definer < index < last]
     if between:
-        raise RefusalError(f"`{new}` is already defined on line {_line(analysis, between[0])}: choose another name")
+        raise RefusalError(
+            f"`{new}` is already defined on line {analysis.line_number(between[0])}: choose another name"
+        )
     before = analysis.bindings.definer(new, symbol.definer)
     captured = [
         index for index in analysis.bindings.users(new, -1 if before is None else before) if index > symbol.definer
     ]
     if captured:
         raise RefusalError(
-            f"`{new}` on line {_line(analysis, captured[0])} would then mean this one: choose another name"
+            f"`{new}` on line {analysis.line_number(captured[0])} would then mean this one: choose another name"
         )
 
 
 def _refuse_other_scene(analysis: Analysis, new: str) -> None:
     if found := next(scenes_called(analysis, new), None):
-        raise RefusalError(f"`{new}` is already a scene, on line {_line(analysis, found[0])}: choose another name")
+        raise RefusalError(f"`{new}` is already a scene, on line {analysis.line_number(found[0])}: choose another name")
 
 
 def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> None:
@@ -113,7 +117,3 @@ def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> Non
         raise RefusalError(f"`{new}` is already a parameter of this phrase: choose another name")
     if new in statement.uses:
         raise RefusalError(f"this phrase uses `{new}`, which would then mean the parameter: choose another name")
-
-
-def _line(analysis: Analysis, index: int) -> int:
-    return analysis.lines.position(analysis.offsets[index]).line + 1

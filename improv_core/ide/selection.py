@@ -58,12 +58,12 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     none, the robots of the nearest line that plays the definitions and movements dance them, or else a ghost.
     """
     chosen, part = _named(analysis, wanted) if isinstance(wanted, str) else _touched(analysis, wanted)
-    lines = [each for each in chosen if _sign(each) == "DOLLAR"]
+    lines = [each for each in chosen if each.statement.kind == "DOLLAR"]
     if lines and not part:
         require_no_errors(analysis, [each.index for each in lines])
         played = [analysis.played[each.index] for each in lines]
         return Selection(_lines(analysis, lines), replace(analysis, selected=played))
-    found = [each for each in chosen if part or _sign(each) in ("EQUAL", "")]
+    found = [each for each in chosen if part or each.statement.kind in ("EQUAL", "")]
     if not found:
         raise UnplayableError(f"there is nothing to play on {_lines(analysis, chosen)}: {_PLAYS_NOTHING}")
     if len(found) > MOST_DANCED:
@@ -71,7 +71,11 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     ghost = _unused_name(analysis)
     danced = [_danced(analysis, each, part, ghost) for each in found]
     selected = replace(analysis, selected=danced)
-    name = _head(found[0]) if len(found) == 1 and _sign(found[0]) == "EQUAL" and not part else _lines(analysis, found)
+    name = (
+        _head(found[0])
+        if len(found) == 1 and found[0].statement.kind == "EQUAL" and not part
+        else _lines(analysis, found)
+    )
     ghostly = [movement for line in danced for robot, movement in line.parts if robot == ghost]
     if not ghostly:
         return Selection(name, selected)
@@ -120,7 +124,7 @@ def _touched(analysis: Analysis, span: Span) -> tuple[Sequence[Placed], Span | N
     (first_one, *others), sign = found, found[0].statement.sign
     begin = first_one.start + (sign.end if sign else 0)
     is_whole = not analysis.text[begin:start].strip() and end >= first_one.span.end
-    if others or start < begin or is_whole or _sign(first_one) not in ("EQUAL", "DOLLAR", ""):
+    if others or start < begin or is_whole or first_one.statement.kind not in ("EQUAL", "DOLLAR", ""):
         return found, None
     return found, Span(start, min(end, first_one.span.end))
 
@@ -131,10 +135,10 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
     playing = next(lines_playing(analysis, placed.index), None)
     robots = (ghost,) if playing is None else analysis.meanings[playing].robots
     own_id = analysis.statement_ids[placed.index]
-    if is_broken(placed) and (part or not _sign(placed)):
+    if is_broken(placed) and (part or not placed.statement.kind):
         written = _written(analysis, placed, part or placed.span)
         body = placed.meaning.body
-        if not _sign(placed) and not part and body:  # the movement there itself, so that its words light up
+        if not placed.statement.kind and not part and body:  # the movement there itself, so that its words light up
             return Line([(ghost, analysis.reader(placed.index).movement_made(body))], own_id)
         return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE), playing)
     fragment = fragment_at(analysis, part) if part else None
@@ -264,15 +268,11 @@ def _with_ghost(config: Robots, ghost: str, movements: Sequence[Movement]) -> Ro
     return replace(config, robots={**config.robots, ghost: replace(like, start=None, reset=None)})
 
 
-def _sign(placed: Placed) -> str:
-    return placed.statement.sign.type if placed.statement.sign else ""
-
-
 def _head(placed: Placed) -> str:
     return placed.statement.heads[0].text
 
 
 def _lines(analysis: Analysis, placed: Sequence[Placed]) -> str:
     """`line 3`, `lines 3 to 5`."""
-    first, last = (analysis.lines.position(each.start).line + 1 for each in (placed[0], placed[-1]))
+    first, last = (analysis.lines.number(each.start) for each in (placed[0], placed[-1]))
     return f"line {first}" if first == last else f"lines {first} to {last}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
@@ -41,7 +40,7 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
     elif placed.statement.opening and placed.statement.sign:
         first, *_ = after = [each for each in placed.statement.tokens if each.start >= placed.statement.sign.end]
         yield Span(first.start, after[-1].end).shifted(placed.start)
-    elif body := tree(placed):
+    elif body := placed.body:
         for node in nodes.nodes(body):
             if node.span.start <= token.start and token.end <= node.span.end:
                 yield node.span.shifted(placed.start)

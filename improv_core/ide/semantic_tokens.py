@@ -111,7 +111,7 @@ def _opening(statement: Statement, strange: Container[str]) -> Iterator[tuple[in
     if isinstance(statement.opening, OfKind):
         profile = statement.opening.profile
         yield profile.start, (profile.end, None if profile.text in strange else _PROFILE)
-    if statement.sign and statement.sign.type == "SCENE":
+    if statement.kind == "SCENE":
         for head in statement.heads:
             yield head.start, (head.end, _DEFINITION)
 

@@ -13,9 +13,8 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
-from improv_core.ide.placing import UNPLACED, formed, placed
+from improv_core.ide.placing import UNPLACED, formed, in_tempo, placed
 from improv_core.ide.semantic_tokens import colored, fragments
-from improv_core.ide.tempo import in_tempo
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
@@ -248,7 +247,7 @@ def _problem(problem: Diagnostic, lines: LineIndex) -> TextProblem:
         "start": problem.span.start,
         "end": problem.span.end,
         "file": "",
-        "line": lines.position(problem.span.start).line + 1,
+        "line": lines.number(problem.span.start),
         "severity": problem.severity.value,
         "message": problem.message,
         "fixes": [

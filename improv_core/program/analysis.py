@@ -349,7 +349,7 @@ def _with_others(
         meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
         if definition and meanings[index].is_known:
             waiting.update(bindings.users(definition.name, index))
-    signs = {_sign(each) for index, statement in changed.items() for each in (statement, old.statements[index])}
+    signs = {each.kind for index, statement in changed.items() for each in (statement, old.statements[index])}
     openings = old.openings if signs.isdisjoint(OPENING) else _signed(OPENING, statements)
     replaced = dataclasses.replace(
         old,
@@ -399,11 +399,7 @@ def _scope(
 
 def _signed(signs: Container[str], statements: Sequence[Statement]) -> Sequence[int]:
     """Return the statements with one of these signs."""
-    return [index for index, statement in enumerate(statements) if _sign(statement) in signs]
-
-
-def _sign(statement: Statement) -> str:
-    return statement.sign.type if statement.sign else ""
+    return [index for index, statement in enumerate(statements) if statement.kind in signs]
 
 
 def _is_faulty(meaning: Meaning) -> bool:

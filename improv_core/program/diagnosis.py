@@ -87,8 +87,7 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
     for each in meaning.diagnostics:
         yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
-    is_scene = statement.sign is not None and statement.sign.type == "SCENE"
-    if is_scene and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
+    if statement.kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
     if index in idle:
@@ -101,9 +100,9 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
         yield _alike(statement, name, other)
     if index in program.bindings.unused and is_name(statement.heads[0].text):
         yield _unused(program, index)
-    if statement.sign and statement.sign.type == "BEAT" and index != program.tempos[0]:
+    if statement.kind == "BEAT" and index != program.tempos[0]:
         first = program.offsets[program.tempos[0]]
-        message = f"line {_line(program, program.tempos[0])} already sets the tempo: remove this `beat`"
+        message = f"line {program.line_number(program.tempos[0])} already sets the tempo: remove this `beat`"
         related = Related(_relative(program, Span(first, first + len("beat")), index), "the first `beat`")
         repeats = meaning.tempo == program.meanings[program.tempos[0]].tempo
         fixes = replace("Remove it", _whole_line(program, index), "", safe=repeats, guess=not repeats)
@@ -128,7 +127,7 @@ def _too_many(program: Program) -> Iterable[int]:
 
 def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
     """Return the diagnostic about a repetition in a line of the opening."""
-    statement, line = program.statements[index], _line(program, again.first)
+    statement, line = program.statements[index], program.line_number(again.first)
     what = _EFFECTS[again.sign].format(name=again.name)
     where = "this line" if again.first == index else f"line {line}"
     first = again.first_span.shifted(program.offsets[again.first])
@@ -164,7 +163,7 @@ def _idle(program: Program, index: int, idle: Idle) -> Diagnostic:
         head = next(head for head in statement.heads if head.text == idle.robots[0])
         is_all = len(idle.robots) == len(program.meanings[index].robots)
         what = "this is never performed" if is_all else f"`{head.text}` never performs this"
-        message = f"line {_line(program, idle.line)} never ends, so {what}: give its `repeat` a number"
+        message = f"line {program.line_number(idle.line)} never ends, so {what}: give its `repeat` a number"
         related = Related(_relative(program, program.placed(idle.line).span, index), "this never ends")
         return Diagnostic("never-performed", whole if is_all else head.span, message, (), (related,))
     where = "above this line: remove it" if idle.is_first else "in this scene: remove this line"
@@ -225,7 +224,7 @@ def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence
     later = program.bindings.defined[name][0]
     head = program.statements[later].heads[0].span.shifted(program.offsets[later])
     related = Related(_relative(program, head, index), f"`{name}` is defined here")
-    line = _line(program, later)
+    line = program.line_number(later)
     if later == index:
         message = f"`{name}` is used in its own definition: define it first, above line {line}"
         return Diagnostic("used-before-definition", node.span, message, (), (related,))
@@ -238,7 +237,7 @@ def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence
 
 def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Diagnostic:
     """Return the diagnostic about a use whose arguments don't match the head of its definition."""
-    name, numbers = (node, ()) if isinstance(node, nodes.Name) else (node.name, node.numbers)
+    name, numbers = nodes.use_name(node), nodes.numbers(node)
     scope = dict(zip(program.statements[index].uses, program.meanings[index].scope, strict=True))
     found = scope.get(name.text)
     if found and found.takes:
@@ -273,8 +272,7 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
     """Return the diagnostic about a word for a body part without a term, or `to` without a pose."""
     if numbers:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
-        message = f"`{name.text}` takes no number: remove it"
-        return Diagnostic("arguments", span, message)
+        return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it")
     if word.takes is Takes.POSE:
         return Diagnostic("arguments", name.span, f"write the name of a pose after `{name.text}`, such as `{START}`")
     message = f"write a movement after `{name.text}`, such as `{name.text} left`"
@@ -363,17 +361,9 @@ def _unused(program: Program, index: int) -> Diagnostic:
     return Diagnostic("unused-name", head.span, message, tuple(fixes))
 
 
-def _line(program: Program, index: int) -> int:
-    """Return the line on which a statement starts, counted from 1."""
-    return program.lines.position(program.offsets[index]).line + 1
-
-
 def _whole_line(program: Program, index: int, seen_from: int | None = None) -> Span:
     """Return the whole lines of a statement, for removal. Offsets count from the start of the statement `seen_from`."""
-    start = program.offsets[index]
-    first = program.lines.position(start).line
-    last = program.lines.position(start + len(program.statements[index].text)).line
-    whole = Span(program.lines.start(first), program.lines.start(last + 1))
+    whole = program.lines.whole(program.placed(index).span)
     return _relative(program, whole, index if seen_from is None else seen_from)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from itertools import groupby, islice
 
-from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace, unknown
 from improv_core.program.meaning import Meaning
 from improv_core.program.substitutes import curve, substitutes
 from improv_core.robots.config import Robots
@@ -103,10 +103,8 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
     if role := robots.role_of(name):
         message = f"`{name}` is not in improv.toml, and its namespace is that of `{role}`: write `{role}` here"
         return Diagnostic("unknown-robot", span, message, replace(f"Change to {role}", span, role))
-    near = closest(name, robots.robots)
-    hint = f"did you mean `{near}`?" if near else f"add `[robots.{name}]` to improv.toml"
-    fixes = replace(f"Change to {near}", span, near) if near else ()
-    return Diagnostic("unknown-robot", span, f"`{name}` is not in improv.toml: {hint}", fixes)
+    near, otherwise = closest(name, robots.robots), f"add `[robots.{name}]` to improv.toml"
+    return unknown("unknown-robot", span, f"`{name}` is not in improv.toml", near, otherwise)
 
 
 def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:

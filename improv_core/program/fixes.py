@@ -15,7 +15,7 @@ NUMBER, MOVEMENT = " 2", " rest"
 
 def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span) -> tuple[Fix, ...]:
     """Return the fix for a use with too few or too many arguments. `declared` is the span of its parameters."""
-    name = use.name if isinstance(use, nodes.Call) else use
+    name = nodes.use_name(use)
     numbers, movements = (use.numbers, use.movements) if isinstance(use, nodes.Call) else ((), ())
     spare, lacking = numbers[len(phrase.numbers) :], len(phrase.movements) - len(movements)
     last = numbers[-1].span.end if numbers else name.span.end

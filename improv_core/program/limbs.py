@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
-from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.diagnostics import Diagnostic, Edit, Fix, unknown
 from improv_core.plain import printable
 from improv_core.program.meaning import Meaning, movement_of
-from improv_core.program.reader import Scope
+from improv_core.program.misuse import MovementOf
 from improv_core.robots.bodies import DIRECTIONS
 from improv_core.robots.config import Robots
 from improv_core.score.algebra import Gain, Parallel, Use
@@ -33,11 +34,9 @@ def check_pose_names(body: Node, robots: Robots) -> Iterator[Diagnostic]:
     known = sorted({name for each in robots.profiles.values() if each.body for name in each.body.pose_names} | {START})
     for node in nodes.nodes(body):
         if isinstance(node, nodes.PoseTerm) and node.pose.text not in known:
-            near = closest(node.pose.text, known)
-            hint = f"did you mean `{near}`?" if near else "declare it in the poses of a body part in improv.toml"
-            fixes = replace(f"Change to {near}", node.pose.span, near) if near else ()
-            message = f"`{node.pose.text}` is not a pose: {hint}"
-            yield Diagnostic("no-such-pose", node.pose.span, message, fixes)
+            otherwise = "declare it in the poses of a body part in improv.toml"
+            message, near = f"`{node.pose.text}` is not a pose", closest(node.pose.text, known)
+            yield unknown("no-such-pose", node.pose.span, message, near, otherwise)
 
 
 def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
@@ -50,7 +49,8 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
         return
     asked = meaning.movement.body_words.asked
     poses = frozenset(name for each in robots.profiles.values() if each.body for name in each.body.pose_names)
-    finder = _Finder(dict(zip(statement.uses, meaning.scope, strict=True)), len(meaning.robots))
+    scope = dict(zip(statement.uses, meaning.scope, strict=True))
+    movement = partial(movement_of, scope=scope, robots=len(meaning.robots))
     without: dict[str, list[str]] = {}
     found: dict[tuple[str, Span, str], Diagnostic] = {}
     for profile, names in kinds.items():
@@ -72,14 +72,14 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
                     code = "no-such-pose"
                 else:
                     continue
-                for span in finder.spans(meaning.body, each):
+                for span in _asking(meaning.body, each, movement):
                     warns = code == "no-such-pose"
                     found.setdefault((code, span, message), Diagnostic(code, span, message, warns=warns))
         if meaning.movement.body_words.has_poses:
             for span, message in _disturbed(meaning.movement, body):
                 found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
     for word, names in without.items():
-        for span in finder.uses(meaning.body, word):
+        for span in _uses(meaning.body, word, movement):
             yield _lacking(word, names, span, robots)
     yield from found.values()
 
@@ -99,55 +99,47 @@ def _lacking(word: str, names: Sequence[str], span: Span, robots: Robots) -> Dia
     return Diagnostic("no-such-part", span, f"{shown}{more} {verb} no `{word}`, so this rests: {advice}", fixes)
 
 
-class _Finder:
-    """Finds the places in a statement that ask something of a body part."""
+def _uses(node: Node, word: str, movement: MovementOf) -> Iterator[Span]:
+    """Yield each use of a word for a body part, and of a name whose movement has that word."""
+    if isinstance(node, nodes.PartTerm) and node.name.text == word:
+        yield node.name.span
+    if isinstance(node, nodes.Name) and word in movement(node).body_words.parts:
+        yield node.span
+    inside = [span for child in nodes.children(node) for span in _uses(child, word, movement)]
+    yield from inside
+    if isinstance(node, nodes.Call) and not inside and word in movement(node).body_words.parts:
+        yield node.name.span
 
-    def __init__(self, scope: Scope, robots: int) -> None:
-        self._scope, self._robots = scope, robots
 
-    def uses(self, node: Node, word: str) -> Iterator[Span]:
-        """Yield each use of a word for a body part, and of a name whose movement has that word."""
-        if isinstance(node, nodes.PartTerm) and node.name.text == word:
-            yield node.name.span
-        if isinstance(node, nodes.Name) and word in self._movement(node).body_words.parts:
+def _asking(node: Node, asked: Asked, movement: MovementOf, inside: bool = False) -> Iterator[Span]:
+    """Yield each word or name that asks this. `inside` is true in the term of the word for the body part."""
+    checkpoint()
+    if isinstance(node, nodes.Primitive):
+        if inside and asked.direction and getattr(node.word.velocity, asked.direction):
             yield node.span
-        inside = [span for child in nodes.children(node) for span in self.uses(child, word)]
-        yield from inside
-        if isinstance(node, nodes.Call) and not inside and word in self._movement(node).body_words.parts:
-            yield node.name.span
-
-    def spans(self, node: Node, asked: Asked, inside: bool = False) -> Iterator[Span]:
-        """Yield each word or name that asks this. `inside` is true in the term of the word for the body part."""
-        checkpoint()
-        if isinstance(node, nodes.Primitive):
-            if inside and asked.direction and getattr(node.word.velocity, asked.direction):
-                yield node.span
-        elif isinstance(node, nodes.PoseTerm):
-            if inside and asked.pose == node.pose.text:
-                yield node.pose.span
-        elif isinstance(node, nodes.PartTerm):
-            yield from self.spans(node.body, asked, node.name.text == asked.part and not asked.mirrored)
-        elif isinstance(node, (nodes.Name, nodes.Call)):
-            made = self._movement(node)
-            if not (asked in made.body_words.asked or (inside and self._asks(made, asked))):
-                return
+    elif isinstance(node, nodes.PoseTerm):
+        if inside and asked.pose == node.pose.text:
+            yield node.pose.span
+    elif isinstance(node, nodes.PartTerm):
+        yield from _asking(node.body, asked, movement, node.name.text == asked.part and not asked.mirrored)
+    elif isinstance(node, (nodes.Name, nodes.Call)):
+        made = movement(node)
+        if asked in made.body_words.asked or (inside and _asks(made, asked)):
             arguments = node.movements if isinstance(node, nodes.Call) else ()
-            found = [span for each in arguments for span in self.spans(each, asked, inside)]
-            yield from found or [node.name.span if isinstance(node, nodes.Call) else node.span]
-        elif isinstance(node, nodes.Apply) and node.plane and swaps_sides(node.plane.velocity) and not inside:
-            yield from self.spans(node.body, asked._replace(mirrored=not asked.mirrored))
-        else:
-            for child in nodes.children(node):
-                yield from self.spans(child, asked, inside)
+            found = [span for each in arguments for span in _asking(each, asked, movement, inside)]
+            yield from found or [nodes.use_name(node).span]
+    elif isinstance(node, nodes.Apply) and node.plane and swaps_sides(node.plane.velocity) and not inside:
+        yield from _asking(node.body, asked._replace(mirrored=not asked.mirrored), movement)
+    else:
+        for child in nodes.children(node):
+            yield from _asking(child, asked, movement, inside)
 
-    def _asks(self, made: Movement, asked: Asked) -> bool:
-        """Return whether a movement asks this of whichever body part performs it."""
-        if asked.pose:
-            return asked.pose in made.body_words.loose_poses
-        return bool(asked.direction and getattr(made.peak, asked.direction))
 
-    def _movement(self, node: Node) -> Movement:
-        return movement_of(node, self._scope, self._robots)
+def _asks(made: Movement, asked: Asked) -> bool:
+    """Return whether a movement asks this of whichever body part performs it."""
+    if asked.pose:
+        return asked.pose in made.body_words.loose_poses
+    return bool(asked.direction and getattr(made.peak, asked.direction))
 
 
 def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:

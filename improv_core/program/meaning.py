@@ -14,7 +14,7 @@ from improv_core.program.poses import misplaced_poses
 from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, Takes, takes
 from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
-from improv_core.score.movement import Movement
+from improv_core.score.movement import NOWHERE, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.gather import TooDeepError, gather
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
@@ -87,7 +87,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
             diagnostics += unperformed(body, reader)
         if statement.by_robot:
-            others = [_played(body, scope, statement_id, robot, len(robots)) for robot in range(1, len(robots))]
+            others = [movement_of(body, scope, len(robots), statement_id, robot) for robot in range(1, len(robots))]
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
     if sign.type == "EQUAL":
@@ -118,7 +118,7 @@ def not_understood(
 ) -> Meaning:
     """Return the meaning of a statement before it is understood: only its syntax. Only a tempo and the opening are
     understood at once, because all lines depend on them."""
-    if statement.sign and statement.sign.type in ("BEAT", *OPENING):
+    if statement.kind in ("BEAT", *OPENING):
         return understand(statement, statement_id, scope)
     return Meaning(
         tuple(scope.values()),
@@ -130,9 +130,9 @@ def not_understood(
     )
 
 
-def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
-    """Return the movement of a node of a statement, in its scope, as the first of so many robots plays it."""
-    return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
+def movement_of(node: Node, scope: Scope, robots: int, statement_id: int = NOWHERE, robot: int = 0) -> Movement:
+    """Return the movement of a node of a statement, in its scope, as one of so many robots plays it."""
+    return Reader(scope, statement_id, Reading(robot, robots)).movement(node)
 
 
 def reader_of(meaning: Meaning, scope: Scope, statement_id: int, robot: int) -> Reader:
@@ -141,9 +141,6 @@ def reader_of(meaning: Meaning, scope: Scope, statement_id: int, robot: int) -> 
     if meaning.body:
         reader.movement(meaning.body)
     return reader
-
-
-_NOWHERE = -1  # the ID for no statement
 
 
 def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
@@ -159,11 +156,6 @@ def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node |
     except TooDeepError as error:
         diagnostics.append(Diagnostic("too-deep", error.span, str(error)))
         return None
-
-
-def _played(body: Node, scope: Scope, statement_id: int, robot: int, robots: int) -> Movement:
-    """Return the movement of one of several robots."""
-    return Reader(scope, statement_id, Reading(robot, robots)).movement(body)
 
 
 def _check_head(statement: Statement, diagnostics: list[Diagnostic]) -> None:

@@ -98,7 +98,7 @@ def _endless_word(body: Node, movement_of: MovementOf) -> str:
         if _is_endless_repeat(node):
             return "repeat"
         if isinstance(node, (Name, Call)) and movement_of(node).duration == ENDLESS:
-            return node.text if isinstance(node, Name) else node.name.text
+            return nodes.use_name(node).text
     return "repeat"
 
 
@@ -108,5 +108,5 @@ def _open_word(body: Node, movement_of: MovementOf) -> str:
         if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
             return node.word.text
         if isinstance(node, (Name, Call)) and movement_of(node).open:
-            return node.text if isinstance(node, Name) else node.name.text
+            return nodes.use_name(node).text
     return "until"

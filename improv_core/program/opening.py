@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, likely, unknown
 from improv_core.diagnostics import replace as replaced
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.numbers import product
@@ -72,8 +71,7 @@ def open_with(config: Robots, lines: Iterable[Said]) -> Opening:
 
 def said_by(statement: Statement, diagnostics: list[Diagnostic]) -> Said:
     """Return the content of a line of the opening. Report wrong names and numbers."""
-    assert statement.sign
-    if statement.sign.type == "SCENE":
+    if statement.kind == "SCENE":
         for head in statement.heads:
             is_reserved(head, diagnostics)
         return Said()
@@ -105,12 +103,8 @@ def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Dia
         return
     profile = statement.opening.profile
     if profile.text not in robots.profiles:
-        near = next(iter(get_close_matches(profile.text, robots.profiles, n=1)), None) or next(
-            iter(get_close_matches(profile.text.lower(), robots.profiles, n=1)), None
-        )
-        hint = f"did you mean `{near}`?" if near else f"add `[profiles.{profile.text}]` to improv.toml"
-        fixes = replaced(f"Change to {near}", profile.span, near) if near else ()
-        yield Diagnostic("unknown-profile", profile.span, f"`{profile.text}` is not a profile: {hint}", fixes)
+        near, otherwise = likely(profile.text, robots.profiles), f"add `[profiles.{profile.text}]` to improv.toml"
+        yield unknown("unknown-profile", profile.span, f"`{profile.text}` is not a profile", near, otherwise)
         return
     heads = [head for head in statement.heads if head.text in said.robots]
     for head in heads:

@@ -15,16 +15,13 @@ def misplaced_poses(body: Node, reader: Reader) -> Iterator[Diagnostic]:
     if isinstance(body, nodes.PoseTerm):
         pose = f"{body.word.text} {body.pose.text}"
         yield _misplaced(body, f"only body parts reach poses: write one before `{pose}`, such as `head {pose}`")
-    elif isinstance(body, nodes.Name):
+    elif isinstance(body, nodes.Name | nodes.Call):
         if poses := reader.movement_made(body).body_words.loose_poses:
-            yield _misplaced(body, f"`{body.text}` reaches the pose `{poses[0]}`: write a body part before it")
-    elif isinstance(body, nodes.Call):
-        if poses := reader.movement_made(body).body_words.loose_poses:
-            found = [each for argument in body.movements for each in misplaced_poses(argument, reader)]
-            name = body.name.text
-            yield from found or [
-                _misplaced(body.name, f"`{name}` reaches the pose `{poses[0]}`: write a body part before it")
-            ]
+            arguments = body.movements if isinstance(body, nodes.Call) else ()
+            found = [each for argument in arguments for each in misplaced_poses(argument, reader)]
+            name = nodes.use_name(body)
+            message = f"`{name.text}` reaches the pose `{poses[0]}`: write a body part before it"
+            yield from found or [_misplaced(name, message)]
     elif not isinstance(body, nodes.PartTerm):
         for child in nodes.children(body):
             yield from misplaced_poses(child, reader)

@@ -23,7 +23,7 @@ from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movem
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.slices import checkpoint
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.nodes import Statement
+from improv_core.syntax.nodes import Node, Statement
 from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
@@ -72,7 +72,7 @@ class Program:
     @property
     def tempo(self) -> Fraction:
         """Beats per minute."""
-        return tempo_of(self.tempos, self.meanings)
+        return (self.meanings[self.tempos[0]].tempo if self.tempos else None) or DEFAULT_TEMPO
 
     @cached_property
     def played(self) -> Mapping[int, Line]:
@@ -131,7 +131,7 @@ class Program:
         named = [index for index in self.scenes if self.statements[index].heads]
         if not named:
             return None
-        first = next((index for index, statement in enumerate(self.statements) if statement.plays), 0)
+        first = next((index for index, statement in enumerate(self.statements) if statement.kind == "DOLLAR"), 0)
         above = bisect_left(named, first)
         return named[above - 1] if above else None
 
@@ -165,6 +165,10 @@ class Program:
         index = bisect_right(self.offsets, offset) - 1
         placed = self.placed(index) if index >= 0 else None
         return placed if placed and placed.span.holds(offset) else None
+
+    def line_number(self, index: int) -> int:
+        """Return the line on which a statement starts, counted from 1."""
+        return self.lines.number(self.offsets[index])
 
     def line_end(self, index: int) -> str:
         """Return the line end of the line on which a statement starts."""
@@ -258,6 +262,11 @@ class Placed:
     def span(self) -> Span:
         return Span(self.start, self.start + len(self.statement.text))
 
+    @property
+    def body(self) -> Node | None:
+        """The movement, with every use of a phrase together with its arguments."""
+        return self.meaning.body or self.statement.body
+
 
 class Line(NamedTuple):
     """The movements of robots in a scene (from 0), all from the same throw of the dice on, and their statement."""
@@ -271,11 +280,6 @@ class Line(NamedTuple):
 def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
     """Return the opening that these statements make with the robots of an `improv.toml`."""
     return open_with(config, [said for index in openings if (said := meanings[index].said)])
-
-
-def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:
-    """Return the beats per minute that the first of the statements `tempos` sets."""
-    return (meanings[tempos[0]].tempo if tempos else None) or DEFAULT_TEMPO
 
 
 def is_uneven(meaning: Meaning) -> bool:

@@ -18,7 +18,6 @@ from improv_core.score.movement import (
     MOST_DEPTH,
     MOST_VOICES,
     SAME,
-    Duration,
     Movement,
 )
 from improv_core.score.reactions import Condition
@@ -155,10 +154,6 @@ class Reader(Reporter):
         if isinstance(node, nodes.Primitive):
             return node.movement
         return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
-
-    def duration(self, node: Node) -> Duration:
-        """Return the beats that a node lasts that has been read."""
-        return self.movement_made(node).duration
 
     def expansion(self, call: Call) -> Expansion | None:
         """Return the expansion of a use of a phrase that has been read; None if it is wrong."""

@@ -17,7 +17,7 @@ from improv_core.program.timing import in_beats, lasting
 from improv_core.score.movement import Lengths
 from improv_core.score.nearest import nearest_pairs
 from improv_core.score.score import Score
-from improv_core.text import LineIndex, Position
+from improv_core.text import LineIndex
 
 
 def as_lines(path: Path, analysis: Analysis) -> list[str]:
@@ -93,7 +93,20 @@ def _escaped(value: object, special: str) -> str:
 
 def as_json(diagnostics: Iterable[Diagnostic], lines: LineIndex) -> list[Mapping[str, Any]]:
     """Return diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
-    return [_as_json(each, lines) for each in diagnostics]
+
+    def at(offset: int) -> Mapping[str, int]:
+        position = lines.position(offset)
+        return {"line": position.line, "character": position.column}
+
+    return [
+        {
+            "code": each.code,
+            "severity": each.severity.value,
+            "message": each.message,
+            "range": {"start": at(each.span.start), "end": at(each.span.end)},
+        }
+        for each in diagnostics
+    ]
 
 
 def summary(analysis: Analysis) -> str:
@@ -158,19 +171,3 @@ def _as_plain_poses(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
         robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
         for robot, pose in poses.items()
     }
-
-
-def _as_json(diagnostic: Diagnostic, lines: LineIndex) -> Mapping[str, Any]:
-    return {
-        "code": diagnostic.code,
-        "severity": diagnostic.severity.value,
-        "message": diagnostic.message,
-        "range": {
-            "start": _position(lines.position(diagnostic.span.start)),
-            "end": _position(lines.position(diagnostic.span.end)),
-        },
-    }
-
-
-def _position(position: Position) -> Mapping[str, int]:
-    return {"line": position.line, "character": position.column}

@@ -12,6 +12,7 @@ from improv_core.diagnostics import Diagnostic, Related
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.room_fixes import fixes
+from improv_core.program.timing import decimal
 from improv_core.score.encounters import Known
 from improv_core.score.meetings import Hit, Meeting, check_room
 from improv_core.score.movement import STILL, Source, near
@@ -54,7 +55,7 @@ class RoomReport(NamedTuple):
         """`checked to beat 1,000`"""
         end = "after which everything has ended or repeats" if self.is_all else ""
         assumed = "assuming that no sense is ever true" if self.assumes else ""
-        return ", ".join(filter(None, (f"checked to beat {_number(self.end)}", end, assumed)))
+        return ", ".join(filter(None, (f"checked to beat {decimal(self.end)}", end, assumed)))
 
 
 def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
@@ -110,8 +111,8 @@ class _Room:
             span, elsewhere = self._places(one, other)
             places = [(pose.x, pose.y) for pose in meeting.poses]
             message = (
-                f"`{one}` and `{other}` start {_number(math.dist(*places), 3)} m apart{again}: place them at least "
-                f"{_number(needed)} m apart"
+                f"`{one}` and `{other}` start {decimal(math.dist(*places), 3)} m apart{again}: place them at least "
+                f"{decimal(needed)} m apart"
             )
             related = Related(elsewhere, "the other one starts here")
         else:
@@ -120,8 +121,8 @@ class _Room:
             mine, who = (words[0], one) if words[1] else (None, other if words[0] else one)
             related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
             message = (
-                f"`{one}` and `{other}` meet at beat {_number(meeting.beat)}{self._assumed}, as near as"
-                f" {_number(meeting.distance, 3)} m{again}: keep them {_number(needed)} m apart"
+                f"`{one}` and `{other}` meet at beat {decimal(meeting.beat)}{self._assumed}, as near as"
+                f" {decimal(meeting.distance, 3)} m{again}: keep them {decimal(needed)} m apart"
             )
         found = fixes(self.analysis, self.score, meeting) if fixed else ()
         return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
@@ -129,10 +130,10 @@ class _Room:
     def hit(self, hit: Hit) -> Diagnostic:
         checkpoint()
         robot, world = hit.robot, self.score.world
-        needed = f"{_number(self.score.parts[robot].profile.radius + world.margin)} m"
+        needed = f"{decimal(self.score.parts[robot].profile.radius + world.margin)} m"
         doubtful = not self._is_placed(robot)
         if hit.thing == GROUND:
-            message = f"`{robot}` is on the ground at beat {_number(hit.beat)}{self._assumed}: let it go up first"
+            message = f"`{robot}` is on the ground at beat {decimal(hit.beat)}{self._assumed}: let it go up first"
             return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message)
         thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
         if hit.beat == 0:
@@ -141,7 +142,7 @@ class _Room:
             else:
                 message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
             return Diagnostic("hits", self._place(robot), message, doubtful=doubtful)
-        message = f"`{robot}` hits {thing} at beat {_number(hit.beat)}{self._assumed}: keep it {needed} away"
+        message = f"`{robot}` hits {thing} at beat {decimal(hit.beat)}{self._assumed}: keep it {needed} away"
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
 
     @property
@@ -200,11 +201,6 @@ class _Room:
     @cached_property
     def _indices(self) -> Mapping[int, int]:
         return {statement: index for index, statement in enumerate(self.analysis.statement_ids)}
-
-
-def _number(value: float, digits: int = 2) -> str:
-    """Return a number with up to so many digits after the point, and a comma between thousands."""
-    return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
 
 
 def _s(count: int) -> str:

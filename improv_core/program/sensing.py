@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from improv_core.diagnostics import Diagnostic, replace
+from improv_core.diagnostics import Diagnostic, unknown
 from improv_core.program.conditions import conditions
 from improv_core.program.meaning import Meaning, movement_of
 from improv_core.robots.config import Robots
@@ -29,7 +29,9 @@ def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
         name = condition.sense.text
         written.setdefault(name, condition.sense.span)
         if name not in robots.sense_names:
-            yield _unknown(condition, robots)
+            message, otherwise = f"`{name}` is not a sense", f"add `[senses.{name}]` to improv.toml"
+            near = closest(name, robots.sense_names)
+            yield unknown("unknown-sense", condition.sense.span, message, near, otherwise)
         elif isinstance(node, Apply) and name == NEAR and name not in robots.senses and not statement.parameters:
             scope = dict(zip(statement.uses, meaning.scope, strict=True))
             yield from _looks_ahead(condition, movement_of(node.body, scope, len(meaning.robots)))
@@ -41,14 +43,6 @@ def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
     heads = {head.text: head.span for head in statement.heads}
     for name, without in lacking.items():
         yield _missing(name, without, written.get(name, heads[without[0]]))
-
-
-def _unknown(condition: Condition, robots: Robots) -> Diagnostic:
-    name, span = condition.sense.text, condition.sense.span
-    near = closest(name, robots.sense_names)
-    hint = f"did you mean `{near}`?" if near else f"add `[senses.{name}]` to improv.toml"
-    fixes = replace(f"Change to {near}", span, near) if near else ()
-    return Diagnostic("unknown-sense", span, f"`{name}` is not a sense: {hint}", fixes)
 
 
 def _missing(name: str, without: list[str], span: Span) -> Diagnostic:

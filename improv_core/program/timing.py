@@ -42,6 +42,11 @@ def written(value: Fraction) -> str:
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
 
 
+def decimal(value: float, digits: int = 2) -> str:
+    """Write a number with up to so many digits after the point, and a comma between thousands."""
+    return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
+
+
 def in_seconds(length: Duration | Lengths, tempo: Fraction) -> str:
     """`4.0 s`, or a longer unit if that reads better; `endless`; if senses decide: `2.0 to 5.0 s`."""
     if isinstance(length, Lengths):

@@ -11,7 +11,7 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.reader import Reader, items_written
 from improv_core.program.timing import in_beats, written
 from improv_core.score.lengths import lengths
-from improv_core.score.movement import ENDLESS, Duration
+from improv_core.score.movement import ENDLESS, Duration, Movement
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
@@ -190,7 +190,7 @@ def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple
         elif lost and end > begin:
             yield lost, endless
             lost = []
-        if before is None and _earliest(item, reader) == ENDLESS:
+        if before is None and _lasting(reader.movement_made(item))[0] == ENDLESS:
             before = item
     if lost:
         yield lost, endless
@@ -203,25 +203,20 @@ def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration,
     for item in node.items:
         checkpoint()
         made = reader.movement_made(item)
-        if made.bounds.open:
-            earliest, longest, _ = lengths(made)
-        else:
-            earliest = longest = made.duration
+        earliest, longest = _lasting(made)
         end = latest + longest
         yield item, begin, end
         begin, latest = end if begin is latest and earliest is longest else begin + earliest, end
 
 
-def _earliest(node: Node, reader: Reader) -> Duration:
-    """Return the least number of beats that a node lasts."""
-    made = reader.movement_made(node)
-    return lengths(made).shortest if made.bounds.open else made.duration
+def _lasting(made: Movement) -> tuple[Duration, Duration]:
+    """Return the least and the most beats that a movement lasts."""
+    return lengths(made)[:2] if made.bounds.open else (made.duration, made.duration)
 
 
 def _latest(node: Node, reader: Reader) -> Duration:
     """Return the most beats that a node lasts."""
-    made = reader.movement_made(node)
-    return lengths(made).longest if made.bounds.open else made.duration
+    return _lasting(reader.movement_made(node))[1]
 
 
 def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:

@@ -226,14 +226,19 @@ class Statement:
     words: tuple[Token, ...] = ()
 
     @property
-    def plays(self) -> bool:
-        """True if it has robots play something."""
-        return self.sign is not None and self.sign.type == "DOLLAR"
+    def kind(self) -> str:
+        """The type of its sign, such as DOLLAR if robots play; empty if it has no sign."""
+        return self.sign.type if self.sign else ""
 
     @property
     def tokens(self) -> list[Token]:
         """All tokens, lexed again: many statements are cached, and few need their tokens. Empty if it is too long."""
         return lex(self.text) if len(self.text) <= LONGEST else []
+
+
+def use_name(use: Name | Call) -> Name:
+    """Return the name in a use of a name or a phrase."""
+    return use.name if isinstance(use, Call) else use
 
 
 def children(node: Node) -> tuple[Node, ...]:

@@ -13,8 +13,8 @@ from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
 from improv_core.ide.code_action_play import PlayAction, play_actions
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.references import symbol_at
+from improv_core.ide.rehearsal import Scenes
 from improv_core.ide.robots_file.trial import trials
-from improv_core.ide.scenes import Scenes
 from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.robots.edits import add, place
@@ -97,7 +97,9 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
     """Yield, for a robot, the action that lists all robots of the program in `improv.toml`, or in a new one, if it
     lists none."""
     config, program, symbol = document.analysis.config, path_of(document.uri), symbol_at(document.analysis, span.start)
-    if not (program and symbol and symbol.is_robot) or config.robots or not (config.path or ls.editor.creates_files):
+    if not program or not symbol or symbol.kind != "robot" or config.robots:
+        return
+    if not config.path and not ls.editor.creates_files:
         return
     uri = from_fs_path(str(config.path or program.parent / FILE_NAME)) or ""
     if not (file := robots_file_now(uri, ls.robots_files)):

@@ -36,7 +36,7 @@ def symbol_under(ls: Session, document: Document, position: types.Position) -> S
 
 def sections(ls: Session, document: Document, symbol: Symbol) -> list[types.Location]:
     """Return the sections about a robot in the current `improv.toml`."""
-    if not symbol.is_robot:
+    if symbol.kind != "robot":
         return []
     robots = robots_of(document.uri)
     lines, spans = LineIndex(robots.text), finding.sections(robots, symbol.text)

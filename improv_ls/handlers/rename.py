@@ -59,7 +59,7 @@ def _in_program(ls: Session, document: Document, offset: int, new: str) -> dict[
     symbol = renaming.renamable(document.analysis, offset)
     edits = renaming.rename(document.analysis, symbol, new)
     changed = {document.uri: ChangedText(document.version, document.lines, edits)}
-    return changed | (_elsewhere(ls, document, symbol.text, new) if symbol.is_robot else {})
+    return changed | (_elsewhere(ls, document, symbol.text, new) if symbol.kind == "robot" else {})
 
 
 def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, ChangedText]:

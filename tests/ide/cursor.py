@@ -19,13 +19,6 @@ def at_cursor(program: str) -> tuple[Analysis, int]:
     return analyze(program.replace(CURSOR, "")), offset
 
 
-def applied(text: str, edits: Sequence[Edit]) -> str:
-    """Return the text after edits that don't overlap."""
-    for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
-
-
 def preferred(analysis: Analysis) -> list[Sequence[Edit]]:
     """Return all edits that the key for the preferred fix may make, at any place."""
     every = (action for each in analysis.diagnostics for action in fixes(analysis.diagnostics, each.span))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from improv_core.ide.code_action_play import MOST_ROBOTS, PlayAction, play_actions
-from improv_core.ide.scenes import Scenes
+from improv_core.ide.rehearsal import Scenes
 from improv_core.program.analysis import analyze
 
 ALL = ["Play the program", "Stop all robots"]

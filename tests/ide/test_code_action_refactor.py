@@ -8,13 +8,14 @@ from functools import partial
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from improv_core.diagnostics import applied
 from improv_core.ide.code_action import Action
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.score.performance import SenseSpan
 from improv_core.text import Span
-from tests.ide.cursor import CURSOR, applied
+from tests.ide.cursor import CURSOR
 
 CHANGING = ("Wrap in [ ]", "Wrap in slow", "Other dice", "Write")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.code_action import fix_all
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
-from tests.ide.cursor import applied
 
 
 def fixed(program: str) -> str:

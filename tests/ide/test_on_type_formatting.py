@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.on_type_formatting import indent
 from improv_core.program.analysis import analyze
-from tests.ide.cursor import CURSOR, applied
+from tests.ide.cursor import CURSOR
 
 
 def check(before: str, after: str) -> None:

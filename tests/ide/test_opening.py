@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.code_action_play import play_actions
 from improv_core.ide.code_lens import lenses, scene_ids
 from improv_core.ide.completion_item import Item
@@ -17,7 +18,7 @@ from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
-from tests.ide.cursor import applied, at_cursor
+from tests.ide.cursor import at_cursor
 from tests.ide.test_completion import check as check_completion
 from tests.ide.test_completion import offered
 from tests.ide.test_document_symbol import check as check_outline
@@ -125,7 +126,7 @@ def test_a_robot_is_found_on_all_lines() -> None:
     for at in [place for place in range(len(DANCE)) if DANCE.startswith("ada", place)]:
         symbol = symbol_at(analysis, at)
         assert symbol
-        assert symbol.is_robot
+        assert symbol.kind == "robot"
         lines = [analysis.lines.position(each.span.start).line for each in references(analysis, symbol)]
         assert lines == [3, 4, 7, 9]
         assert definition(analysis, symbol) == Span(DANCE.index("ada"), DANCE.index("ada") + 3)
@@ -145,7 +146,7 @@ def test_a_robot_is_defined_where_it_is_placed() -> None:
 def test_a_scene_is_renamed() -> None:
     analysis = analyze(DANCE)
     symbol = renamable(analysis, DANCE.index("bow") + 1)
-    assert symbol.is_scene
+    assert symbol.kind == "scene"
     assert definition(analysis, symbol) == symbol.span
     assert [each.span for each in references(analysis, symbol)] == [symbol.span]
     assert applied(DANCE, rename(analysis, symbol, "end")) == DANCE.replace("bow", "end")

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from improv_core.ide.placing import Start, formed, placed
+from improv_core.diagnostics import applied
+from improv_core.ide.placing import Start, formed, in_tempo, placed
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
-from tests.ide.cursor import applied
 
 LISTED = "[robots.ada]\nstart = { x = 5 }\n[robots.bo]\n"
 
@@ -148,3 +148,21 @@ def test_robots_that_are_not_moved_keep_their_starts(
         now = found[name]
         assert math.dist(now[:2], (to_x, to_y)) < 0.003
         assert abs(math.remainder(now[2] - heading, 360)) < 0.002
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("ada $ forward\n", "beat 96\nada $ forward\n"),
+        ("# slow\nbar 3\nbeat 60 # a waltz\nada $ forward\n", "# slow\nbar 3\nbeat 96 # a waltz\nada $ forward\n"),
+        ("beat\nada $ forward\n", "beat 96\nada $ forward\n"),
+        ("", "beat 96\n"),
+        ("# nothing yet", "# nothing yet\nbeat 96\n"),
+        ("x = forward\nbeat 3/2\nada $ x\n", "x = forward\nbeat 96\nada $ x\n"),
+    ],
+)
+def test_a_tempo_is_written_into_the_first_beat_line_or_above_all(before: str, after: str) -> None:
+    text = applied(before, in_tempo(analyze(before), 96))
+    assert text == after
+    assert analyze(text).diagnostics == analyze(after).diagnostics
+    assert analyze(text).tempo == 96

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from improv_core.diagnostics import applied
 from improv_core.ide.references import symbol_at
 from improv_core.ide.rename import RefusalError, renamable, rename, rename_robot, rename_section
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.syntax import nodes
-from tests.ide.cursor import applied, at_cursor
+from tests.ide.cursor import at_cursor
 
 
 def check(program: str, new: str, after: str) -> None:
@@ -134,7 +135,7 @@ def test_a_renamed_program_means_the_same(program: str, data: st.DataObject) -> 
     analysis = analyze(program)
     symbols = [symbol_at(analysis, offset) for offset in range(len(program))]
     symbol = data.draw(
-        st.sampled_from([each for each in symbols if each and (each.is_robot or each.definer is not None)])
+        st.sampled_from([each for each in symbols if each and (each.kind == "robot" or each.definer is not None)])
     )
     new = data.draw(st.sampled_from("abcdrst"))
     try:
@@ -142,7 +143,7 @@ def test_a_renamed_program_means_the_same(program: str, data: st.DataObject) -> 
     except RefusalError:
         parameters = {each.name for statement in analysis.statements for each in statement.parameters}
         taken = {*analysis.bindings.defined, *analysis.bindings.used, *parameters}
-        assert new in (analysis.robots if symbol.is_robot else taken)
+        assert new in (analysis.robots if symbol.kind == "robot" else taken)
         return
-    robots = {symbol.text: new} if symbol.is_robot else {}
+    robots = {symbol.text: new} if symbol.kind == "robot" else {}
     assert meaning(after, {}) == meaning(analysis, robots)

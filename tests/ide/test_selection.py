@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.ide.phrases import tree
 from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
@@ -197,7 +196,7 @@ def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.Dat
     text = f"many n (m) = repeat n m {THROWS[1]}\nX = {x}\nanna $ {THROWS[0]} {played}\n"
     analysis = analyze(text)
     placed = analysis.placed(data.draw(st.integers(0, 2)))
-    body = tree(placed)
+    body = placed.body
     assert body
     terms = [node for node in nodes.nodes(body) if isinstance(node, nodes.Apply)]  # never all items of a `choose`
     if not terms:

@@ -8,12 +8,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from improv_core.diagnostics import Edit, Fix
+from improv_core.diagnostics import Edit, Fix, applied
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.performance import SenseSpan
-from tests.ide.cursor import applied
 from tests.program.test_keyboards import assert_alike
 
 

@@ -11,13 +11,14 @@ from typing import Any
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.code_action import fix_all
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.syntax.characters import ACCEPTED, FULL_WIDTH, SPACES, UNSEEN
 from improv_core.syntax.formatter import format_text
-from tests.ide.cursor import applied, preferred
+from tests.ide.cursor import preferred
 
 TESTS = Path(__file__).parents[1]
 SUITE: dict[str, Any] = json.loads((TESTS / "keyboards.json").read_text(encoding="utf-8"))

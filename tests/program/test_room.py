@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.diagnostics import Severity
+from improv_core.diagnostics import Severity, applied
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.room import RoomReport
 from improv_core.robots.config import read_robots
 from improv_core.text import Span
-from tests.ide.cursor import applied
 from tests.program import drawing
 
 

@@ -7,6 +7,7 @@ import unicodedata
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.completion import complete
 from improv_core.ide.rename import RefusalError, renamable, rename
 from improv_core.program.analysis import analyze
@@ -14,7 +15,7 @@ from improv_core.robots.config import read_robots
 from improv_core.syntax.characters import FULL_WIDTH, SPACES, UNSEEN, in_words, is_name, shape, spelled, usual
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.lexer import lex
-from tests.ide.cursor import applied, at_cursor, preferred
+from tests.ide.cursor import at_cursor, preferred
 from tests.program.drawing import check
 
 

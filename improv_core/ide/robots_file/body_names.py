@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from improv_core.diagnostics import Edit
+from improv_core.diagnostics import Edit, applied
 from improv_core.ide.performers import performers
 from improv_core.ide.phrases import poses_at
 from improv_core.ide.references import names_used
@@ -32,7 +32,7 @@ def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit],
     key = new if new.isascii() else f'"{new}"'
     edits = [Edit(span, key) for span in declarations(text, symbol)] + [Edit(span, new) for span in uses(text, symbol)]
     edits.sort(key=lambda each: each.span)
-    after = read_robots(_edited(text, edits))
+    after = read_robots(applied(text, edits))
     if not after.ok:
         raise RefusalError(after.diagnostics[0].message)
     lost = _having(before, symbol.section, symbol.name) - _having(after, symbol.section, symbol.name)
@@ -46,7 +46,7 @@ def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed:
         return []
     edits = []
     for index, span in used_in(analysis, symbol):
-        line = analysis.lines.position(analysis.offsets[index]).line + 1
+        line = analysis.line_number(index)
         for profile in performers(analysis, index):
             if profile.name not in renamed and _has(profile.body, symbol.section, symbol.name):
                 raise RefusalError(
@@ -56,7 +56,7 @@ def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed:
             raise RefusalError(f"`{new}` is a parameter on line {line}: choose another name")
         edits.append(Edit(span, new))
     if edits and symbol.section == "body" and (taken := analysis.bindings.defined.get(new)):
-        line = analysis.lines.position(analysis.offsets[taken[0]]).line + 1
+        line = analysis.line_number(taken[0])
         raise RefusalError(f"`{new}` is already defined on line {line}: choose another name")
     return edits
 
@@ -64,15 +64,12 @@ def rename_in_program(analysis: Analysis, symbol: FileSymbol, new: str, renamed:
 def used_in(analysis: Analysis, symbol: FileSymbol) -> Iterator[tuple[int, Span]]:
     """Yield the uses of a body part or a pose of the file in a program: the index of the statement, and the span."""
     for index, statement in enumerate(analysis.statements):
-        start, poses = analysis.offsets[index], poses_at(analysis.placed(index))
+        placed, found = analysis.placed(index), list[Span]()
         if symbol.section == "poses":
-            found = [span for span in sorted(poses) if statement.text[span.start : span.end] == symbol.name]
+            found = [span for span in sorted(poses_at(placed)) if statement.text[slice(*span)] == symbol.name]
         elif analysis.bindings.definer(symbol.name, index) is None:
-            names = (each for each in names_used(statement) if each.text == symbol.name)
-            found = [each.span for each in names if each.span not in poses]
-        else:
-            continue
-        yield from ((index, span.shifted(start)) for span in found)
+            found = [each.span for each in names_used(placed) if each.text == symbol.name]
+        yield from ((index, span.shifted(placed.start)) for span in found)
 
 
 def _having(robots: Robots, section: str, name: str) -> set[str]:
@@ -81,9 +78,3 @@ def _having(robots: Robots, section: str, name: str) -> set[str]:
 
 def _has(body: Body | None, section: str, name: str) -> bool:
     return body is not None and name in (body.words if section == "body" else body.pose_names)
-
-
-def _edited(text: str, edits: Collection[Edit]) -> str:
-    for edit in sorted(edits, key=lambda each: each.span, reverse=True):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text

@@ -7,10 +7,10 @@ import tomllib
 from hypothesis import given
 from hypothesis import strategies as st
 
+from improv_core.diagnostics import applied
 from improv_core.ide.robots_file.formatting import format_file, format_span
 from improv_core.robots.toml_positions import comments
 from improv_core.text import Span
-from tests.ide.cursor import applied
 from tests.robots.test_toml_text import documents, is_valid
 
 

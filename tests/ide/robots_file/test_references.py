@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.ide.rename import RefusalError
 from improv_core.ide.robots_file.body_names import rename_in_file, rename_in_program
 from improv_core.ide.robots_file.references import declarations, rename_profile, symbol_at, uses
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from tests.ide.cursor import applied
 
 TEXT = """\
 [profiles.rover]

@@ -95,8 +95,6 @@ LIBRARIES = {
     "mcap": ["outputs/recording/recorder.py"],
     "pythonosc": ["music/osc_wire.py"],
     "resvg_py": ["commands/plot.py"],
-    "tree_sitter": ["robots/toml_atoms.py"],
-    "tree_sitter_toml": ["robots/toml_atoms.py"],
 }
 SERVERS = {
     "improv_core.classroom.student_server",

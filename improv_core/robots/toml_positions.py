@@ -1,7 +1,6 @@
 """Positions of the keys and values in a TOML text, even a half-typed one. Never raises.
 
-One statement is read at a time: when tree-sitter's grammar recovers from an error, it may join the next text to the
-unfinished one.
+One statement is read at a time, so an unfinished one hides nothing below it.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Positions:
     expects: str = "key"
 
     def nearest(self, keys: Keys) -> KeyAndValue:
-        """Return the entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
+        """Return the entry of a key, or of the table around it if fewer entries were found than `tomllib` reads."""
         while keys and keys not in self.entries:
             keys = keys[:-1]
         return self.entries.get(keys, KeyAndValue(Span(0, 0), Span(0, 0)))

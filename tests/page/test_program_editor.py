@@ -170,5 +170,5 @@ def test_a_tempo_is_written_into_the_text_of_its_page(editor: PageEditor) -> Non
     tune: Tune = {"type": "tune", "key": "beat", "value": 96}
     answer = editor.change(PAGE, {"type": "change", "number": 3, "change": tune})
     assert answer
-    assert answer["edits"] == [{"start": 4, "end": 7, "text": " 96"}]
+    assert answer["edits"] == [{"start": 0, "end": 7, "text": "beat 96"}]
     assert editor.change(PAGE, {"type": "change", "number": 2, "change": tune}) is None

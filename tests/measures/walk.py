@@ -11,7 +11,8 @@ import re
 import subprocess
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,14 +31,17 @@ LISTENER = (
 
 
 class Walk(NamedTuple):
-    """Functions that run in between, in all processes. `hops` counts changes from one module to another within a
-    thread."""
+    """Functions that run in between. `modules` are those of each process, which its command names. `hops` counts
+    changes from one module to another within a thread."""
 
     milliseconds: float
-    modules: frozenset[str]
+    modules: Mapping[str, frozenset[str]]
     functions: int
     hops: int
-    processes: int
+
+    @property
+    def all_modules(self) -> frozenset[str]:
+        return frozenset().union(*self.modules.values())
 
 
 def run(root: Path, ros: str | None, names: bool) -> None:
@@ -45,12 +49,15 @@ def run(root: Path, ros: str | None, names: bool) -> None:
     with TemporaryDirectory(prefix="walk-") as folder, _listener(ros):
         saves, stops = _walks(root, Path(folder), ros)
     for title, walks in (("save -> first Twist", saves), ("Stop on the page -> zero", stops)):
-        least = min(walks, key=lambda walk: len(walk.modules))
-        print(f"{title}: {len(least.modules)} modules, {least.hops} hops, {least.processes} processes")
-        for time_taken, modules, functions, hops, _ in walks:
-            print(f"  {time_taken:7.1f} ms, {len(modules)} modules, {functions} functions, {hops} hops")
-        if names:
-            print(*(f"    {module}" for module in sorted(least.modules)), sep="\n")
+        least = min(walks, key=lambda walk: len(walk.all_modules))
+        print(f"{title}: {len(least.all_modules)} modules, {least.hops} hops, {len(least.modules)} processes")
+        for walk in walks:
+            count = len(walk.all_modules)
+            print(f"  {walk.milliseconds:7.1f} ms, {count} modules, {walk.functions} functions, {walk.hops} hops")
+        for process, modules in least.modules.items():
+            print(f"  {len(modules)} modules in {process}")
+            if names:
+                print(*(f"    {module}" for module in sorted(modules)), sep="\n")
 
 
 def _walks(root: Path, folder: Path, ros: str | None) -> tuple[list[Walk], list[Walk]]:
@@ -105,18 +112,24 @@ def _wait_for_sent(trace: Path, kind: str, output: str, after: int) -> int:
 
 
 def _walk(trace: Path, begin: int, end: int, root: Path) -> Walk:
-    modules, functions, hops, processes = set(), set(), 0, 0
+    modules, functions, hops = defaultdict[str, set[str]](set), set(), 0
     for file in trace.glob("*.calls"):
         last: dict[str, str] = {}
+        process = _short(file.with_suffix(".command").read_text(encoding="utf-8"), root)
         for line in file.read_text(encoding="utf-8").splitlines():
             at, thread, module, number = line.split("\t")
             if begin <= int(at) <= end:
-                modules.add(module)
+                modules[process].add(module)
                 functions.add((module, number))
                 hops += last.get(thread, module) != module
                 last[thread] = module
-        processes += bool(last)
-    return Walk((end - begin) / 1e6, frozenset(modules), len(functions), hops, processes)
+    found = {process: frozenset(names) for process, names in modules.items()}
+    return Walk((end - begin) / 1e6, found, len(functions), hops)
+
+
+def _short(command: str, root: Path) -> str:
+    """Return the command of a process without its Python and with short paths."""
+    return command.partition(" ")[2].replace(f"{root}{os.sep}", "")
 
 
 @contextmanager

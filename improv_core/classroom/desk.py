@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
 
 from improv_core.classroom.checker import DanceReader, Prepared
 from improv_core.classroom.messages import ChildShown, Command, FromChildren, FromDesk, Perform
@@ -15,8 +16,15 @@ from improv_core.session.session import Playback
 from improv_core.session.state import PlayScore
 
 
+class Latest(NamedTuple):
+    """A child as pages show it, and its latest dance."""
+
+    child: ChildShown
+    text: str
+
+
 class Desk:
-    """Keeps the dances, and plays them. Use it from one event loop only.
+    """Keeps the dances, and plays them. Use it from one event loop only, except `messages` and `text`.
 
     `publish` gets messages for the teacher's pages. `remove` removes children from the class. A real robot of `robots`
     moves only when the teacher has it perform a dance that is shown in front.
@@ -31,8 +39,7 @@ class Desk:
     ) -> None:
         self._playback, self._publish, self._remove = playback, publish, remove
         self._robots = robots or Robots()
-        self._children: dict[int, ChildShown] = {}
-        self._texts: dict[int, str] = {}  # their latest dances
+        self._latest: dict[int, Latest] = {}
         self._preparing = DanceReader()
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
@@ -45,42 +52,41 @@ class Desk:
             self._show({**shown, "line": "has joined"}, "")
         elif news["type"] == "left":
             self._drop([number])
-        elif known := self._children.get(number):  # it wasn't just removed
+        elif latest := self._latest.get(number):  # it wasn't just removed
+            known = latest.child
             if news["type"] == "handed":
                 unread: ChildShown = {**known, "ok": False, "line": "is being read", "picture": ""}
                 self._show({**unread, "count": news["count"]}, news["text"])
             elif known["count"] == news["count"]:
                 line = message(news["line"])
-                self._show({**known, "ok": news["ok"], "line": line, "picture": news["picture"]}, self._texts[number])
+                self._show({**known, "ok": news["ok"], "line": line, "picture": news["picture"]}, latest.text)
 
     def text(self, number: int, count: int) -> str | None:
         """A child's `count`-th dance, unaltered; None if it has sent another one since."""
-        child = self._children.get(number)
-        return self._texts[number] if child and child["count"] == count else None
+        latest = self._latest.get(number)
+        return latest.text if latest and latest.child["count"] == count else None
 
     def messages(self) -> Sequence[FromDesk]:
         """The messages for a page that was just opened."""
         return [
             {"type": "robots", "names": [*self._robots.robots]},
-            *self._children.values(),
+            *(latest.child for latest in [*self._latest.values()]),
             {"type": "playing", "line": self._line},
         ]
 
-    def take(self, command: Command) -> None:
-        """Obey a command of the teacher."""
+    def take(self, command: Command, asked: int) -> None:
+        """Obey a command of the teacher, which arrived when the count of stops was `asked`."""
         if command["type"] == "remove":
             self._remove(command["numbers"])
             self._drop(command["numbers"])
             return
-        asked = self._playback.stops.count
         if self._plays:
             self._plays.cancel()
         if command["type"] == "perform":
             self._plays = asyncio.create_task(self._perform(command, asked))
             return
-        chosen = [number for number in dict.fromkeys(command["numbers"]) if number in self._children]
-        dances = [(self._children[number]["name"], self._texts[number]) for number in chosen]
-        if dances:
+        chosen = [self._latest[number] for number in dict.fromkeys(command["numbers"]) if number in self._latest]
+        if dances := [(each.child["name"], each.text) for each in chosen]:
             self._plays = asyncio.create_task(self._play(dances, asked))
 
     def stopped(self) -> None:
@@ -101,11 +107,11 @@ class Desk:
 
     async def _perform(self, command: Perform, asked: int) -> None:
         """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""
-        child, robot = self._children.get(command["number"]), command["robot"]
-        if child is None or robot not in self._robots.robots:
+        latest, robot = self._latest.get(command["number"]), command["robot"]
+        if latest is None or robot not in self._robots.robots:
             return
-        name, text = child["name"], self._texts[command["number"]]
-        if child["count"] != command["count"]:
+        name, text = latest.child["name"], latest.text
+        if latest.child["count"] != command["count"]:
             self._say(f"{name} has sent another dance: look at it first")
             return
         self._say(f"Reading {name}")
@@ -133,11 +139,10 @@ class Desk:
 
     def _drop(self, numbers: Collection[int]) -> None:
         for number in numbers:
-            if self._children.pop(number, None):
-                del self._texts[number]
+            if self._latest.pop(number, None):
                 self._publish({"type": "gone", "number": number})
 
     def _show(self, child: ChildShown, text: str) -> None:
         """Keep and show the latest news about a child, and its latest dance."""
-        self._children[child["number"]], self._texts[child["number"]] = child, text
+        self._latest[child["number"]] = Latest(child, text)
         self._publish(child)

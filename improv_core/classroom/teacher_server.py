@@ -1,5 +1,5 @@
-"""The teacher's page and its WebSocket, on this machine's loopback address only. It imports aiohttp, which takes long,
-so import it only when it is needed."""
+"""The teacher's page and its WebSocket, on this machine's loopback address only, on a thread of its own. It imports
+aiohttp, which takes long, so import it only when it is needed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import segno
 from aiohttp import web
 
 from improv_core.classroom.messages import Command, FromDesk, read
-from improv_core.classroom.stop_reader import StopReader
+from improv_core.page.loop_thread import LoopThread
 from improv_core.page.outbox import PageOutbox
 from improv_core.page.own_machine import HOST
 from improv_core.page.web_server import HEADERS, Access, add_files, receive, serving
@@ -30,15 +30,19 @@ MOST_PAGES = 8
 END_LIMIT = 0.05
 """Seconds that requests may take when the class ends. A page that is still open never finishes its own."""
 CONTENT_POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' {STOPS}; "
-    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'"
 )
 
 
 class TeacherPage:
-    """Serves the page on a socket. `take` gets each command. `stop` stops everything at once, on any thread. `stage`
-    makes a new address of the simulator's page, and `messages` returns the first messages for a page. `text` returns a
-    child's dance, given the child's number and the number of dances it had sent."""
+    """Serves the page on a socket, and calls all that it is given on the thread of the server: whatever the event loop
+    of the class does, and even if the terminal takes no more text, a stop goes straight to the stages.
+
+    `take` gets each command, and `stop` stops everything at once. `stage` makes a new address of the simulator's page,
+    and `messages` returns the first messages for a page. `text` returns a child's dance, given the child's number and
+    the number of dances it had sent.
+    """
 
     def __init__(
         self,
@@ -50,42 +54,55 @@ class TeacherPage:
         text: Callable[[int, int], str | None],
     ) -> None:
         self._socket = listening
-        self._take, self._stage, self._messages = take, stage, messages
+        self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
         self._text = text
         self._token = secrets.token_urlsafe()
         self._access = Access(self._token, Tickets(self._token))
         self._outboxes: list[PageOutbox] = []
-        port = listening.getsockname()[1]
-        self._stops = StopReader(self._token, [f"http://{host}:{port}" for host in (HOST, "localhost")], stop)
+        self._thread = LoopThread("improv-teacher")
+        self._page = ""
 
     def link(self) -> str:
         """Return a new URL that opens the page once."""
         return f"http://{HOST}:{self._socket.getsockname()[1]}/?ticket={issue(self._token)}"
 
     def publish(self, message: FromDesk) -> None:
-        """Send a message to all pages."""
-        for outbox in self._outboxes:
-            _put(outbox, message)
+        """Send a message to all pages, from any thread."""
+        self._thread.soon(self._put, message)
 
-    async def serve(self, address: str, code: str) -> None:
-        """Serve the page, which shows the class's address and its code, until this is cancelled."""
-        stops, link = self._stops.origin, segno.make(f"{address}#class={code}", error="m", micro=False)
+    def open(self, address: str, code: str) -> None:
+        """Begin to serve the page, which shows the class's address and its code."""
+        link = segno.make(f"{address}#class={code}", error="m", micro=False)
         picture = link.svg_data_uri(scale=4, border=2, light="white")
         self._page = (FOLDER / "teacher.html").read_text(encoding="utf-8")
-        for mark, text in (("ADDRESS", address), ("ROOM_CODE", code), ("QR_CODE", picture), ("STOPS", stops)):
+        for mark, text in (("ADDRESS", address), ("ROOM_CODE", code), ("QR_CODE", picture)):
             self._page = self._page.replace(f"{{{mark}}}", escape(text))
+        self._thread.start(self._serve)
+
+    def close(self) -> None:
+        """End the server."""
+        self._thread.close()
+
+    async def _serve(self, stop: asyncio.Event) -> None:
         application = web.Application()
         application.router.add_get("/", self._show)
         application.router.add_get("/live", self._live)
+        application.router.add_post("/stop", self._obey_stop)
         application.router.add_get("/stage", self._open_stage)
         application.router.add_get(r"/dance/{number:\d{1,9}}/{count:\d{1,9}}", self._show_dance)
         add_files(application, FOLDER)
-        headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY.format(STOPS=stops)}
-        try:
-            async with serving(application, self._socket, headers, END_LIMIT):
-                await asyncio.Event().wait()
-        finally:
-            self._stops.close()
+        headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY}
+        async with serving(application, self._socket, headers, END_LIMIT):
+            await stop.wait()
+
+    def _put(self, message: FromDesk) -> None:
+        for outbox in self._outboxes:
+            _put(outbox, message)
+
+    async def _obey_stop(self, request: web.Request) -> web.Response:
+        self._access.check(request, needs_origin=True)
+        self._stop()
+        return web.Response(status=204)
 
     async def _show(self, request: web.Request) -> web.Response:
         page = self._page.replace("{TOKEN}", escape(self._access.open(request)))

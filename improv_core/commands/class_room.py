@@ -10,13 +10,12 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import click
 
 from improv_core.classroom.children import Children, ChildrenError, check_site
 from improv_core.classroom.desk import Desk
-from improv_core.classroom.messages import FromChildren, FromDesk
+from improv_core.classroom.messages import FromDesk
 from improv_core.classroom.roster import new_code
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
@@ -130,7 +129,12 @@ class Class:
         self.desk = Desk(performing.playback, self._publish, children.remove, robots)
         own = socket.create_server((HOST, 0))
         self.teacher = TeacherPage(
-            own, self.desk.take, self._stop, performing.playback.link, self.desk.messages, self.desk.text
+            own,
+            lambda command: self._soon(self.desk.take, command, performing.stops.count),
+            self._stop,
+            performing.playback.link,
+            self.desk.messages,
+            self.desk.text,
         )
 
     async def teach(self) -> None:
@@ -143,21 +147,20 @@ class Class:
             lambda why: self._soon(self._end, why),
         )
         try:
-            await first(
-                self.teacher.serve(children.address, children.code),
-                asyncio.shield(self._ended),
-                performing.interrupted.wait(),  # and not until a stage ends: another one takes its place
-            )
+            self.teacher.open(children.address, children.code)
+            # Not until a stage ends: another one takes its place.
+            await first(asyncio.shield(self._ended), performing.interrupted.wait())
         finally:
             children.close()
             self.desk.close()
+            self.teacher.close()
         if self._ended.done():
             raise CommandError(self._ended.result())
 
-    def _soon(self, what: Callable[[Any], None], value: FromChildren | str) -> None:
-        """Have the event loop call a function, from the thread that reads the children's server."""
+    def _soon(self, what: Callable[..., None], *values: object) -> None:
+        """Have the event loop call a function, from any thread."""
         with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(what, value)
+            self._loop.call_soon_threadsafe(what, *values)
 
     def _end(self, why: str) -> None:
         if not self._ended.done():
@@ -169,5 +172,4 @@ class Class:
     def _stop(self) -> None:
         """Stop everything, from any thread."""
         self._performing.stops.stop()
-        with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self.desk.stopped)
+        self._soon(self.desk.stopped)

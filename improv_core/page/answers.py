@@ -57,10 +57,6 @@ class Answers:
         """Follow the messages of the stage."""
         self._background.do(partial(self._take, message))
 
-    def close(self) -> None:
-        """Drop the answers that have not been started."""
-        self._background.close()
-
     async def compute(self, answer: Callable[[], Answer]) -> Answer | None:
         """Compute an answer and return it; report a failure and return None."""
         loop = asyncio.get_running_loop()

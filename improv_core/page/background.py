@@ -15,9 +15,6 @@ class Background(Protocol):
 
     def do(self, work: Work) -> None: ...
 
-    def close(self) -> None:
-        """Drop the tasks that have not been started."""
-
 
 class OwnThread:
     """Does it on its own thread, for which the process doesn't wait when it ends. `do` may be called from any
@@ -31,6 +28,7 @@ class OwnThread:
         self._work.put(work)
 
     def close(self) -> None:
+        """End the thread, once it has done what waits."""
         self._work.put(None)
 
     def _run(self) -> None:
@@ -43,6 +41,3 @@ class AtOnce:
 
     def do(self, work: Work) -> None:
         work()
-
-    def close(self) -> None:
-        """Do nothing, because nothing waits."""

@@ -36,10 +36,6 @@ class Meetings:
         self._latest += 1
         self._background.do(partial(self._look, score, generation, self._latest))
 
-    def close(self) -> None:
-        """Drop the checks that have not been started."""
-        self._background.close()
-
     def _look(self, score: Score, generation: int, number: int) -> None:
         if number == self._latest:  # otherwise a newer score waits
             try:

@@ -6,15 +6,14 @@ import asyncio
 import atexit
 import secrets
 import socket
-import threading
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
 from improv_core.page.background import OwnThread
 from improv_core.page.broadcast import Broadcast, PlayedScores
+from improv_core.page.loop_thread import LoopThread
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
 from improv_core.page.own_machine import HOST
@@ -54,23 +53,22 @@ class PageServer:
         self._socket = socket.create_server((HOST, port))
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
-        self._answers = Answers(OwnThread("improv-answers"))
-        self._stop = asyncio.Event()
-        self._loop = asyncio.new_event_loop()
+        self._workers = [OwnThread("improv-answers"), OwnThread("improv-meetings")]
+        self._answers = Answers(self._workers[0])
         self._stops = PageStops()
+        self._thread = LoopThread("improv-viewer")
         self._command, self._stage_sockets = command, show
         self._broadcast = Broadcast(
             self._pages,
             self._answers,
-            self._soon,
+            self._thread.soon,
             self._stops.obeyed,
             takes_start_poses=takes_start_poses,
             scores=scores,
         )
         self.publish, self.show, self.report = self._broadcast.publish, self._broadcast.show, self._broadcast.report
-        self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, OwnThread("improv-meetings"))
-        self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
-        self._thread.start()
+        self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1])
+        self._thread.start(self._serve)
         atexit.register(self.close)  # tells the page that the performance is over, not cut off
 
     @property
@@ -79,28 +77,15 @@ class PageServer:
         return f"http://{HOST}:{self._port}/"
 
     def close(self) -> None:
-        """Send what has been published, then end all connections and the thread."""
+        """Send what has been published, then end all connections and the threads."""
         atexit.unregister(self.close)
-        self._soon(self._stop.set)
-        self._answers.close()
-        self._meetings.close()
-        self._thread.join()
+        for worker in self._workers:
+            worker.close()
+        self._thread.close()
 
-    def _soon(self, what: Callable[..., None], *values: object) -> None:
-        """Have the server's thread call a function."""
-        with suppress(RuntimeError):  # already closed
-            self._loop.call_soon_threadsafe(what, *values)
-
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        try:
-            self._loop.run_until_complete(self._serve())
-        finally:
-            self._loop.close()
-
-    async def _serve(self) -> None:
-        await _visited(self._socket, self._stop)
-        if self._stop.is_set():
+    async def _serve(self, stop: asyncio.Event) -> None:
+        await _visited(self._socket, stop)
+        if stop.is_set():
             self._socket.close()
             return
         from improv_core.page.routes import Application  # only now: that takes long, and robots must not wait for it
@@ -117,7 +102,7 @@ class PageServer:
             self._stage_sockets,
         )
         try:
-            await application.serve(self._socket, self._stop)
+            await application.serve(self._socket, stop)
         finally:
             watching.cancel()
 

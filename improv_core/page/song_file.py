@@ -1,10 +1,9 @@
-"""The song that pages play: opened only in the folder of its improv.toml, and served in ranges."""
+"""The song that pages play: opened only in the folder of its improv.toml."""
 
 from __future__ import annotations
 
 import asyncio
 import os
-import re
 import stat
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,20 +94,6 @@ def _opened(folder: Path, inside: Path) -> int:
         os.close(place)
 
 
-def range_of(header: str | None, size: int) -> range | None:
-    """Return the bytes that a `Range` header asks for: all of them if there is no header, or an unknown one. None if it
-    asks for bytes beyond the file."""
-    found = re.fullmatch(r"bytes=(\d{0,18})-(\d{0,18})", header or "", re.ASCII)
-    if not found or not any(found.groups()):
-        return range(size)
-    first, last = found.groups()
-    if not first:
-        asked = range(max(size - int(last), 0), size)
-    else:
-        asked = range(int(first), min(int(last) + 1, size) if last else size)
-    return asked or None
-
-
 async def serve(request: web.Request, music: Music | None) -> web.StreamResponse:
     """Answer with the song, with 304 if the page has it already, or with a line of text if there is none to play. For
     an error status, browsers would report an error of the page."""
@@ -119,22 +104,13 @@ async def serve(request: web.Request, music: Music | None) -> web.StreamResponse
     except SongError as problem:
         return web.Response(text=str(problem))
     with song.file:
-        headers = {"ETag": song.tag, "Accept-Ranges": "bytes"}
+        headers = {"ETag": song.tag}
         if request.headers.get("If-None-Match") == song.tag:
             return web.Response(status=304, headers=headers)
-        asked = range_of(request.headers.get("Range"), song.size)
-        if asked is None and song.size:
-            return web.Response(status=416, headers={"Content-Range": f"bytes */{song.size}"})
-        part = asked or range(0)
-        whole = len(part) == song.size
-        if not whole:
-            headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{song.size}"
-        answer = web.StreamResponse(status=200 if whole else 206, headers=headers)
+        answer = web.StreamResponse(headers=headers)
         answer.content_type = song.content_type
-        answer.content_length = len(part)
+        answer.content_length = left = song.size
         await answer.prepare(request)
-        song.file.seek(part.start)
-        left = len(part)
         while left and (chunk := await asyncio.to_thread(song.file.read, min(left, CHUNK))):
             await answer.write(chunk)
             left -= len(chunk)

@@ -24,11 +24,11 @@ from improv_core.classroom.checker import HEAVY, LONG, MODULE, DanceReader, embo
 from improv_core.classroom.children import ChildrenError, check_site
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
-from improv_core.classroom.stop_reader import MOST
 from improv_core.classroom.student_server import File, StudentServer, files_of
 from improv_core.classroom.turns import SentDance, Turns, next_child
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
+from improv_core.page.connection_limit import MAX_CONNECTIONS
 from improv_core.session.start import Options
 from improv_core.website.build import HEAD, MARK
 from tests.commands.command_line import run
@@ -112,8 +112,7 @@ class Pages:
 
     async def stop(self, token: str, origin: str | None = None) -> int:
         headers = {"Origin": origin or self._base}
-        address = f"{self.held.teacher._stops.origin}/stop"
-        async with self._http.post(address, params={"token": token}, headers=headers) as answer:
+        async with self._http.post(f"{self._base}/stop", params={"token": token}, headers=headers) as answer:
             return answer.status
 
 
@@ -191,8 +190,8 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
 
 def test_a_stop_works_while_the_event_loop_is_busy() -> None:
     async def scene(pages: Pages) -> None:
-        stops, address = pages.held._performing.stops, pages.held.teacher._stops.origin
-        asked = urllib.request.Request(f"{address}/stop?token={pages.token}", b"", {"Origin": pages._base})
+        stops = pages.held._performing.stops
+        asked = urllib.request.Request(f"{pages._base}/stop?token={pages.token}", b"", {"Origin": pages._base})
         pressing = threading.Thread(target=lambda: urllib.request.urlopen(asked, timeout=LIMIT).close())
         before = stops.stopped
         pressing.start()
@@ -204,8 +203,8 @@ def test_a_stop_works_while_the_event_loop_is_busy() -> None:
 
 def test_silent_connections_hold_up_no_stop_for_long() -> None:
     async def scene(pages: Pages) -> None:
-        host, port = pages.held.teacher._stops.origin.removeprefix("http://").split(":")
-        silent = [await asyncio.open_connection(host, port) for _ in range(3 * MOST)]
+        host, port = pages._base.removeprefix("http://").split(":")
+        silent = [await asyncio.open_connection(host, port) for _ in range(2 * MAX_CONNECTIONS)]
         async with asyncio.timeout(LIMIT):
             status = 0
             while status != 204:  # the page also tries again

@@ -25,7 +25,8 @@ class Heard:
     def __init__(self) -> None:
         self.messages: queue.Queue[MeetingsMessage] = queue.Queue()
         self.lines: queue.Queue[str] = queue.Queue()
-        self.meetings = Meetings(self.messages.put, self.lines.put, OwnThread("meetings of a test"))
+        self.thread = OwnThread("meetings of a test")
+        self.meetings = Meetings(self.messages.put, self.lines.put, self.thread)
 
     def message(self, score: Score, generation: int) -> MeetingsMessage:
         self.meetings.show(score, generation)
@@ -36,7 +37,7 @@ class Heard:
 def heard() -> Iterator[Heard]:
     heard = Heard()
     yield heard
-    heard.meetings.close()
+    heard.thread.close()
 
 
 def taken_over(before: str, after: str, beat: Fraction) -> Score:

@@ -1,4 +1,4 @@
-"""The song of a dance, as the page's server serves it: its clients, its folder, and its ranges."""
+"""The song of a dance, as the page's server serves it: its clients and its folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import song_file
 from improv_core.page.server import PageServer
-from improv_core.page.song_file import SongError, open_song, range_of
+from improv_core.page.song_file import SongError, open_song
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.music import Music
@@ -78,35 +78,6 @@ def test_a_page_that_has_the_song_is_not_sent_it_again_until_it_changes(playing:
     assert (ask(playing, If_None_Match=tag).status, ask(playing, If_None_Match=tag).read()) == (304, b"")
     (folder / "song.wav").write_bytes(SONG[1:])
     assert ask(playing, If_None_Match=tag).read() == SONG[1:]
-
-
-@pytest.mark.parametrize(
-    ("header", "expected"),
-    [
-        (None, range(10)),
-        ("bytes=0-", range(10)),
-        ("bytes=2-4", range(2, 5)),
-        ("bytes=8-100", range(8, 10)),
-        ("bytes=-3", range(7, 10)),
-        ("bytes=-30", range(10)),
-        ("bytes=10-", None),
-        ("bytes=-0", None),
-        ("bytes=4-2", None),
-        ("bytes=-", range(10)),
-        ("bytes=1-2,4-5", range(10)),
-        ("beats=1-2", range(10)),
-        ("bytes=99999999999999999999-", range(10)),
-    ],
-)
-def test_ranges(header: str | None, expected: range | None) -> None:
-    assert range_of(header, 10) == expected
-
-
-def test_a_part_of_the_song_is_sent_if_a_page_asks_for_one(playing: PageServer) -> None:
-    part = ask(playing, Range="bytes=100-299")
-    assert (part.status, part.headers["Content-Range"], part.read()) == (206, "bytes 100-299/2048", SONG[100:300])
-    beyond = ask(playing, Range="bytes=5000-")
-    assert (beyond.status, beyond.headers["Content-Range"]) == (416, "bytes */2048")
 
 
 def test_a_song_may_be_deeper_in_the_folder_or_empty(playing: PageServer, folder: Path) -> None:

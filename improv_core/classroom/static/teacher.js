@@ -10,7 +10,6 @@ const TRIES = 50
 const HIDDEN = /[^\P{C}\n\t]|[^\P{Z} ]/gu // what shows nothing, or turns text
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
 if (given) sessionStorage.setItem(KEY, given)
-const stops = `${document.querySelector("#stops")?.getAttribute("content") ?? ""}/stop` // where nothing holds up a stop
 const token = given || (sessionStorage.getItem(KEY) ?? "")
 if (location.search) history.replaceState(null, "", location.pathname)
 
@@ -176,7 +175,7 @@ function send(command) {
 /** Stops everything, and tries again for a while if a connection breaks meanwhile. */
 async function stop() {
   for (let tries = 0; tries < TRIES; tries++) {
-    const answer = await fetch(withToken(stops), { method: "POST", keepalive: true }).catch(() => null)
+    const answer = await fetch(withToken("stop"), { method: "POST", keepalive: true }).catch(() => null)
     if (answer?.ok) return
     say(answer ? "The stop was not obeyed: press Ctrl-C in the terminal." : "The stop did not arrive: press Ctrl-C in the terminal.")
     if (answer) return

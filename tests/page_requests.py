@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.fields import LAST_BEAT
 from improv_core.protocol.page_messages import FromPage, Press
-from improv_core.score.fits import Between, hints_of
+from improv_core.score.fits import Between, hints_of, required_of
 
 FILE = Path(__file__).parent.parent / "improv_core" / "page" / "static" / "net" / "requests.js"
 REQUESTS = {kind: message for kind, message in by_type(FromPage).items() if message is not Press}
@@ -34,7 +34,7 @@ def text() -> str:
 
 
 def _shape(message: Any) -> str:
-    fields = {name: hint for name, hint in hints_of(message).items() if name in message.__required_keys__}
+    fields = {name: hint for name, hint in hints_of(message).items() if name in required_of(message)}
     return f"{{ {', '.join(f'{name}: {_name(hint)}' for name, hint in fields.items())} }}"
 
 

@@ -30,7 +30,6 @@ from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import Armed, Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
-from improv_core.protocol.robot_messages import SentJoints
 from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening
@@ -324,7 +323,7 @@ class TerminalSession:
             case "measured":
                 self.results.measure(message)
                 self._record(message)
-            case "sent" | "sent_joints" | "sensed" | "decided":
+            case "sent" | "sensed" | "decided":
                 self._record(message)
             case "fault":
                 self.results.errors.note(message)
@@ -385,15 +384,16 @@ class TerminalSession:
         if transport["state"] in ("ended", "stopped") and self.results.is_over:
             self.finished.set()
 
-    def _record(self, message: Sent | SentJoints | Sensed | Decided | Measured) -> None:
+    def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
             if message["type"] == "sent":
-                self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
-            elif message["type"] == "sent_joints":
-                joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
-                self._recorder.record_joints(message["robot"], joints, message["wall"])
+                if "twist" in message:
+                    self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+                if "joints" in message:
+                    joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
+                    self._recorder.record_joints(message["robot"], joints, message["wall"])
             elif message["type"] == "measured":
                 self._recorder.record_poses(message)
             else:

@@ -55,7 +55,7 @@ class Exchange:
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
+class LeastDelay:
     """The least delay of one direction in a bucket: the time here at which it was sent or received, and the delay by
     both clocks."""
 
@@ -69,8 +69,8 @@ class Exchanges:
 
     since: float = math.inf
     count: int = 0
-    down: tuple[Floor, ...] = ()
-    up: tuple[Floor, ...] = ()
+    down: tuple[LeastDelay, ...] = ()
+    up: tuple[LeastDelay, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +87,8 @@ class Estimated:
 
 
 @dataclass(frozen=True, slots=True)
-class Clocks:
-    """A reading of the clock there: `offset` at the time `at` here, and the growth of the offset per second.
+class RemoteClock:
+    """A reading of the other machine's clock: `offset` at the local time `at`, and the growth of the offset per second.
 
     Readings follow each other without a gap, so that no translated time goes back.
     """
@@ -97,13 +97,13 @@ class Clocks:
     offset: float
     rate: float = 0.0
 
-    def there(self, here: float) -> float:
-        """Return the time of the clock there at a time here."""
-        return here + self.offset + self.rate * (here - self.at)
+    def remote(self, local: float) -> float:
+        """Return the time of the other clock at a local time."""
+        return local + self.offset + self.rate * (local - self.at)
 
-    def here(self, there: float) -> float:
-        """Return the time here at which the clock there shows this time."""
-        return self.at + (there - self.offset - self.at) / (1 + self.rate)
+    def local(self, remote: float) -> float:
+        """Return the local time at which the other clock shows this time."""
+        return self.at + (remote - self.offset - self.at) / (1 + self.rate)
 
 
 def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
@@ -113,8 +113,8 @@ def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
     return Exchanges(
         min(exchanges.since, new.sent),
         exchanges.count + 1,
-        _lowered(exchanges.down, Floor(new.sent, new.arrived - new.sent)),
-        _lowered(exchanges.up, Floor(new.heard, new.heard - new.answered)),
+        _lowered(exchanges.down, LeastDelay(new.sent, new.arrived - new.sent)),
+        _lowered(exchanges.up, LeastDelay(new.heard, new.heard - new.answered)),
     )
 
 
@@ -122,8 +122,8 @@ def estimate(exchanges: Exchanges, now: float) -> Estimated | None:
     """Estimate the clock there from the exchanges; None before `LEAST` of them."""
     if exchanges.count < LEAST:
         return None
-    down = [(floor.at - now, floor.delay) for floor in exchanges.down]
-    up = [(floor.at - now, floor.delay) for floor in exchanges.up]
+    down = [(each.at - now, each.delay) for each in exchanges.down]
+    up = [(each.at - now, each.delay) for each in exchanges.up]
     drift = 0.0
     for _ in range(2):  # first as if the clocks didn't drift, which makes the spread of delays seem larger
         spread = _spread(down, drift) + _spread(up, -drift)
@@ -141,27 +141,27 @@ def is_known(exchanges: Exchanges, found: Estimated) -> bool:
     return found.error <= GOOD or found.at - exchanges.since >= KNOWN_AFTER
 
 
-def steered(clocks: Clocks | None, found: Estimated) -> Clocks:
-    """Return the next clocks, which approach the estimate within a few seconds, without a step unless it is far off."""
-    if clocks is None:
-        return Clocks(found.at, found.offset, found.drift)
-    offset = clocks.there(found.at) - found.at
+def steered(clock: RemoteClock | None, found: Estimated) -> RemoteClock:
+    """Return the next reading. It approaches the estimate within a few seconds, without a step unless it is far off."""
+    if clock is None:
+        return RemoteClock(found.at, found.offset, found.drift)
+    offset = clock.remote(found.at) - found.at
     off = found.offset - offset
     if abs(off) > STEP:
-        return Clocks(found.at, found.offset, found.drift)
-    return Clocks(found.at, offset, found.drift + max(-SLEW, min(SLEW, off)))
+        return RemoteClock(found.at, found.offset, found.drift)
+    return RemoteClock(found.at, offset, found.drift + max(-SLEW, min(SLEW, off)))
 
 
 def _contradicts(exchanges: Exchanges, new: Exchange) -> bool:
     """Return whether a message would have come before it was sent, by the remembered delays of the other direction."""
     down, up = new.arrived - new.sent, new.heard - new.answered
     least = -MOST_DRIFT * MEMORY
-    return any(down + floor.delay < least for floor in exchanges.up) or any(
-        up + floor.delay < least for floor in exchanges.down
+    return any(down + each.delay < least for each in exchanges.up) or any(
+        up + each.delay < least for each in exchanges.down
     )
 
 
-def _lowered(floors: tuple[Floor, ...], new: Floor) -> tuple[Floor, ...]:
+def _lowered(floors: tuple[LeastDelay, ...], new: LeastDelay) -> tuple[LeastDelay, ...]:
     if floors and math.floor(floors[-1].at / BUCKET) == math.floor(new.at / BUCKET):
         return floors if floors[-1].delay <= new.delay else (*floors[:-1], new)
     recent = floors if not floors or floors[0].at > new.at - MEMORY else floors[1:]

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from improv_core.hosts.clock_offset import Clocks, Estimated, Exchange, Exchanges, estimate, is_known, noted, steered
+from improv_core.hosts.clock_offset import (
+    Estimated,
+    Exchange,
+    Exchanges,
+    RemoteClock,
+    estimate,
+    is_known,
+    noted,
+    steered,
+)
 from improv_core.hosts.frames import TimeThere
 from improv_core.hosts.time_translation import SECOND, TimeTranslation
 
@@ -32,7 +41,7 @@ class Asking:
     exchanges: Exchanges = field(default_factory=Exchanges)
     latest: TimeThere | None = None
     found: Estimated | None = None
-    clocks: Clocks | None = None
+    clock: RemoteClock | None = None
     ways: tuple[float, ...] = ()
     """The times that the latest questions took to get there, by both clocks, in seconds."""
 
@@ -64,24 +73,24 @@ def estimated(asking: Asking, now: float) -> Asking:
     if asking.found and now < asking.found.at + LOOK_PERIOD:
         return asking
     found = estimate(asking.exchanges, now)
-    if not found or not (asking.clocks or is_known(asking.exchanges, found)):
+    if not found or not (asking.clock or is_known(asking.exchanges, found)):
         return asking
-    return replace(asking, found=found, clocks=steered(asking.clocks, found))
+    return replace(asking, found=found, clock=steered(asking.clock, found))
 
 
 def lag(asking: Asking) -> float:
     """Return the seconds within which a message nearly always arrives: the most that any of the latest questions
     took."""
-    if not asking.clocks or not asking.found or not asking.ways:
+    if not asking.clock or not asking.found or not asking.ways:
         return 0.0
-    offset = asking.clocks.there(asking.found.at) - asking.found.at
+    offset = asking.clock.remote(asking.found.at) - asking.found.at
     return max(max(asking.ways) - offset, 0.0)
 
 
 def translation(asking: Asking, now: int, wall: int, asleep: float) -> TimeTranslation | None:
     """Return how to translate times; None if the one there isn't known yet. Times here are in nanoseconds, as
     those of the answers; `asleep` is in seconds."""
-    if not asking.clocks or not asking.latest:
+    if not asking.clock or not asking.latest:
         return None
     there = asking.latest
-    return TimeTranslation(asking.clocks, wall - now, there.wall - there.answered, there.asleep / SECOND - asleep)
+    return TimeTranslation(asking.clock, wall - now, there.wall - there.answered, there.asleep / SECOND - asleep)

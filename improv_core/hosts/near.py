@@ -22,7 +22,7 @@ from improv_core.hosts.allowed import who
 from improv_core.hosts.clock_queries import RESTING, Asking, asked, estimated, lag, period, told, translation
 from improv_core.hosts.connect import ConnectError, connect
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
-from improv_core.hosts.time_translation import TimeTranslation, to_here, to_there
+from improv_core.hosts.time_translation import TimeTranslation, to_local, to_remote
 from improv_core.ipc.child import Child
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
@@ -160,14 +160,14 @@ class NearEnd:
             known = self._translation
         if known and message["type"] == "seen":
             with self._changed:
-                self._seen |= to_there(message, known)["robots"]
+                self._seen |= to_remote(message, known)["robots"]
                 self._changed.notify_all()
         elif known:
             if message["type"] == "load":
                 patience: Any = message.get("patience")
                 self._patience = float(patience) if type(patience) in (int, float) else SILENCE_LIMIT
                 self._moves = True  # it may move from now on
-            self._put(dumps(to_there(message, known)), is_score=message["type"] == "load")
+            self._put(dumps(to_remote(message, known)), is_score=message["type"] == "load")
 
     def _read_stops(self, pipe: int) -> None:
         with suppress(OSError, ProtocolError), open(pipe, "rb", closefd=False) as stream:
@@ -176,7 +176,7 @@ class NearEnd:
                 if message["type"] == "ping":
                     self._tell_parent({"type": "pong", "number": number})
                 elif "at" in message and self._translation:
-                    line = dumps(to_there(message, self._translation)) + b"\n"
+                    line = dumps(to_remote(message, self._translation)) + b"\n"
                 self._send_first(b"s" + line)
         self._end()
 
@@ -281,7 +281,7 @@ class NearEnd:
             self._tell_parent(message)  # the stage has not started, so it has no times to translate
         elif self._translation is None:
             self._held.append(message)
-        elif (crossed := to_here(message, self._translation)) is not None:
+        elif (crossed := to_local(message, self._translation)) is not None:
             self._ready = self._ready or message["type"] == "ready"
             self._tell_parent(crossed)
 

@@ -1,123 +1,101 @@
 """Translates times between two machines, and checks the messages of a stage over there.
 
 No other module knows that its clock is another one. A stage there gets its own monotonic and Unix times, and its parent
-here gets times of this machine.
+here gets times of this machine. The types of messages mark the times in them (`score/times.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Annotated, Any, get_args, get_origin
 
-from improv_core.hosts.clock_offset import Clocks
+from improv_core.hosts.clock_offset import RemoteClock
 from improv_core.protocol.commands import COMMANDS
+from improv_core.protocol.decoding import by_type
+from improv_core.protocol.messages import FromStage, ToStage
+from improv_core.score.fits import hints_of
+from improv_core.score.times import Clock, TimeOn
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
+_TO_STAGE, _FROM_STAGE = by_type(ToStage), by_type(FromStage)
+
+Changes = Mapping[Clock, Callable[[Any], Any]]
+"""The translation of a time on each clock."""
 
 
 @dataclass(frozen=True, slots=True)
 class TimeTranslation:
-    """The monotonic clock there, and the lead of Unix time over monotonic time on both sides: `wall` here, `wall_there`
-    there, in nanoseconds. `asleep` are the seconds by which the machine there has slept longer."""
+    """The monotonic clock there, and the lead of Unix time over monotonic time on both sides, in nanoseconds: `lead`
+    here, and `remote_lead` there. `asleep` are the seconds by which the machine there has slept longer."""
 
-    clocks: Clocks
-    wall: int
-    wall_there: int
+    clock: RemoteClock
+    lead: int
+    remote_lead: int
     asleep: float
 
-    def at_there(self, here: float) -> float:
-        """Return the remote machine's monotonic time, in seconds."""
-        return self.clocks.there(here)
 
-    def at_here(self, there: float) -> float:
-        """Return the monotonic time here, in seconds."""
-        return self.clocks.here(there)
-
-    def unix_there(self, here: float) -> float:
-        """Return the Unix time there at a Unix time here, in seconds."""
-        return self.clocks.there(here - self.wall / SECOND) + self.wall_there / SECOND
-
-    def unix_here(self, there: float) -> float:
-        """Return the Unix time here at a Unix time there, in seconds."""
-        return self.clocks.here(there - self.wall_there / SECOND) + self.wall / SECOND
-
-    def nanoseconds_here(self, there: int) -> int:
-        """Return the same in nanoseconds, of which floats of seconds would lose 200."""
-        monotonic = there - self.wall_there
-        ahead = self.clocks.here(monotonic / SECOND) - monotonic / SECOND
-        return monotonic + round(ahead * SECOND) + self.wall
-
-    def nanoseconds_there(self, here: int) -> int:
-        monotonic = here - self.wall
-        ahead = self.clocks.there(monotonic / SECOND) - monotonic / SECOND
-        return monotonic + round(ahead * SECOND) + self.wall_there
-
-
-def to_there(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any]:
+def to_remote(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any]:
     """Return a checked message to the stage, with the times of its machine."""
-    crossed = _with(message, {"at": translation.at_there})
-    if crossed["type"] == "load":
-        crossed = _with(crossed, {"asleep": lambda slept: slept + translation.asleep})
-        for name, change in _LOADED.items():
-            if name in crossed:
-                crossed[name] = change(crossed[name], translation)
-    elif crossed["type"] == "armed":
-        _set_begins(crossed, translation.unix_there)
-    else:
-        crossed = _with(crossed, {"wall": translation.nanoseconds_there})
-        if "robots" in crossed and isinstance(crossed["robots"], Mapping):
-            crossed["robots"] = _each(
-                crossed["robots"], {"wall": translation.nanoseconds_there, "at": translation.at_there}
-            )
-    return crossed
+    remote, lead, remote_lead = translation.clock.remote, translation.lead, translation.remote_lead
+    changes: Changes = {
+        "monotonic": remote,
+        "unix": lambda time: remote(time - lead / SECOND) + remote_lead / SECOND,
+        "unix_nanoseconds": lambda time: _in_nanoseconds(remote, time - lead) + remote_lead,
+        "asleep": lambda slept: slept + translation.asleep,
+    }
+    return dict(_translated(message, _TO_STAGE[message["type"]], changes))
 
 
-def to_here(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any] | None:
+def to_local(message: Mapping[str, Any], translation: TimeTranslation) -> dict[str, Any] | None:
     """Return a message from the stage, with the times of this machine; None for messages that no stage of real robots
     sends.
 
     Whoever controls the machine there may send anything. So it can't open a page here, or request things that only a
     page may, such as a change of the program.
     """
+    local, lead, remote_lead = translation.clock.local, translation.lead, translation.remote_lead
+    changes: Changes = {
+        "monotonic": local,
+        "unix": lambda time: local(time - remote_lead / SECOND) + lead / SECOND,
+        "unix_nanoseconds": lambda time: _in_nanoseconds(local, time - remote_lead) + lead,
+    }
     kind = message["type"]
     if kind == "request":
         row = COMMANDS.get(message["command"]["type"])
-        command = _with(message["command"], {"at": translation.at_here})
-        return {**message, "command": command} if row and "ros" in row.by else None
+        if not row or "ros" not in row.by:
+            return None
+        return {**message, "command": _translated(message["command"], row.message, changes)}
     if kind == "ready":
         return {name: message[name] for name in ("type", "protocol", "sink", "real")}
-    if kind == "link":
-        return None
-    crossed = _with(message, {"monotonic": translation.at_here})
-    if kind == "transport":
-        return _with(crossed, {"wall": translation.unix_here})
-    if kind == "armed":
-        _set_begins(crossed, translation.unix_here)
-    elif kind == "measured":
-        crossed["robots"] = _each(crossed["robots"], {"wall": translation.nanoseconds_here})
-    elif kind == "seen":
-        crossed["robots"] = _each(crossed["robots"], {"at": translation.at_here})
-    return _with(crossed, {"wall": translation.nanoseconds_here})
+    return None if kind == "link" else dict(_translated(message, _FROM_STAGE[kind], changes))
 
 
-def _with(message: Mapping[str, Any], changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
-    return {name: changes[name](value) if name in changes else value for name, value in message.items()}
+def _in_nanoseconds(change: Callable[[float], float], time: int) -> int:
+    """Return another time than this one in nanoseconds, of which floats of seconds would lose 200."""
+    return time + round((change(time / SECOND) - time / SECOND) * SECOND)
 
 
-def _each(robots: Mapping[str, Any], changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
-    return {robot: _with(told, changes) for robot, told in robots.items()}
+def _translated(value: Any, hint: Any, changes: Changes) -> Any:
+    """Return a value of a type with all its times changed."""
+    if value is None or not _has_times(hint):
+        return value
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is None:  # a TypedDict
+        hints = hints_of(hint)
+        return {name: _translated(each, hints.get(name, Any), changes) for name, each in value.items()}
+    if origin is Annotated and (marks := [each for each in arguments if isinstance(each, TimeOn)]):
+        return changes[marks[0].clock](value)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return {name: _translated(each, arguments[1], changes) for name, each in value.items()}
+    if isinstance(origin, type) and issubclass(origin, Sequence):
+        return [_translated(each, arguments[0], changes) for each in value]
+    return _translated(value, arguments[0], changes)  # with limits, or perhaps null
 
 
-def _set_begins(message: dict[str, Any], change: Callable[[float], float]) -> None:
-    if message["begins"] is not None:
-        message["begins"] = change(message["begins"])
-
-
-_LOADED: Mapping[str, Callable[[Any, TimeTranslation], Any]] = {
-    "entry": lambda entry, translation: _with(entry, {"monotonic": translation.at_there}),
-    "arming": lambda arming, translation: _with(arming, {"begins": translation.unix_there}),
-    "senses": lambda senses, translation: [_with(each, {"wall": translation.nanoseconds_there}) for each in senses],
-}
-"""The fields of a score that hold times."""
+@lru_cache
+def _has_times(hint: Any) -> bool:
+    inner = hints_of(hint).values() if hasattr(hint, "__required_keys__") else get_args(hint)
+    return isinstance(hint, TimeOn) or any(map(_has_times, inner))

@@ -10,8 +10,8 @@ from typing import Literal, TypedDict
 
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
-from improv_core.protocol.clock_messages import FromClock
-from improv_core.protocol.limits import helper
+from improv_core.protocol.limits import helper_command
+from improv_core.protocol.music_messages import FromClock
 from improv_core.score.score import OutsideClock
 
 POLICY = Policy(1.0, errors=subprocess.PIPE)
@@ -36,7 +36,7 @@ class ClockProcess:
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = self._explained = False
-        command = helper(clock.follow, clock.port, f"{tempo:g}")
+        command = helper_command(clock.follow, clock.port, f"{tempo:g}")
         self._process = Helper(command, POLICY, FromClock, self._pass_on, self._end)
 
     def close(self) -> None:

@@ -13,8 +13,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from improv_core.protocol.clock_messages import FromClock
 from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.protocol.music_messages import FromClock
 
 OFTEN = 0.1
 """Seconds between two anchors."""

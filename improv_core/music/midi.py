@@ -14,8 +14,9 @@ from typing import Any
 
 from improv_core.music.midi_time import MidiTime, heard
 from improv_core.plain import message as in_plain_text
-from improv_core.protocol.clock_messages import AnchorMessage, FromClock
+from improv_core.protocol.clock_messages import AnchorMessage
 from improv_core.protocol.json_lines import Lines, own_output
+from improv_core.protocol.music_messages import FromClock
 from improv_core.score.peer_clock import Anchor
 
 LOOK = 2.0

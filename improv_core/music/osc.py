@@ -28,7 +28,7 @@ from improv_core.preview.forecast import Forecast, WordBegins
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
-from improv_core.protocol.osc_messages import FromOsc, OscExchange, PeerJson, ToOsc
+from improv_core.protocol.music_messages import FromOsc, OscExchange, PeerJson, ToOsc
 from improv_core.safety.stage_stops import stop_stages
 from improv_core.score.score_json import RowsRead, from_json
 

@@ -12,9 +12,9 @@ from typing import Literal, Protocol, TypeAlias
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.protocol.commands import PageRequest
-from improv_core.protocol.limits import helper
+from improv_core.protocol.limits import helper_command
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
-from improv_core.protocol.osc_messages import FromOsc, PeerJson, ToOsc
+from improv_core.protocol.music_messages import FromOsc, PeerJson, ToOsc
 from improv_core.safety.stops import Stops
 from improv_core.score.osc import Osc
 from improv_core.score.score import Score
@@ -148,7 +148,7 @@ class OscLink:
 
 
 def _start(show: Path | None, hear: Hear) -> OscProcess:
-    return Helper(helper("osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None))
+    return Helper(helper_command("osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None))
 
 
 def _json(peer: tuple[str, int]) -> PeerJson:

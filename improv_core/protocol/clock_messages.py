@@ -6,6 +6,7 @@ from typing import Annotated, Literal, TypedDict
 
 from improv_core.protocol.fields import Factor
 from improv_core.score.fits import Between
+from improv_core.score.times import Monotonic
 
 Tempo = Annotated[float, Between(0, 100_000)]
 """Beats per minute, as a clock may report them."""
@@ -16,7 +17,7 @@ class AnchorMessage(TypedDict):
     usual seconds until the next message, and the number of its jumps."""
 
     type: Literal["anchor"]
-    at: float
+    at: Monotonic
     beat: float
     tempo: Tempo
     period: float
@@ -27,24 +28,6 @@ class BendMessage(TypedDict):
     """The leading stage's beat `at` a monotonic time, and the pace at which it has followed a clock since then."""
 
     type: Literal["bend"]
-    at: float
+    at: Monotonic
     beat: float
     pace: Factor
-
-
-class ClockWarning(TypedDict):
-    """One line for people about the clock."""
-
-    type: Literal["warning"]
-    message: str
-
-
-class ClockError(TypedDict):
-    """One line for people about why the clock can't be followed. The process ends."""
-
-    type: Literal["error"]
-    message: str
-
-
-FromClock = AnchorMessage | ClockWarning | ClockError
-"""From the process that listens to MIDI clock or Ableton Link, to the parent."""

@@ -14,12 +14,14 @@ from typing import Any, Literal, TypedDict, TypeGuard, get_args
 from improv_core.protocol.decoding import type_of
 from improv_core.protocol.editing import AskEditor, Form, PlaceRobots, Tune
 from improv_core.protocol.fields import Beat, Factor, Name, Names
+from improv_core.score.fits import NotRequired
+from improv_core.score.times import Monotonic
 
 
 class _Timed(TypedDict, total=False):
     """`at` is the monotonic time at which a request takes effect; without it, that is when it arrives."""
 
-    at: float
+    at: Monotonic
 
 
 Automation = Literal["osc", "ros"]
@@ -126,12 +128,10 @@ Conduct = PageConduct | OscSense
 """All controls over playback."""
 
 
-class _Restart(TypedDict):
-    type: Literal["restart"]
-
-
-class Restart(_Restart, _Asked):
+class Restart(_Asked):
     """Play the latest score again from beat 0."""
+
+    type: Literal["restart"]
 
 
 class Framed(TypedDict, total=False):
@@ -146,20 +146,17 @@ class Watched(Framed):
     type: Literal["watched"]
 
 
-class _Editing(TypedDict):
-    type: Literal["editing"]
-    page: int
-    ask: AskEditor
-
-
-class Editing(_Editing, total=False):
+class Editing(TypedDict):
     """The page with this number asks for something while somebody edits the program on it.
 
     `overtaken` is true if a stop that the page sent later has arrived before it: then the text is saved, but not
     played.
     """
 
-    overtaken: bool
+    type: Literal["editing"]
+    page: int
+    ask: AskEditor
+    overtaken: NotRequired[bool]
 
 
 PageRequest = Conduct | Restart | PlaceRobots | Form | Tune | Editing

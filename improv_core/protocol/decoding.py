@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.sliced_json import loads
-from improv_core.score.fits import fits, hints_of
+from improv_core.score.fits import fits, hints_of, required_of
 
 
 class ProtocolError(Exception):
@@ -36,7 +36,7 @@ def read_as(line: bytes, union: Any) -> object:
     expected = _by_type(union).get(kind)
     if expected is None:
         raise ProtocolError(in_plain_text(f"there is no message `{kind}`"))
-    if missing := expected.__required_keys__ - message.keys():  # type: ignore[attr-defined]
+    if missing := required_of(expected) - message.keys():
         raise ProtocolError(f"`{kind}` needs {' and '.join(f'`{name}`' for name in sorted(missing))}")
     hints = hints_of(expected)
     if wrong := [name for name in hints if name in message and not fits(message[name], hints[name])]:

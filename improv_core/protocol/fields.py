@@ -31,7 +31,6 @@ class _Savable:
 Count = Annotated[int, Between(0, LAST_BEAT)]
 Beat = Annotated[float, Between(0, LAST_BEAT)]
 Patience = Annotated[float, Between(0.5, 10)]
-Moment = Annotated[float, Between(0, 1e12)]
 Factor = Annotated[float, Between(SLOWEST, FASTEST)]
 SongTime = Annotated[float, Between(-3600, 3600)]
 Name = Annotated[str, Long(1, 1_000)]

@@ -33,7 +33,7 @@ STOP_SOCKETS = "IMPROV_STOP_SOCKETS"
 own socket (safety/stage_stops.py)."""
 
 
-def helper(name: str, *arguments: str) -> list[str]:
+def helper_command(name: str, *arguments: str) -> list[str]:
     """Return the command that starts a helper process of a stage, such as the `standby`, or one that listens to a
     clock."""
     return [sys.executable, str(FOLDER), name, *arguments]

@@ -13,19 +13,19 @@ from typing import Annotated, Any, Literal, TypedDict, cast
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
 from improv_core.protocol.decoding import ProtocolError, read_as
-from improv_core.protocol.fields import Moment, Patience, PoseJson
+from improv_core.protocol.fields import Patience, PoseJson
 from improv_core.protocol.host_messages import Link, ParentLost
 from improv_core.protocol.robot_messages import (
     FaultMessage,
     Instant,
     JointPositions,
     RobotInstant,
-    SentJoints,
     Unreached,
     Vitals,
 )
-from improv_core.score.fits import Between, Long
+from improv_core.score.fits import Between, Long, NotRequired
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
+from improv_core.score.times import Asleep, Monotonic, UnixNanoseconds, UnixTime
 
 VERSION = 2
 """The protocol's version."""
@@ -71,16 +71,13 @@ class Measured(TypedDict):
     robots: Mapping[str, MeasuredRobot]
 
 
-class _SeenRobot(TypedDict):
-    at: float
-    pose: PoseJson
-
-
-class SeenRobot(_SeenRobot, total=False):
+class SeenRobot(TypedDict):
     """A robot's pose in the world that all share, `at` a monotonic time, and the velocity it is `told`, if any: m/s
     ahead, to the left, and up, and rad/s."""
 
-    told: Annotated[Sequence[Annotated[float, Between(-1000, 1000)]], Long(4, 4)]
+    at: Monotonic
+    pose: PoseJson
+    told: NotRequired[Annotated[Sequence[Annotated[float, Between(-1000, 1000)]], Long(4, 4)]]
 
 
 class RobotsSeen(TypedDict):
@@ -114,35 +111,24 @@ class CountJson(TypedDict):
     period: float
 
 
-class _Armed(TypedDict):
-    type: Literal["armed"]
-    generation: int
-    armed: bool
-    begins: float | None
-
-
-class Armed(_Armed, total=False):
+class Armed(TypedDict):
     """True if a score is `armed`: everything is ready, and beat 0 waits for a person, or for the time at which it
     `begins` by itself (null: never), in Unix time. The last beats before that may be counted."""
 
-    count: CountJson
+    type: Literal["armed"]
+    generation: int
+    armed: bool
+    begins: UnixTime | None
+    count: NotRequired[CountJson]
 
 
 class Arming(TypedDict, total=False):
     """Wait before beat 0 until a person resumes, or until the wall clock reaches `begins`, in Unix time."""
 
-    begins: Moment
+    begins: Annotated[UnixTime, Between(0, 1e12)]
 
 
-class _Load(TypedDict):
-    type: Literal["load"]
-    generation: int
-    score: Mapping[str, Any]
-    when: When
-    backend: str
-
-
-class Load(_Load, _Timed, _Asked, total=False):
+class Load(_Timed, _Asked):
     """Play a score, as `score_json.to_json` writes it.
 
     `entry` is the takeover on the leading stage. With `senses`, those of a recording, robots sense these and nothing
@@ -153,15 +139,20 @@ class Load(_Load, _Timed, _Asked, total=False):
     over does so `at` that time or later, which may be in the future.
     """
 
-    anyway: bool
-    arming: Arming
-    asleep: float
-    beats_per_bar: int
-    entry: Takeover
-    here: str
-    patience: Patience
-    senses: Sequence[Sensed]
-    stops: int
+    type: Literal["load"]
+    generation: int
+    score: Mapping[str, Any]
+    when: When
+    backend: str
+    anyway: NotRequired[bool]
+    arming: NotRequired[Arming]
+    asleep: NotRequired[Asleep]
+    beats_per_bar: NotRequired[int]
+    entry: NotRequired[Takeover]
+    here: NotRequired[str]
+    patience: NotRequired[Patience]
+    senses: NotRequired[Sequence[Sensed]]
+    stops: NotRequired[int]
 
 
 class Decided(RobotInstant):
@@ -236,15 +227,12 @@ ToStage = (
 )
 
 
-class _Ready(TypedDict):
+class Ready(TypedDict):
     type: Literal["ready"]
     protocol: int
     sink: str
     real: bool
-
-
-class Ready(_Ready, total=False):
-    page: str
+    page: NotRequired[str]
 
 
 class Poses(TypedDict, total=False):
@@ -254,7 +242,16 @@ class Poses(TypedDict, total=False):
     poses: Mapping[str, PoseJson]
 
 
-class _TransportMessage(TypedDict):
+class TransportMessage(Poses, Begins, Paced, Trailing):
+    """The playback position at the times `monotonic` and `wall`.
+
+    Before robots move, the conditions in `waits_for` must change: an emergency stop, a deadman button, robots that are
+    gone. Or else somebody must resume, because robots were `too_near` to each other. Only the automations in
+    `startable_by` may have robots begin or continue without a person; if it is missing, all may. `bar` is the number of
+    beats in a bar, if the program sets it. `deserted` is true if a stage stopped its robots because its parent was
+    silent, and has been sent nothing to play since.
+    """
+
     type: Literal["transport"]
     generation: int
     restarted: int
@@ -267,25 +264,13 @@ class _TransportMessage(TypedDict):
     performed: float
     muted: Sequence[str]
     soloed: Sequence[str]
-    monotonic: float
-    wall: float
-
-
-class TransportMessage(_TransportMessage, Poses, Begins, Paced, Trailing, total=False):
-    """The playback position at the times `monotonic` and `wall`.
-
-    Before robots move, the conditions in `waits_for` must change: an emergency stop, a deadman button, robots that are
-    gone. Or else somebody must resume, because robots were `too_near` to each other. Only the automations in
-    `startable_by` may have robots begin or continue without a person; if it is missing, all may. `bar` is the number of
-    beats in a bar, if the program sets it. `deserted` is true if a stage stopped its robots because its parent was
-    silent, and has been sent nothing to play since.
-    """
-
-    waits_for: Sequence[str]
-    too_near: Sequence[str]
-    startable_by: Sequence[Automation]
-    bar: int
-    deserted: bool
+    monotonic: Monotonic
+    wall: UnixTime
+    waits_for: NotRequired[Sequence[str]]
+    too_near: NotRequired[Sequence[str]]
+    startable_by: NotRequired[Sequence[Automation]]
+    bar: NotRequired[int]
+    deserted: NotRequired[bool]
 
 
 class Request(TypedDict):
@@ -296,12 +281,14 @@ class Request(TypedDict):
 
 
 class Sent(TypedDict):
-    """A velocity that has been sent."""
+    """With `--report-sent`: a velocity has been sent, before the limits of the robot's profile (`twist`: x, y, z, and
+    yaw), or a command to `joints`: the position of each, in radians or meters, and its velocity."""
 
     type: Literal["sent"]
     robot: str
-    twist: Sequence[float]
-    wall: int
+    twist: NotRequired[Sequence[float]]
+    joints: NotRequired[Mapping[str, Sequence[float]]]
+    wall: UnixNanoseconds
 
 
 class WarningLine(TypedDict):
@@ -311,10 +298,10 @@ class WarningLine(TypedDict):
     message: str
 
 
-class StageWarning(WarningLine, total=False):
+class StageWarning(WarningLine):
     """A line for people. If it names robots that are `too_near` to others, these have paused playback."""
 
-    too_near: Sequence[str]
+    too_near: NotRequired[Sequence[str]]
 
 
 class ErrorLine(TypedDict):
@@ -337,14 +324,11 @@ class Lacks(TypedDict):
     generation: int
 
 
-class _Stopped(TypedDict):
-    type: Literal["stopped"]
-
-
-class Stopped(_Stopped, Poses, total=False):
+class Stopped(Poses):
     """The stage's last message."""
 
-    message: str
+    type: Literal["stopped"]
+    message: NotRequired[str]
 
 
 FromStage = (
@@ -362,7 +346,6 @@ FromStage = (
     | Misplaced
     | Armed
     | Sent
-    | SentJoints
     | Pressed
     | StageWarning
     | ErrorLine

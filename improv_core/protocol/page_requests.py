@@ -9,7 +9,7 @@ from typing import Any, cast
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.fields import Count
 from improv_core.protocol.page_messages import FromPage
-from improv_core.score.fits import fits
+from improv_core.score.fits import fits, required_of
 
 PAGE = re.compile(r"[0-9A-Za-z-]{1,64}")
 """The name that a page gives itself."""
@@ -27,7 +27,7 @@ def read(text: str) -> FromPage | None:
     expected = _REQUESTS.get(kind) if isinstance(kind, str) else None
     if expected is None:
         return None
-    request = {name: value for name, value in message.items() if name in expected.__required_keys__}
+    request = {name: value for name, value in message.items() if name in required_of(expected)}
     return cast(FromPage, request) if fits(request, expected) else None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
 from improv_core.score.faults import Fault, Response
+from improv_core.score.times import UnixNanoseconds
 
 
 class Instant(TypedDict):
@@ -14,7 +15,7 @@ class Instant(TypedDict):
 
     beat: float
     performed: float
-    wall: int
+    wall: UnixNanoseconds
 
 
 class RobotInstant(Instant):
@@ -87,12 +88,3 @@ class Vitals(TypedDict):
     type: Literal["vitals"]
     generation: int
     robots: Mapping[str, VitalsRobot]
-
-
-class SentJoints(TypedDict):
-    """A command to joints: the position of each, in radians or meters, and its velocity."""
-
-    type: Literal["sent_joints"]
-    robot: str
-    joints: Mapping[str, Sequence[float]]
-    wall: int

@@ -26,7 +26,7 @@ class Withdraw(TypedDict):
     kind: str
 
 
-class Moves(TypedDict):
+class RobotMoves(TypedDict):
     """A robot is about to be sent velocities in a frame; `patience` as in `Pulse`."""
 
     type: Literal["moves"]
@@ -43,25 +43,25 @@ class Pulse(TypedDict):
     patience: float
 
 
-class Stands(TypedDict):
-    """All robots have been sent zeros. Those that moved may not have received them, until `moves` or `paid`. If the
-    stage fails before that, the standby repeats them for 30 s at most."""
+class RobotsStand(TypedDict):
+    """All robots have been sent zeros. Those that moved may not have received theirs, until `moves` or `confirmed`. If
+    the stage fails before that, the standby repeats them for 30 s at most."""
 
     type: Literal["stands"]
 
 
-class Owes(TypedDict):
+class ZeroPending(TypedDict):
     """The robot on a topic may not have received its zero; sent for robots that `stands` is not about."""
 
-    type: Literal["owes"]
+    type: Literal["pending"]
     topic: str
     frame: str
 
 
-class Paid(TypedDict):
+class ZeroConfirmed(TypedDict):
     """The robot on a topic has received its zero, or the stage has given up sending it."""
 
-    type: Literal["paid"]
+    type: Literal["confirmed"]
     topic: str
 
 
@@ -71,7 +71,7 @@ class EndStandby(TypedDict):
     type: Literal["end"]
 
 
-ToStandby = Publish | Withdraw | Moves | Pulse | Stands | Owes | Paid | EndStandby
+ToStandby = Publish | Withdraw | RobotMoves | Pulse | RobotsStand | ZeroPending | ZeroConfirmed | EndStandby
 """From the stage to its standby, over a pipe."""
 
 

@@ -6,7 +6,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+if TYPE_CHECKING:
+    from typing import NotRequired as NotRequired
+else:
+
+    class NotRequired:
+        """Marks a field of a TypedDict that may be missing, also in Python 3.10."""
+
+        def __class_getitem__(cls, hint: Any) -> Any:
+            return Annotated[hint, cls]
+
+        @staticmethod
+        def holds(value: object) -> bool:
+            return True
+
 
 T = TypeVar("T")
 
@@ -14,6 +29,13 @@ LARGEST_FLOAT = 1e300
 """Larger numbers are refused."""
 
 hints_of: Callable[[Any], dict[str, Any]] = lru_cache(partial(get_type_hints, include_extras=True))
+
+
+@lru_cache
+def required_of(kind: Any) -> frozenset[str]:
+    """Return the keys that a TypedDict must have."""
+    hints = hints_of(kind)
+    return frozenset(name for name in kind.__required_keys__ if NotRequired not in get_args(hints[name]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +77,12 @@ def fits(value: object, hint: Any) -> bool:
         return type(value) is int
     if origin is Literal:
         return isinstance(value, str) and value in arguments
-    if origin is UnionType:
+    if origin in (UnionType, Union):
         return any(fits(value, each) for each in arguments)
     if origin is None and hasattr(hint, "__required_keys__"):
         return (
             isinstance(value, dict)
-            and hint.__required_keys__ <= value.keys()
+            and required_of(hint) <= value.keys()
             and all(fits(value[name], inner) for name, inner in hints_of(hint).items() if name in value)
         )
     if origin is not None and issubclass(origin, Mapping):

@@ -11,6 +11,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import UNNUMBERED, Part, Score
+from improv_core.score.times import Monotonic
 from improv_core.score.transport import Switch, Transport
 
 SAME_MOMENT = 0.001
@@ -48,7 +49,7 @@ class Takeover(Begins, Paced, Trailing):
     """A score took over at this beat, at this monotonic time."""
 
     beat: float
-    monotonic: float
+    monotonic: Monotonic
 
 
 @dataclass(frozen=True, slots=True)

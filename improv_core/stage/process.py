@@ -144,7 +144,7 @@ def report_sent(sink: Sink, put: Tell) -> None:
         wall = time.time_ns()
         send_joints(robot, joints, at, pace)
         told = {name: list(motion) for name, motion in joints.items()}
-        put({"type": "sent_joints", "robot": robot, "joints": told, "wall": wall})
+        put({"type": "sent", "robot": robot, "joints": told, "wall": wall})
 
     sink.send = send_and_tell  # type: ignore[method-assign]
     sink.send_joints = send_joints_and_tell  # type: ignore[method-assign]

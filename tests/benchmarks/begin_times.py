@@ -29,7 +29,7 @@ async def measure(backend: str, starts: int) -> list[float]:
     ended = asyncio.Event()
 
     def hear(message: News, leads: bool) -> None:
-        if message["type"] == "sent" and leads and any(message["twist"]):
+        if message["type"] == "sent" and leads and any(message.get("twist", ())):
             sent.put_nowait(message["wall"])
         elif message["type"] == "transport" and leads and message["state"] == "ended":
             ended.set()

@@ -54,7 +54,7 @@ async def _measure(site: Path, seconds: float) -> None:
         zeros: dict[str, int] = {}
 
         def listen(news: News, leads: bool) -> None:
-            if news["type"] == "sent" and not any(news["twist"]):
+            if news["type"] == "sent" and not any(news.get("twist", [1.0])):
                 zeros.setdefault(news["robot"], news["wall"])
 
         performing.playback._listen = listen

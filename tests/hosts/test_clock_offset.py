@@ -14,10 +14,10 @@ import pytest
 from improv_core.hosts.clock_offset import (
     SLEW,
     STEP,
-    Clocks,
     Estimated,
     Exchange,
     Exchanges,
+    RemoteClock,
     estimate,
     is_known,
     noted,
@@ -47,8 +47,8 @@ class Pair:
         self.offset = self.dice.uniform(-1e5, 1e5)
         self.drift = self.dice.uniform(-100e-6, 100e-6) if drift is None else drift
 
-    def there(self, here: float) -> float:
-        return here + self.offset + self.drift * here
+    def remote(self, local: float) -> float:
+        return local + self.offset + self.drift * local
 
     def exchanges(self, seconds: float) -> Iterator[Exchange]:
         down = up = 0.0
@@ -56,7 +56,7 @@ class Pair:
             sent = number / RATE
             down = max(sent + self._takes(), down)
             up = max(down + self._takes(), up)
-            yield Exchange(sent, self.there(down), self.there(down), up)
+            yield Exchange(sent, self.remote(down), self.remote(down), up)
 
     def known(self, seconds: float) -> Exchanges:
         exchanges = Exchanges()
@@ -81,7 +81,7 @@ def check(delay: Delay, bounds: Mapping[float, tuple[float, float]], drift: floa
             if each.heard > seconds:
                 found = estimate(exchanges, seconds)
                 assert found
-                off.setdefault(seconds, []).append(1000 * abs(found.offset - (pair.there(seconds) - seconds)))
+                off.setdefault(seconds, []).append(1000 * abs(found.offset - (pair.remote(seconds) - seconds)))
                 seconds = next(looks, math.inf)
             exchanges = noted(exchanges, each)
     reached = {seconds: (cuts[9], cuts[18]) for seconds, each in off.items() for cuts in [quantiles(each, n=20)]}
@@ -108,7 +108,7 @@ def test_an_estimate_knows_its_error() -> None:
         pair = Pair(seed, mostly_short)
         found = estimate(pair.known(5), 5.0)
         assert found
-        within += abs(found.offset - (pair.there(5.0) - 5.0)) <= found.error
+        within += abs(found.offset - (pair.remote(5.0) - 5.0)) <= found.error
     assert within >= 36
 
 
@@ -149,21 +149,21 @@ def test_a_clock_that_has_jumped_is_known_again_after_a_second(slept: float) -> 
 
 
 def test_readings_of_the_clocks_never_go_back_and_have_no_gap() -> None:
-    clocks = steered(None, Estimated(0.0, 100.0, 0.0, 0.001, 0.01))
+    clock = steered(None, Estimated(0.0, 100.0, 0.0, 0.001, 0.01))
     dice = random.Random(1)
-    before = clocks.there(0.0)
+    before = clock.remote(0.0)
     for tick in range(1, 500):
         now = tick / 10
-        after = clocks.there(now)
+        after = clock.remote(now)
         assert after > before
-        assert clocks.here(after) == pytest.approx(now, abs=1e-9)
+        assert clock.local(after) == pytest.approx(now, abs=1e-9)
         before = after
         found = Estimated(now, 100.0 + dice.uniform(-0.01, 0.01), dice.uniform(-1e-4, 1e-4), 0.001, 0.01)
-        clocks = steered(clocks, found)
-        assert clocks.there(now) == pytest.approx(after, abs=1e-9)
+        clock = steered(clock, found)
+        assert clock.remote(now) == pytest.approx(after, abs=1e-9)
 
 
 @pytest.mark.parametrize(("off", "after_a_second"), [(SLEW / 2, SLEW / 2), (-SLEW * 2, -SLEW), (STEP * 2, STEP * 2)])
 def test_a_difference_is_made_up_slowly_unless_it_is_large(off: float, after_a_second: float) -> None:
-    clocks = steered(Clocks(0.0, 5.0), Estimated(10.0, 5.0 + off, 0.0, 0.0, 0.0))
-    assert clocks.there(11.0) - 11.0 - 5.0 == pytest.approx(after_a_second)
+    clock = steered(RemoteClock(0.0, 5.0), Estimated(10.0, 5.0 + off, 0.0, 0.0, 0.0))
+    assert clock.remote(11.0) - 11.0 - 5.0 == pytest.approx(after_a_second)

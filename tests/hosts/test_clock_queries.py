@@ -45,11 +45,11 @@ def test_it_asks_often_at_first_and_rarely_while_nothing_moves(now: float, moves
 
 
 def test_the_clock_there_is_known_after_a_few_answers() -> None:
-    assert exchanged(0.5).clocks is None
+    assert exchanged(0.5).clock is None
     known = exchanged(5)
-    assert known.clocks
+    assert known.clock
     assert known.found
-    assert known.clocks.there(10.0) == pytest.approx(10.0 + AHEAD, abs=1e-6)
+    assert known.clock.remote(10.0) == pytest.approx(10.0 + AHEAD, abs=1e-6)
     assert known.found.round_trip == pytest.approx(0.002, abs=1e-6)
 
 
@@ -73,6 +73,5 @@ def test_a_message_nearly_always_arrives_within_the_longest_way_of_the_latest_qu
 def test_the_border_has_both_walls_and_how_much_longer_the_machine_there_slept() -> None:
     known = translation(exchanged(5), now=5 * SECOND, wall=1_000 * SECOND, asleep=3.0)
     assert known
-    assert (known.wall, known.wall_there, known.asleep) == (995 * SECOND, 50 * SECOND, ASLEEP - 3.0)
-    assert known.unix_there(1_000.0) == pytest.approx(5 + AHEAD + 50, abs=1e-6)
+    assert (known.lead, known.remote_lead, known.asleep) == (995 * SECOND, 50 * SECOND, ASLEEP - 3.0)
     assert translation(Asking(0.0), now=0, wall=0, asleep=0.0) is None

@@ -7,8 +7,8 @@ from typing import Any, get_args, get_origin
 
 import pytest
 
-from improv_core.hosts.clock_offset import Clocks
-from improv_core.hosts.time_translation import SECOND, TimeTranslation, to_here, to_there
+from improv_core.hosts.clock_offset import RemoteClock
+from improv_core.hosts.time_translation import SECOND, TimeTranslation, to_local, to_remote
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.score.fits import hints_of
@@ -16,27 +16,27 @@ from improv_core.score.fits import hints_of
 AHEAD, WALL_AHEAD, ASLEEP = 1_000.0, 50.0, 20.0
 """Seconds by which the monotonic and the Unix clock there are ahead, and for which that machine slept longer."""
 TRANSLATION = TimeTranslation(
-    Clocks(0.0, AHEAD),
-    wall=1_700_000_000 * SECOND,
-    wall_there=round((1_700_000_000 - AHEAD + WALL_AHEAD) * SECOND),
+    RemoteClock(0.0, AHEAD),
+    lead=1_700_000_000 * SECOND,
+    remote_lead=round((1_700_000_000 - AHEAD + WALL_AHEAD) * SECOND),
     asleep=ASLEEP,
 )
 
 
 def test_numbers_in_scores_are_no_times() -> None:
     load: Any = {"type": "load", "at": 1.0, "score": {"at": 1}}
-    assert to_there(load, TRANSLATION) == {"type": "load", "at": 1.0 + AHEAD, "score": {"at": 1}}
+    assert to_remote(load, TRANSLATION) == {"type": "load", "at": 1.0 + AHEAD, "score": {"at": 1}}
     armed: Any = {"type": "armed", "generation": 1, "armed": True, "begins": None}
-    assert to_here(armed, TRANSLATION) == armed
+    assert to_local(armed, TRANSLATION) == armed
 
 
 def test_a_machine_there_opens_no_page_here_and_sends_only_requests_that_ros_may() -> None:
     ready = {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True}
-    assert to_here({**ready, "page": "http://example.org"}, TRANSLATION) == ready
+    assert to_local({**ready, "page": "http://example.org"}, TRANSLATION) == ready
     asked = [{"type": "request", "command": {"type": kind}} for kind in ("editing", "place", "form", "seek", "watched")]
-    assert [to_here(each, TRANSLATION) for each in asked] == [None] * 5
+    assert [to_local(each, TRANSLATION) for each in asked] == [None] * 5
     stop = {"type": "request", "command": {"type": "stop"}}
-    assert to_here(stop, TRANSLATION) == stop
+    assert to_local(stop, TRANSLATION) == stop
 
 
 TIMES = {"at": AHEAD, "monotonic": AHEAD, "wall": WALL_AHEAD, "begins": WALL_AHEAD, "asleep": ASLEEP}
@@ -69,7 +69,7 @@ def times_in(value: Any, path: str = "") -> dict[str, Any]:
     return {path: value} if path.rpartition(".")[2] in TIMES and type(value) in (int, float) else {}
 
 
-@pytest.mark.parametrize(("union", "cross", "sign"), [(ToStage, to_there, 1), (FromStage, to_here, -1)])
+@pytest.mark.parametrize(("union", "cross", "sign"), [(ToStage, to_remote, 1), (FromStage, to_local, -1)])
 def test_every_time_in_every_message_is_translated(union: Any, cross: Any, sign: int) -> None:
     """`begins` of parts and scenes is in beats. Only `wall` may be in whole nanoseconds."""
     in_beats = {".begins.r", ".scene.begins", ".entry.begins.r", ".entry.scene.begins"}

@@ -15,8 +15,8 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.rate_limit import MOST, PERIOD
 from improv_core.music.osc import OscDesk
 from improv_core.music.osc_wire import Argument, OscMessage, read, written
-from improv_core.protocol.limits import helper
-from improv_core.protocol.osc_messages import FromOsc, ToOsc
+from improv_core.protocol.limits import helper_command
+from improv_core.protocol.music_messages import FromOsc, ToOsc
 from improv_core.protocol.sliced_json import dumps, loads
 from improv_core.score.algebra import repeat
 from improv_core.score.reactions import pause
@@ -128,7 +128,7 @@ def test_only_senses_wait_until_they_are_due() -> None:
 
 @contextmanager
 def running(*messages: ToOsc) -> Iterator[Child]:
-    child = Child(helper("osc"), Policy(LIMIT))
+    child = Child(helper_command("osc"), Policy(LIMIT))
     try:
         for message in messages:
             child.write(dumps(message) + b"\n")
@@ -210,7 +210,7 @@ def test_a_port_that_is_taken_is_tried_again_for_two_seconds_and_then_reported()
 
 
 def test_a_failure_is_reported() -> None:
-    child = Child(helper("osc"), Policy(LIMIT))
+    child = Child(helper_command("osc"), Policy(LIMIT))
     child.write(b'{"type": "plays", "generation": 1, "score": {}}\n')
     *_, said = said_by(child, 2)
     assert said == {"type": "warning", "message": "OSC fails: ValueError: it is not a score"}

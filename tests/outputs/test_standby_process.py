@@ -11,7 +11,7 @@ MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "frame": "base_link"
 PULSE: ToStandby = {"type": "pulse", "patience": 0.5}
 LOADS: ToStandby = {"type": "pulse", "patience": 10.0}
 STANDS: ToStandby = {"type": "stands"}
-PAID: ToStandby = {"type": "paid", "topic": "/r/cmd_vel"}
+CONFIRMED: ToStandby = {"type": "confirmed", "topic": "/r/cmd_vel"}
 END: ToStandby = {"type": "end"}
 
 Story = list[tuple[float, ToStandby]]
@@ -52,7 +52,7 @@ def test_the_standby_stops_moving_robots_whose_stage_is_silent_for_too_long(
 @pytest.mark.parametrize("how", ["gone", "halted"])
 def test_the_standby_stops_moving_robots_whose_stage_is_gone_or_halted(how: str) -> None:
     assert verdict([(0.0, MOVES)], 0.3, **{how: True})
-    known = [(0.0, MOVES), (0.1, STANDS), (0.2, PAID)]
+    known = [(0.0, MOVES), (0.1, STANDS), (0.2, CONFIRMED)]
     assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"
 
 
@@ -66,7 +66,7 @@ def test_only_a_halted_stage_is_killed_for_pending_zeros() -> None:
 
 
 OTHER: ToStandby = {"type": "moves", "topic": "/s/cmd_vel", "frame": "base_link", "patience": 0.5}
-OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
+PENDING: ToStandby = {"type": "pending", "topic": "/s/cmd_vel", "frame": "base_link"}
 
 
 @pytest.mark.parametrize(
@@ -74,11 +74,11 @@ OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
     [
         ([MOVES, OTHER], set(), {"/r/cmd_vel", "/s/cmd_vel"}),
         ([MOVES, OTHER, STANDS], {"/r/cmd_vel", "/s/cmd_vel"}, set()),
-        ([MOVES, OTHER, STANDS, PAID], {"/s/cmd_vel"}, set()),
-        ([MOVES, OTHER, PAID], set(), {"/s/cmd_vel"}),
-        ([MOVES, OTHER, PAID, STANDS], {"/s/cmd_vel"}, set()),
+        ([MOVES, OTHER, STANDS, CONFIRMED], {"/s/cmd_vel"}, set()),
+        ([MOVES, OTHER, CONFIRMED], set(), {"/s/cmd_vel"}),
+        ([MOVES, OTHER, CONFIRMED, STANDS], {"/s/cmd_vel"}, set()),
         ([MOVES, STANDS, MOVES], set(), {"/r/cmd_vel"}),
-        ([MOVES, OWES], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
+        ([MOVES, PENDING], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
     ],
 )
 def test_zeros_stay_pending_until_robots_confirm_them(

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from improv_core.protocol.clock_messages import FromClock
 from improv_core.protocol.decoding import ProtocolError, by_type
 from improv_core.protocol.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
-from improv_core.protocol.osc_messages import FromOsc, ToOsc
+from improv_core.protocol.music_messages import FromClock, FromOsc, ToOsc
 from improv_core.protocol.page_messages import FromPage, ToPage
 from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
 from improv_core.protocol.reader_messages import FromReader, ToReader
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from improv_core.score.fits import hints_of, required_of
 from tests.page.conftest import transport
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -31,7 +31,7 @@ Fields = tuple[Collection[str], Collection[str]]
 @pytest.mark.parametrize("heading", SECTIONS)
 def test_the_docs_list_every_message_and_field(heading: str) -> None:
     assert listed(heading) == {
-        kind: (message.__required_keys__ - {"type"}, message.__optional_keys__)  # type: ignore[attr-defined]
+        kind: (required_of(message) - {"type"}, hints_of(message).keys() - required_of(message))
         for kind, message in by_type(SECTIONS[heading]).items()
     }
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.plain import message as in_plain_text
-from improv_core.protocol.limits import helper
+from improv_core.protocol.limits import helper_command
 from improv_core.protocol.messages import FromStage
 from improv_core.protocol.publisher_messages import FromPublisher, Health, ToPublisher
 from improv_core.score.score import Score
@@ -31,7 +31,7 @@ class PublisherClient:
     """
 
     def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float]) -> None:
-        self._command = helper("publisher", node, *arguments)
+        self._command = helper_command("publisher", node, *arguments)
         self._clock = clock
         self._due = 0.0  # when the next report of health is due
         self._measured: dict[str, float] = {}  # when each robot's next pose is due

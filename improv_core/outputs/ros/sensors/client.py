@@ -12,7 +12,7 @@ from typing import NamedTuple
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
 from improv_core.plain import message as in_plain_text
-from improv_core.protocol.limits import helper
+from improv_core.protocol.limits import helper_command
 from improv_core.protocol.output import Edge, RawJoints, RawPose, RawPoses
 from improv_core.protocol.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
 from improv_core.score.motion import Pose
@@ -133,7 +133,7 @@ class RosReader:
         while not self._closing.is_set():
             urgent = [URGENT] if self._wanted.period == PROMPT else []
             try:
-                child = Child(helper("reader", self._node, *urgent), POLICY)
+                child = Child(helper_command("reader", self._node, *urgent), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:

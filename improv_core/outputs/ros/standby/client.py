@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 import queue
 import threading
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper
+from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper_command
 from improv_core.protocol.standby_messages import FromStandby, Publish, ToStandby
 from improv_core.safety.failover import READY_LIMIT, START_LIMIT, StandbyMonitor
 
@@ -19,6 +20,8 @@ PATIENCE = HANG_LIMIT + PULSE_PERIOD
 """Seconds without a sign of life after which the stage counts as hung. The parent notices first and reports it."""
 AGAIN = 0.5
 """Seconds before a standby that failed to start is replaced again: it must not keep the machine busy."""
+FIND_LIMIT = 3.0
+"""Seconds that beat 0 waits for it to find the robots: discovery took up to 2.64 s on a quiet machine."""
 POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
 """It survives the stage. Messages about 1,000 robots don't fit into a usual pipe."""
 
@@ -40,7 +43,7 @@ class Standby:
         wanted: bool,
         alarm: Callable[[str], None],
     ) -> None:
-        self._command = helper("standby", node, *arguments)
+        self._command = helper_command("standby", node, *arguments)
         self._clock = clock
         self._wanted = wanted
         self._alarm = alarm
@@ -52,6 +55,7 @@ class Standby:
         self._pulse = 0.0  # when the next sign of life is due
         self._monitor = StandbyMonitor(clock())
         self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
+        self._awaited_until = -math.inf
         self._has_spoken = False
         self._closing = threading.Event()
         self._new: queue.SimpleQueue[Child | OSError] = queue.SimpleQueue()
@@ -77,6 +81,17 @@ class Standby:
             return False
         unfound = self._publishers.keys() - self._found
         return not any(key[0] in topics and self._publishers[key][1]() > 0 for key in unfound)
+
+    def await_listeners(self) -> None:
+        """Have beat 0 wait for a few seconds until it `is_ready`, from now on."""
+        self._awaited_until = self._clock() + FIND_LIMIT
+
+    def under_way(self, topics: Collection[str]) -> bool:
+        """Return whether beat 0 must still wait until it could stop robots on these topics."""
+        if self._clock() >= self._awaited_until:
+            return False
+        self.look()
+        return not self.is_ready(topics)
 
     def renew(self) -> None:
         """Check that the standby is alive, because a score is about to begin."""
@@ -131,12 +146,12 @@ class Standby:
     def note_pending(self, topic: str, frame: str) -> None:
         """Note that the robot on a topic gets a zero because an earlier stage may have moved it."""
         self._pending[topic] = frame
-        self._tell({"type": "owes", "topic": topic, "frame": frame})
+        self._tell({"type": "pending", "topic": topic, "frame": frame})
 
     def note_confirmed(self, topic: str) -> None:
         """Note that a topic needs no more zeros: its robot has confirmed them, or there is another reason."""
         self._pending.pop(topic, None)
-        self._tell({"type": "paid", "topic": topic})
+        self._tell({"type": "confirmed", "topic": topic})
 
     def live(self, patience: float = PATIENCE) -> None:
         """Send a sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
@@ -201,7 +216,7 @@ class Standby:
         for topic, frame in self._moving.items():
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
         for topic, frame in self._pending.items():
-            self._tell({"type": "owes", "topic": topic, "frame": frame})
+            self._tell({"type": "pending", "topic": topic, "frame": frame})
 
     def _replace(self, what: str) -> None:
         """Kill the process, which could wake up again, and start another one on a thread, so that robots don't wait for

@@ -68,9 +68,9 @@ class ParentWatch:
         elif message["type"] == "stands":
             self.pending |= self.moved
             self.moved.clear()
-        elif message["type"] == "owes":
+        elif message["type"] == "pending":
             self.pending[message["topic"]] = message["frame"]
-        elif message["type"] == "paid":
+        elif message["type"] == "confirmed":
             for topics in (self.pending, self.moved):
                 topics.pop(message["topic"], None)
         elif message["type"] == "end":

@@ -95,9 +95,8 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
 
 def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     found = tracks.listeners.find(now)
-    resetting = tracks.sink.resetting()
-    if tracks.sink.real:
-        tracks.sink.home_joints(robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf))
+    may_home = robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf) if tracks.sink.real else ()
+    resetting = tracks.sink.resetting(may_home)
     return Listened(found.listen, resetting or found.waits, act.moving, found.deaf, found.overdue)
 
 

@@ -211,7 +211,7 @@ class Tracks:
         """Advance the sink to the first edges that it finds until then, and take them. Return whether it found any."""
         if self.sensing.follows or self.run.mode != "playing" or performed < self.advanced:
             return False
-        edges = self.sink.sensed(self.active_parts.asked, performed)
+        edges = self.sink.advance(performed, self.active_parts.asked)
         for edge in edges:
             assert isinstance(edge.what, RobotSense)
             self.advanced = max(self.advanced, edge.at)

@@ -113,14 +113,11 @@ class Sink:
         """
         raise NotImplementedError
 
-    def resetting(self) -> bool:
-        """True while beat 0 must wait for robots to reach their start poses or for an emergency stop. Check it
-        repeatedly before beat 0, and not after."""
+    def resetting(self, homing: Collection[str] = ()) -> bool:
+        """Return whether beat 0 must wait for robots to reach their start poses or for an emergency stop. Call it
+        repeatedly before beat 0, and not after: once only joints hold that back, it brings those of the robots in
+        `homing`, which may move, to their starts, if the settings ask for that. The joints of all others stand."""
         return False
-
-    def home_joints(self, robots: Collection[str]) -> None:
-        """Bring the joints of these robots, which may move, to their starts, if the settings ask for that; the joints
-        of all others stand. Call it repeatedly before beat 0, after `resetting`, which tells how long that takes."""
 
     def ask(self, robots: Collection[str]) -> None:
         """Have the listeners of these robots, which stand, confirm that they receive a zero, unless they have. Call it
@@ -148,13 +145,12 @@ class Sink:
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""
 
-    def advance(self, to: float) -> None:
-        """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
+    def advance(self, to: float, asked: Collection[RobotSense] = ()) -> list[Edge]:
+        """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent.
 
-    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Advance, but let a simulator stop when senses in `asked` change. Returns these edges, sorted; none once it is
-        at `to`. Real robots' sensors report by themselves."""
-        self.advance(to)
+        A simulator stops when senses in `asked` change. Returns these edges, sorted; none once it is at `to`. Real
+        robots' sensors report by themselves.
+        """
         return []
 
     def coasting(self) -> bool:

@@ -77,7 +77,7 @@ def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[Opene
             "sink": simulator.name,
             "real": False,
         }
-    from improv_core.outputs.ros.output import Ros
+    from improv_core.outputs.ros.output import RosSink
 
     def ask(command: PageRequest) -> None:
         if COMMANDS[command["type"]].at_once:
@@ -85,7 +85,7 @@ def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[Opene
         put({"type": "request", "command": command})
 
     arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
-    ros = Ros(
+    ros = RosSink(
         options.discovery,
         not options.no_standby,
         hear,

@@ -48,7 +48,7 @@ def perform(
     found: list[Edge] = []
     times = sorted({min(step * frame, until) for step in range(int(until / frame) + 2)} | {at for at, *_ in orders})
     for time in times:
-        while edges := simulator.sensed(senses, time):
+        while edges := simulator.advance(time, senses):
             found += edges
         for at, robot, twist in orders:
             if at == time:
@@ -161,14 +161,14 @@ def test_odometry_measures_speed(dynamics: str) -> None:
 def test_asking_again_gives_the_current_value() -> None:
     simulator = stage(WALL, a=Pose())
     near, bump = RobotSense("a", "near"), RobotSense("a", "bump")
-    assert simulator.sensed({near}, 0.5) == [Edge(near, False, 0.0)]
+    assert simulator.advance(0.5, {near}) == [Edge(near, False, 0.0)]
     simulator.send("a", FORWARD, 0.0)
-    assert simulator.sensed({bump}, 0.5) == [Edge(bump, False, 0.0)]
-    assert simulator.sensed({bump}, 2.0) == []
-    assert simulator.sensed({bump, near}, 2.0) == [Edge(near, True, 2.0)]
+    assert simulator.advance(0.5, {bump}) == [Edge(bump, False, 0.0)]
+    assert simulator.advance(2.0, {bump}) == []
+    assert simulator.advance(2.0, {bump, near}) == [Edge(near, True, 2.0)]
     simulator.place({"a": Pose(-9.0)})
-    assert simulator.sensed({near}, 2.1) == [Edge(near, False, 2.0)]
-    assert simulator.sensed({near}, 2.1) == []
+    assert simulator.advance(2.1, {near}) == [Edge(near, False, 2.0)]
+    assert simulator.advance(2.1, {near}) == []
 
 
 def test_senses_change_no_movement() -> None:

@@ -59,7 +59,7 @@ class Memory(Sink):
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {robot: line for robot, line in self.notes.items() if robots is None or robot in robots}
 
-    def resetting(self) -> bool:
+    def resetting(self, homing: Collection[str] = ()) -> bool:
         return self.resets
 
     def send(self, robot: str, twist: Twist, at: float) -> None:

@@ -235,7 +235,7 @@ PATIENT = {
     "safety.failover.READY_LIMIT": LIMIT,
     "player.decide.LATE": 20.0,
     "safety.fault_rules.LATE": 20.0,
-    "outputs.ros.output.STANDBY_LIMIT": 20.0,
+    "outputs.ros.standby.client.FIND_LIMIT": 20.0,
     "outputs.ros.reset.LIMIT": 20.0,
     "outputs.ros.sensors.client.START_LIMIT": LIMIT,
     "outputs.ros.sensors.client.SILENT_LIMIT": 20.0,

@@ -22,7 +22,7 @@ import own_output  # noqa: F401, before any library may print
 from rclpy.utilities import get_default_context
 
 from improv_core.ipc.arrivals import End
-from improv_core.outputs.ros.output import Ros
+from improv_core.outputs.ros.output import RosSink
 from improv_core.protocol.output import Alarm, Edge, RawPoses
 from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
@@ -79,10 +79,9 @@ def stop_on_the_way_home() -> None:
     """Move ada's joint toward its start until it moves, then stop ada."""
 
     def moves() -> bool:
-        sink.resetting()
         if missing := sink.missing():
             sink.ask(missing)
-        sink.home_joints([] if missing else ["ada"])
+        sink.resetting([] if missing else ["ada"])
         return any(controller.moves for controller in sink._controllers._robots["ada"].controllers)
 
     until(moves)
@@ -253,8 +252,8 @@ def renew() -> str:
     return sink.description
 
 
-def make() -> Ros:
-    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
+def make() -> RosSink:
+    return RosSink(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
 
 
 signal.signal(signal.SIGTERM, end)

@@ -117,7 +117,7 @@ class Slow(Memory):
         self.resets = True
         self.turned.wait_until(self.turned.now() + 2)
 
-    def resetting(self) -> bool:
+    def resetting(self, homing: Collection[str] = ()) -> bool:
         resets, self.resets = self.resets, False
         return resets
 

@@ -21,6 +21,7 @@ from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
 from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
+from improv_core.outputs.ros.sensors.silence import silence
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
@@ -32,16 +33,14 @@ from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Part, Score
-from improv_core.score.senses import CUE, BuiltIn, RobotSense
+from improv_core.score.senses import RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 
 REST = 0.005
 """Seconds between two reads: /clock may arrive a thousand times a second, but only the latest message counts."""
-STANDBY_LIMIT = 3.0
-"""Seconds that beat 0 waits for the standby to find the robots: discovery took up to 2.64 s on a quiet machine."""
 
 
-class Ros(Sink):
+class RosSink(Sink):
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is the range of discovery if the environment sets none (discovery.py). `hear` gets edges, poses, alarms,
@@ -87,19 +86,17 @@ class Ros(Sink):
         self._buttons = Buttons(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publisher = PublisherClient(node_name() + PUBLISHER, arguments, now)
-        self.pending_zeros = PendingZeros(self._standby, self._send_zero, self._others, tell, now)
+        self.pending_zeros = PendingZeros(self._standby, self._clock, self._others, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
         self._controllers = RosControllers(self._node, self._advertise_for, where, self.pending_zeros, tell, now)
         self._robots: dict[str, RosBase] = {}
         self._topics: dict[str, RosTopic] = {}
-        self._may_home = False  # True once only joints hold back beat 0
         self._unprepared: set[str] = set()  # topics whose robots aren't prepared yet
         self._current: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
         self._standby.wait()
-        self._standby_until = 0.0  # until when beat 0 waits for the standby
 
     @property
     def description(self) -> str:
@@ -161,7 +158,7 @@ class Ros(Sink):
                 self.pending_zeros.note_inherited(robot, self._topics[part.topic], part.frame)
         self._unprepared.clear()
         if restart:
-            self._standby_until = self._now() + STANDBY_LIMIT
+            self._standby.await_listeners()
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
             for _, robot, _ in reset:
                 self.send(robot, STILL, 0.0)
@@ -171,23 +168,18 @@ class Ros(Sink):
         """Listen for the release of these emergency stops, which are on, even if no score names them."""
         self._buttons.guard(topics)
 
-    def resetting(self) -> bool:
+    def resetting(self, homing: Collection[str] = ()) -> bool:
+        topics = {self._robots[robot].topic.name for robot in self._current} | self._controllers.topics(self._current)
         # Each call makes progress, so none may be skipped.
-        waits = [self._resets.under_way(), self._buttons.under_way(), self._awaits_standby()]
-        self._may_home = not any([*waits, self._reader.under_way()])
-        return any([self._controllers.waits(), not self._may_home])
-
-    def home_joints(self, robots: Collection[str]) -> None:
-        self._controllers.home_joints(self._ours(robots) if self._may_home else ())
-
-    def _awaits_standby(self) -> bool:
-        """Return whether the standby has yet to start or to find a listener that this process has found; it gets a few
-        seconds."""
-        if self._now() >= self._standby_until:
-            return False
-        self._standby.look()
-        topics = {self._robots[robot].topic.name for robot in self._current}
-        return not self._standby.is_ready(topics | self._controllers.topics(self._current))
+        waits = [
+            self._resets.under_way(),
+            self._buttons.under_way(),
+            self._standby.under_way(topics),
+            self._reader.under_way(),
+        ]
+        joints_wait = self._controllers.waits()
+        self._controllers.home_joints(() if any(waits) else self._ours(homing))
+        return joints_wait or any(waits)
 
     def ask(self, robots: Collection[str]) -> None:
         robots = self._ours(robots)
@@ -199,7 +191,8 @@ class Ros(Sink):
         found = {}
         asked = self._ours(robots)
         for robot in asked:
-            known, topic = self._robots[robot], self._topic(robot)
+            known = self._robots[robot]
+            topic = known.topic
             problem = topic.missing(known.moves_since is not None) if known.needs_base else None
             if problem is None:
                 problem = self._controllers.missing(robot)
@@ -223,8 +216,9 @@ class Ros(Sink):
                 found[problem] = problem
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
-            topic = self._topic(robot)
-            if self._robots[robot].is_simulated:
+            known = self._robots[robot]
+            topic = known.topic
+            if known.is_simulated:
                 found[robot] = (
                     f"{robot} is a puppet, which only the simulator has: "
                     "to move a real robot, give it the profile of one in improv.toml"
@@ -242,7 +236,7 @@ class Ros(Sink):
                 )
             elif line := self._controllers.warning(robot, self._others):
                 found[robot] = line
-            elif silent := self._silent(robot) or self._unmeasured(robot):
+            elif silent := silence(known.part, known.moves_since, self._reader, self._node):
                 found.setdefault(robot, silent)
         return found
 
@@ -274,10 +268,11 @@ class Ros(Sink):
         if (late := self._publisher.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
-    def advance(self, to: float) -> None:
+    def advance(self, to: float, asked: Collection[RobotSense] = ()) -> list[Edge]:
         """Send the standby a sign of life, and the publisher a report of how well commands reach robots."""
         self._standby.live()
         self._publisher.report()
+        return []
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}
@@ -327,48 +322,15 @@ class Ros(Sink):
 
         return publisher, withdraw
 
-    def _silent(self, robot: str) -> str | None:
-        """The reason why a sense of a robot is silent, if known; None if all arrive."""
-        for sense, source in self._robots[robot].part.senses.items():
-            if isinstance(source, BuiltIn) and sense != CUE:
-                return f"no topic provides `{sense}` for real robots: add [senses.{sense}] to improv.toml"
-            if isinstance(source, SenseTopic) and self._reader.is_silent(RobotSense(robot, sense)):
-                problem = self._reader.unread.get(source.topic) or self._unheard(source)
-                return f"{problem}, so {robot} stands still where it reads `{sense}`"
-        return None
-
-    def _unheard(self, source: SenseTopic) -> str:
-        kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(source.topic)}
-        if not kinds:
-            return f"nobody publishes on {source.topic}"
-        if source.message.replace("/", "/msg/") not in kinds:
-            return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
-        return f"nothing usable comes on {source.topic}"
-
-    def _unmeasured(self, robot: str) -> str | None:
-        """The reason why the position of a moving robot is unknown; None if it is known."""
-        known = self._robots[robot]
-        topic = known.part.odom
-        if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
-            return None
-        silent = "no poses arrive" if self._node.count_publishers(topic) else "nobody publishes"
-        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
-
     def _others(self, topic: RosTopic, guarded: bool = True) -> list[str]:
         """The other nodes that publish on a topic, except those that send nothing. The standby publishes on `guarded`
         topics."""
         standby = guarded and self._standby.works
         return [name for name in topic.others(self._nodes.names, standby) if not is_harmless(name)]
 
-    def _send_zero(self, topic: RosTopic, message: bytes, frame: bytes) -> None:
-        topic.publish(message, self._clock, frame)
-
     def _ours(self, robots: Collection[str] | None) -> Collection[str]:
         """The robots of these that this stage moves; if None, those of the latest `prepare`."""
         return self._current if robots is None else [robot for robot in robots if robot not in self._elsewhere]
-
-    def _topic(self, robot: str) -> RosTopic:
-        return self._robots[robot].topic
 
 
 def _here(score: Score) -> dict[str, Part]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from typing import Any
 
 from improv_core.outputs.cdr import frame_field, twist_message
 from improv_core.outputs.ros.standby.client import Standby
@@ -19,18 +20,19 @@ ZERO = twist_message(STILL)
 
 class PendingZeros:
     """The topics whose listeners may not have received a zero. The standby also knows of them, and which robots move.
-    `others` names the other nodes that publish on a topic, and `tell` gets lines for people."""
+    ROS's `clock` stamps zeros, `others` names the other nodes that publish on a topic, and `tell` gets lines for
+    people."""
 
     def __init__(
         self,
         standby: Standby,
-        send: Callable[[RosTopic, bytes, bytes], None],
+        clock: Any,
         others: Callable[[RosTopic], Collection[str]],
         tell: Callable[[str], None],
         now: Now,
     ) -> None:
         self._standby = standby
-        self._send = send
+        self._clock = clock
         self._others = others
         self._tell = tell
         self._now = now
@@ -76,7 +78,7 @@ class PendingZeros:
             else:
                 self._standby.note_confirmed(name)
             if found.sends:
-                self._send(entry.topic, entry.zero, frame_field(entry.frame))
+                entry.topic.publish(entry.zero, self._clock, frame_field(entry.frame))
             if found.warns:
                 self._tell(
                     f"{entry.robot} may still be moving: no listener on {name} has confirmed the stop; "

@@ -9,9 +9,17 @@ from dataclasses import dataclass, field
 from improv_core.outputs.simulator.collisions import Disc, Pushed
 from improv_core.outputs.simulator.joints import SimulatedJoints
 from improv_core.outputs.simulator.trails import Trail
-from improv_core.score.dynamics import Motion, Motors, follow
+from improv_core.score.dynamics import Motion, Motors, follow, motors_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
+
+
+def simulated(part: Part, now: float) -> SimulatedRobot:
+    """Return the robot of a part, at its start."""
+    motors = motors_of(part.profile, part.robot)
+    disc = Disc(part.profile.radius, motors is not None)
+    joints = SimulatedJoints(part.profile.body)
+    return SimulatedRobot(part, disc, motors, Motion(now, part.start), Trail(now, part.start), joints)
 
 
 @dataclass(slots=True)
@@ -31,6 +39,12 @@ class SimulatedRobot:
     """Set while something blocks the robot's path."""
     bumped: bool = False
     """True after a bump, until the robot leaves what it hit or moves away."""
+
+    def become(self, part: Part) -> None:
+        """Play another part from where it is."""
+        self.part, self.motors = part, motors_of(part.profile, part.robot)
+        self.disc = Disc(part.profile.radius, self.motors is not None)
+        self.joints.become(part.profile.body)
 
     def ahead(self, to: float) -> Motion:
         return follow(self.motion, self.setpoints, to, self.motors)

@@ -8,17 +8,16 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import pairwise
 from threading import Lock
 
-from improv_core.outputs.simulator.collisions import Collisions, Disc, NoCollisions, Pushed
-from improv_core.outputs.simulator.joints import SimulatedJoints
-from improv_core.outputs.simulator.robot import SimulatedRobot
+from improv_core.outputs.simulator.collisions import Collisions, NoCollisions, Pushed
+from improv_core.outputs.simulator.robot import SimulatedRobot, simulated
 from improv_core.outputs.simulator.senses import SimulatedSenses
 from improv_core.outputs.simulator.trails import Trail
 from improv_core.protocol.drawn import Bump, Snapshot
 from improv_core.protocol.output import Edge, Sink
-from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
+from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, moving
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.score import Part, Score
+from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.world import World
 
@@ -80,7 +79,10 @@ class Simulator(Sink):
                 self._world, self._collisions = score.world, self._collide(score.world)
                 self._senses = SimulatedSenses(score.world, self._robots)
             for name, part in score.parts.items():
-                self._add_or_update(name, part)
+                if known := self._robots.get(name):
+                    known.become(part)
+                else:
+                    self._robots[name] = simulated(part, self._now)
             self._look_soon()
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -120,21 +122,17 @@ class Simulator(Sink):
             self._placed += 1
             self._look_soon()
 
-    def advance(self, to: float) -> None:
-        """Run every whole step that ends by `to`. The remaining time shows only in `poses`."""
-        with self._lock:
-            if to > self._now:  # otherwise nothing can change, and the senses of the last call stay watched
-                self._senses.ask((), self._now)
-            self._run(to)
-
-    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Advance until a sense in `asked` changes, and return the sorted edges; none once the time is `to`.
+    def advance(self, to: float, asked: Collection[RobotSense] = ()) -> list[Edge]:
+        """Run every whole step that ends by `to`, unless a sense in `asked` changes before. Returns the sorted edges.
+        The time since the last whole step shows only in `poses`.
 
         A sense that wasn't in the last call gives an edge at once. The others are computed after every whole step, so
         the same program gives the same edges, no matter how often this is called. Keys and cues are left out: they come
         from people.
         """
         with self._lock:
+            if not asked and to <= self._now:  # nothing can change, and the senses of the last call stay watched
+                return []
             return self._senses.ask(asked, self._now) or self._run(to)
 
     def coasting(self) -> bool:
@@ -180,23 +178,6 @@ class Simulator(Sink):
                 return edges
         self._now = to
         return []
-
-    def _add_or_update(self, name: str, part: Part) -> None:
-        motors = motors_of(part.profile, name)
-        disc = Disc(part.profile.radius, motors is not None)
-        known = self._robots.get(name)
-        if known:
-            known.part, known.disc, known.motors = part, disc, motors
-            known.joints.become(part.profile.body)
-        else:
-            self._robots[name] = SimulatedRobot(
-                part,
-                disc,
-                motors,
-                Motion(self._now, part.start),
-                Trail(self._now, part.start),
-                SimulatedJoints(part.profile.body),
-            )
 
     def _next_rise(self) -> int:
         """The step in which a robot becomes faster than all robots so far."""

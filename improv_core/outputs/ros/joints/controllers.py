@@ -124,7 +124,7 @@ class RosControllers:
         """Have the listeners of these standing robots confirm a command that moves nothing. Before beat 0, skip joints
         that people have to bring to their starts themselves."""
         for robot in robots:
-            if self._begins and not self._moves_home(robot) and any(self._off(robot)):
+            if self._begins and not self._robots[robot].moves_home and any(self._off(robot)):
                 continue
             for controller in self._robots[robot].controllers:
                 if course := self._course(robot, controller, begins=False):
@@ -135,7 +135,7 @@ class RosControllers:
         stand. People get a line with the joints before these begin to move."""
         told, begin = list[_Controller](), list[JointOff]()
         for robot in self._current:
-            if robot not in robots or not self._moves_home(robot):
+            if robot not in robots or not self._robots[robot].moves_home:
                 self.halt(robot)
                 continue
             for controller in self._robots[robot].controllers:
@@ -198,7 +198,7 @@ class RosControllers:
         if (
             course.moves
             and course.velocities == before.velocities
-            and self._now() < controller.sent + OFTEN * self._period(robot)
+            and self._now() < controller.sent + OFTEN * self._robots[robot].period
         ):
             return  # the same command was just sent for another body part
         topic, message = controller.topic, message_of(controller.channel, paced(course, pace))
@@ -262,13 +262,6 @@ class RosControllers:
         )
         controller.sent = self._now()
 
-    def _moves_home(self, robot: str) -> bool:
-        body = self._robots[robot].part.profile.body
-        return body is not None and body.home == "move"
-
-    def _period(self, robot: str) -> float:
-        return 1 / self._robots[robot].part.profile.command_rate
-
     def _leave(self, robot: str, controller: _Controller) -> None:
         """Stop joints that another controller moves from now on."""
         if controller.course:
@@ -314,7 +307,7 @@ class RosControllers:
         part = self._robots[robot].part
         topic, needed = joint_states_of(part), controller.channel.needs_positions
         if part.scenes and (topic or needed):
-            brought = self._moves_home(robot) and not controller.homing_tried and needed
+            brought = self._robots[robot].moves_home and not controller.homing_tried and needed
             yield from joints_off(robot, controller.channel.joints, topic, self._fresh(robot), brought)
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
@@ -351,3 +344,14 @@ class _Controller:
 class _Robot:
     part: Part
     controllers: list[_Controller] = field(default_factory=list)
+
+    @property
+    def moves_home(self) -> bool:
+        """True if its joints are brought to their starts before beat 0."""
+        body = self.part.profile.body
+        return body is not None and body.home == "move"
+
+    @property
+    def period(self) -> float:
+        """Seconds between two equal commands."""
+        return 1 / self.part.profile.command_rate

@@ -13,8 +13,8 @@ from improv_core.ide.selection import Selection, UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.report import Mistake, mistakes
-from improv_core.protocol.commands import Stop
-from improv_core.protocol.editing import Form, PlaceRobots, Tune
+from improv_core.protocol.commands import Editing, Stop
+from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.messages import Misplaced, TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
@@ -266,7 +266,7 @@ class Performance:
         old = self._playback
         if old and old.options == options:
             return old
-        self._playback = new = Playback(options, self._hear, self._editor.server.stops)
+        self._playback = new = Playback(options, self._hear, self._editor.server.stops, edit=self._offer_edit)
         if old:
             new.keep_as(old)
             self._closing.add(closing := asyncio.create_task(old.close()))  # only the session's end waits for it
@@ -282,8 +282,6 @@ class Performance:
                 if message["generation"] == self.playing.generation:
                     self.playing.sensed(message)
                     self.live.sensed()
-            case "tune" | "place" | "form":
-                self._offer_edit(message)
             case "warning" | "unreached":
                 self._editor.warn(message["message"])
             case "error":
@@ -311,15 +309,16 @@ class Performance:
             case other:
                 assert_never(other)
 
-    def _offer_edit(self, asked: PlaceRobots | Form | Tune) -> None:
+    def _offer_edit(self, editing: Editing, asked: int) -> None:
         """Have the editor change the program, as a page asks; a rehearsal lacks what is to change."""
-        only, latest = self._latest and self._latest.only, self.playing.latest
-        if not only or not latest:
+        only, latest, ask = self._latest and self._latest.only, self.playing.latest, editing["ask"]
+        if not only or not latest or ask["type"] != "change":
             return
         if only.moved:
-            begin, change = ("beat 0", "change its song") if asked["type"] == "tune" else ("the starts", "move them")
+            is_music = ask["change"]["type"] == "tune"
+            begin, change = ("beat 0", "change its song") if is_music else ("the starts", "move them")
             self._editor.warn(f"this rehearsal doesn't begin at {begin}: play the program to {change}")
-        elif changed := _without_ghost(asked, only):
+        elif changed := _without_ghost(ask["change"], only):
             self._editor.soon(self._placing.offer(latest.uri, changed))
 
     def _tell_fault(self, message: FaultMessage) -> None:
@@ -365,8 +364,8 @@ class Performance:
         self._editor.soon(show_page(self._editor, playback))
 
 
-def _without_ghost(asked: PlaceRobots | Form | Tune, only: Selection) -> PlaceRobots | Form | Tune | None:
-    """Return the part of a request that can be written: a ghost is in no program."""
+def _without_ghost(asked: ProgramChange, only: Selection) -> ProgramChange | None:
+    """Return the part of a change that can be written: a ghost is in no program."""
     if asked["type"] != "place" or not only.ghost:
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}

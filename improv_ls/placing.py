@@ -12,7 +12,7 @@ from pygls.uris import from_fs_path
 from improv_core.diagnostics import Edit
 from improv_core.ide.placing import UNPLACED
 from improv_core.page.program_editor import edits_of, is_first_beat
-from improv_core.protocol.editing import Form, PlaceRobots, Tune
+from improv_core.protocol.editing import ProgramChange
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
 from improv_core.text import Span, difference
@@ -35,7 +35,7 @@ class Placing:
         self._robots_files = robots_files
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, uri: str, asked: PlaceRobots | Form | Tune) -> None:
+    async def offer(self, uri: str, asked: ProgramChange) -> None:
         """Ask the editor to make the edit; if it does not, print so in one line."""
         async with self._one_at_a_time:
             document, name = self._documents.get(uri), name_of(uri)
@@ -54,7 +54,7 @@ class Placing:
             elif changed and edits:
                 await self._ask(uri, changed, asked)
 
-    def _changed(self, document: Document, asked: PlaceRobots | Form | Tune) -> tuple[str, ChangedText | None]:
+    def _changed(self, document: Document, asked: ProgramChange) -> tuple[str, ChangedText | None]:
         """Return the URI to change, and the change; None if the person has to fix something first."""
         if not is_first_beat(asked):
             edits = edits_of(document.analysis, asked)
@@ -70,7 +70,7 @@ class Placing:
         edits = [Edit(Span(start, end), written)] if start < end or written else []
         return uri, ChangedText(file.version, file.lines, edits)
 
-    async def _ask(self, uri: str, changed: ChangedText, asked: PlaceRobots | Form | Tune) -> None:
+    async def _ask(self, uri: str, changed: ChangedText, asked: ProgramChange) -> None:
         what = _called(asked)
         edit = workspace_edit({uri: changed}, self._editor.takes_document_changes, self._editor.encoding)
         asking = self._editor.server.workspace_apply_edit_async(types.ApplyWorkspaceEditParams(edit, f"Improv: {what}"))
@@ -84,9 +84,9 @@ class Placing:
             self._editor.warn(f"the editor did not accept the new {what}")
 
 
-def _called(asked: PlaceRobots | Form | Tune) -> str:
+def _called(asked: ProgramChange) -> str:
     if asked["type"] == "place":
         return f"start of {', '.join(asked['start_poses'])}"
-    if asked["type"] == "form":
+    if asked["type"] == "arrange":
         return "formation"
     return "tempo" if asked["key"] == "beat" else "first beat of the song"

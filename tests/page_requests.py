@@ -8,6 +8,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from improv_core.protocol.decoding import by_type
+from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.fields import LAST_BEAT
 from improv_core.protocol.page_messages import FromPage, Press
 from improv_core.score.fits import Between, hints_of, required_of
@@ -20,7 +21,10 @@ NAMES = {str: "string", bool: "boolean", float: "number", int: "number", NoneTyp
 def text() -> str:
     """Return the whole file."""
     union = "\n *   | ".join(map(_shape, REQUESTS.values()))
-    limits = "\n".join(f"  {kind}: {{ {', '.join(found)} }}," for kind in REQUESTS if (found := [*_limits(kind)]))
+    limited = REQUESTS | by_type(ProgramChange)
+    limits = "\n".join(
+        f"  {kind}: {{ {', '.join(found)} }}," for kind, each in limited.items() if (found := [*_limits(each)])
+    )
     return (
         "// @ts-check\n"
         "// Requests of a page, and the least and most of their numbers. Written by `python -m tests.page_requests`\n"
@@ -56,8 +60,8 @@ def _name(hint: Any) -> str:
     return NAMES.get(hint) or hint.__name__.removesuffix("Json")
 
 
-def _limits(kind: str) -> Iterator[str]:
-    for name, hint in hints_of(REQUESTS[kind]).items():
+def _limits(message: Any) -> Iterator[str]:
+    for name, hint in hints_of(message).items():
         if get_origin(hint) is Annotated:
             for limit in get_args(hint)[1:]:
                 if isinstance(limit, Between) and limit.most < LAST_BEAT:

@@ -155,11 +155,11 @@ class _Desk:
             self._version = write_text(self._path, ask["text"], ask["revision"])
         except WriteError as problem:
             self._performing.screen.complain(f"improv: {problem}")
-            self._answer(page, {"type": "written", "number": ask["number"], "revision": "", "problem": str(problem)})
+            self._answer(page, {"type": "write", "number": ask["number"], "revision": "", "problem": str(problem)})
             self._show_changes()  # the page has to choose
             return
         revision = self._version.revision
-        self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})
+        self._answer(page, {"type": "write", "number": ask["number"], "revision": revision, "problem": ""})
         self._show()
         analysis = self._editor.analysis(ask["text"])
         await self._performing.play_if_right(analysis, self._path, asked)

@@ -23,16 +23,15 @@ from improv_core.protocol.editing import (
     Analyze,
     Analyzed,
     Change,
+    ChangeEdits,
     Complete,
     Completed,
     EditorAnswer,
     Explain,
     Explained,
-    Form,
-    PlaceRobots,
-    RobotsMoved,
+    ProgramChange,
     TextProblem,
-    Tune,
+    TuneMusic,
 )
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
@@ -120,7 +119,7 @@ class PageEditor:
         fitting = [item for item in found.items if begun in item.label.lower()]
         items = [item for item in fitting if item.label.lower().startswith(begun)] or fitting
         return {
-            "type": "completed",
+            "type": "complete",
             "number": ask["number"],
             "start": found.span.start,
             "end": found.span.end,
@@ -134,7 +133,7 @@ class PageEditor:
         if not found:
             return None
         return {
-            "type": "explained",
+            "type": "explain",
             "number": ask["number"],
             "start": found.span.start,
             "end": found.span.end,
@@ -144,7 +143,7 @@ class PageEditor:
 
     def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
         return {
-            "type": "analyzed",
+            "type": "analyze",
             "number": number,
             "colors": list(_colors(analysis)),
             "problems": list(islice(_problems(found, analysis.lines, self.robots), MOST_PROBLEMS)),
@@ -152,7 +151,7 @@ class PageEditor:
             "starts": _starts(analysis),
         }
 
-    def change(self, page: int, ask: Change, *, rehearses: bool = False) -> RobotsMoved | None:
+    def change(self, page: int, ask: Change, *, rehearses: bool = False) -> ChangeEdits | None:
         """Return the edits that make a change, after a change of `improv.toml` none. None if the page has another text.
 
         While it `rehearses` with robots at their places in the middle of the program, the page shows these places,
@@ -175,26 +174,26 @@ class PageEditor:
         return analysis if known == number else None
 
 
-def is_first_beat(change: PlaceRobots | Form | Tune) -> TypeGuard[Tune]:
+def is_first_beat(change: ProgramChange) -> TypeGuard[TuneMusic]:
     """Return whether a change is one of `improv.toml`, not of the program."""
     return change["type"] == "tune" and change["key"] == "first_beat"
 
 
-def edits_of(analysis: Analysis, change: PlaceRobots | Form | Tune) -> Sequence[Edit] | None:
+def edits_of(analysis: Analysis, change: ProgramChange) -> Sequence[Edit] | None:
     """Return the edits of a program that make a change; None if the person has to fix a line of it first."""
     analysis = analysis.settled()
     if change["type"] == "tune":
         return in_tempo(analysis, max(change["value"], 1))
-    if change["type"] == "form":
+    if change["type"] == "arrange":
         return formed(analysis, change["shape"], change["distance"], change["facing"])
     starts = change["start_poses"]
     return placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
 
 
-def _moved(number: int, edits: Sequence[Edit], problem: str) -> RobotsMoved:
+def _moved(number: int, edits: Sequence[Edit], problem: str) -> ChangeEdits:
     """Build the answer with the edits of the text with a number, or with a problem."""
     return {
-        "type": "moved",
+        "type": "change",
         "number": number,
         "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits],
         "problem": problem,

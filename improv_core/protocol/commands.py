@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict, TypeGuard, get_args
 
 from improv_core.protocol.decoding import type_of
-from improv_core.protocol.editing import AskEditor, Form, PlaceRobots, Tune
+from improv_core.protocol.editing import AskEditor
 from improv_core.protocol.fields import Beat, Factor, Name, Names
 from improv_core.score.fits import NotRequired
 from improv_core.score.times import Monotonic
@@ -147,7 +147,7 @@ class Watched(Framed):
 
 
 class Editing(TypedDict):
-    """The page with this number asks for something while somebody edits the program on it.
+    """The page with this number asks for something about the program.
 
     `overtaken` is true if a stop that the page sent later has arrived before it: then the text is saved, but not
     played.
@@ -159,7 +159,7 @@ class Editing(TypedDict):
     overtaken: NotRequired[bool]
 
 
-PageRequest = Conduct | Restart | PlaceRobots | Form | Tune | Editing
+PageRequest = Conduct | Restart | Editing
 """The requests that pages and others may send."""
 
 
@@ -222,16 +222,15 @@ _ROWS = (
     Command(
         OscSense, ("osc",), as_sensed=True, about=lambda sense: f"{sense['robot']} {sense['name']} {sense['value']}"
     ),
-    Command(PlaceRobots, ("page",), to_stages=False),
-    Command(Form, ("page",), to_stages=False),
-    Command(Tune, ("page",), to_stages=False, about=lambda tune: str(tune["key"])),
-    Command(
-        Editing,
-        ("page",),
-        to_stages=False,
-        about=lambda editing: f"{editing['page']} {editing['ask']['type']}",  # each page has a text of its own
-    ),
+    Command(Editing, ("page",), to_stages=False, about=lambda editing: _about_editing(editing)),
 )
+
+
+def _about_editing(editing: Editing) -> str:
+    """Return the subject of a request about a program: each page has a text of its own."""
+    ask = editing["ask"]
+    return f"{editing['page']} {ask['type']} {ask['change']['type'] if ask['type'] == 'change' else ''}"
+
 
 COMMANDS: Mapping[str, Command] = {row.name: row for row in _ROWS}
 """The rows, by the type of their message."""

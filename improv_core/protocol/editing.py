@@ -58,16 +58,16 @@ class PlaceRobots(TypedDict):
     start_poses: StartPoses
 
 
-class Form(TypedDict):
+class ArrangeRobots(TypedDict):
     """Somebody chose a formation on the page: its distance in meters, and which way robots in a circle face."""
 
-    type: Literal["form"]
+    type: Literal["arrange"]
     shape: Shape
     distance: Distance
     facing: Facing
 
 
-class Tune(TypedDict):
+class TuneMusic(TypedDict):
     """Somebody tapped another tempo on the page (`beat`, in beats per minute), or moved the song (`first_beat`, in
     seconds)."""
 
@@ -76,17 +76,20 @@ class Tune(TypedDict):
     value: SongTime
 
 
+ProgramChange = PlaceRobots | ArrangeRobots | TuneMusic
+
+
 class Change(TypedDict):
     """Asks for the edits of the text with this number that make a change. `first_beat` is in improv.toml, so the text
-    stays."""
+    stays. If somebody edits the program in an editor, that makes them, and nobody answers."""
 
     type: Literal["change"]
     number: Count
-    change: PlaceRobots | Form | Tune
+    change: ProgramChange
 
 
 AskEditor = Analyze | Complete | Explain | Write | Change
-"""The requests that a page may send while somebody edits the program on it."""
+"""The requests that a page may send about the program. An answer has the type of its request."""
 
 
 class TextEdit(TypedDict):
@@ -123,7 +126,7 @@ class Analyzed(TypedDict):
     `problems` are the first of `count`. `starts` are the starts of its robots, if it has no errors.
     """
 
-    type: Literal["analyzed"]
+    type: Literal["analyze"]
     number: int
     colors: Sequence[int]
     problems: Sequence[TextProblem]
@@ -139,7 +142,7 @@ class OfferedWord(TypedDict):
 class Completed(TypedDict):
     """The words that may replace the text between two offsets, best first."""
 
-    type: Literal["completed"]
+    type: Literal["complete"]
     number: int
     start: int
     end: int
@@ -149,7 +152,7 @@ class Completed(TypedDict):
 class Explained(TypedDict):
     """The explanation of the words between two offsets, and their path as SVG."""
 
-    type: Literal["explained"]
+    type: Literal["explain"]
     number: int
     start: int
     end: int
@@ -160,22 +163,22 @@ class Explained(TypedDict):
 class Written(TypedDict):
     """The text with this number was saved as `revision`, or `problem` has the reason why not, in one line."""
 
-    type: Literal["written"]
+    type: Literal["write"]
     number: int
     revision: str
     problem: str
 
 
-class RobotsMoved(TypedDict):
+class ChangeEdits(TypedDict):
     """The edits of the text with this number, in their order, or a `problem`: one line about why there are none."""
 
-    type: Literal["moved"]
+    type: Literal["change"]
     number: int
     edits: Sequence[TextEdit]
     problem: str
 
 
-EditorAnswer = Analyzed | Completed | Explained | Written | RobotsMoved
+EditorAnswer = Analyzed | Completed | Explained | Written | ChangeEdits
 
 
 class Answer(TypedDict):

@@ -27,7 +27,7 @@ from improv_core.score.fits import Between, Long, NotRequired
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
 from improv_core.score.times import Asleep, Monotonic, UnixNanoseconds, UnixTime
 
-VERSION = 2
+VERSION = 3
 """The protocol's version."""
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 from improv_core.protocol.commands import PageConduct, Restart
-from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, Form, PlaceRobots, ProgramSource, Tune
+from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, ProgramSource
 from improv_core.protocol.fields import Beat, Count
 from improv_core.protocol.host_messages import Link
 from improv_core.protocol.messages import (
@@ -162,8 +162,8 @@ class ShownScore(TypedDict):
 
     `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
     scenes, "" for one without. `bar` is the number of beats in a bar, if the program sets it. `words` are those that
-    move robots, each with its x, y, z, and yaw. `skeletons` are those of profiles. With `takes_start_poses`, what the
-    page sends as `place`, `form`, and `tune` can be written into the program.
+    move robots, each with its x, y, z, and yaw. `skeletons` are those of profiles. With `takes_start_poses`, each
+    `change` that the page asks for can be written into the program.
     """
 
     type: Literal["score"]
@@ -295,7 +295,7 @@ ToPage = (
     | ProgramSource
     | EditorAnswer
 )
-FromPage = Press | PageConduct | Restart | PlaceRobots | Form | Tune | AskWindow | AskEditor
+FromPage = Press | PageConduct | Restart | AskWindow | AskEditor
 ForPages = (
     ProgramMessage
     | ProgramSource

@@ -10,15 +10,14 @@ from typing import Literal, TypedDict
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.commands import Editing, Watched
-from improv_core.protocol.editing import Form, PlaceRobots, Tune
 from improv_core.protocol.messages import ToStage
 from improv_core.score.score import OutsideClock
 from improv_core.score.takeover import Takeover
 from improv_core.session.start import SinkName
 from improv_core.session.state import PlayScore
 
-News = Heard | PlaceRobots | Form | Tune | Watched
-"""The news for a listener: a message from a stage, its end, an opened page, or start poses that a page asks for."""
+News = Heard | Watched
+"""The news for a listener: a message from a stage, its end, or an opened page."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,12 +39,7 @@ def asked(state: SessionState, request: PlayScore | StageRequest | PageRequest |
         return _play(state, request, now)
     if request["type"] == "program" or request["type"] == "source" or request["type"] == "answer":
         return _inform(state, request)
-    if (
-        request["type"] == "place"
-        or request["type"] == "form"
-        or request["type"] == "tune"
-        or request["type"] == "watched"
-    ):
+    if request["type"] == "watched":
         return state, [Announce(request)]
     if request["type"] == "editing":
         return state, [Announce(request, stops=now.stops)]

@@ -45,7 +45,7 @@ Mistake = tuple[str, int, int, str, str]
 """An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
 message."""
 Edit = Callable[[Editing, int], None]
-"""Handles a request from a page on which somebody edits the program; also gets the count of stops at that moment."""
+"""Handles a request from a page about the program; also gets the count of stops at that moment."""
 
 
 class RunningStage(Protocol):
@@ -81,7 +81,7 @@ class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
     `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
-    `stops` and `stop`. Without `edit`, no page can edit the program.
+    `stops` and `stop`. Without `edit`, no page can change the program.
     """
 
     def __init__(

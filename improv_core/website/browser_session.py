@@ -175,7 +175,7 @@ class BrowserBackend:
         self._text, self._beat = ask["text"], 0.0
         self._revision += 1
         self._show()  # the page itself checks that its browser keeps it
-        self._answer({"type": "written", "number": ask["number"], "revision": str(self._revision), "problem": ""})
+        self._answer({"type": "write", "number": ask["number"], "revision": str(self._revision), "problem": ""})
         analysis = self._editor.analysis(self._text)
         self._playback.present(PROGRAM.name, "", mistakes(PROGRAM, analysis))
         if analysis.ok:

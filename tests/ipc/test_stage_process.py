@@ -29,7 +29,7 @@ SIMULATOR = "page\0--simulate"
 """A part of the command of its process."""
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
-READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
+READY = 'print(json.dumps({"type": "ready", "protocol": 3, "sink": "fake", "real": True}), flush=True)'
 CHANNEL = "channel = open(int(os.environ['IMPROV_STOP_PIPE']), 'rb', buffering=0)"
 
 

@@ -23,12 +23,12 @@ PROGRAM = "# 🐢\nanna bert cleo at line 1\nanna bert cleo $ forward\n"
 MOVE = {"type": "place", "start_poses": {"cleo": {"x": 1.5, "y": -2, "heading": 90}}}
 
 
-def ask(live: str, message: Mapping[str, Any]) -> None:
-    """Send a page's message."""
+def ask(live: str, change: Mapping[str, Any]) -> None:
+    """Change the program on a page."""
 
     async def send() -> None:
         async with connected(live) as page:
-            await page.send_json(message)
+            await page.send_json({"type": "change", "number": 0, "change": change})
 
     asyncio.run(send())
 
@@ -56,7 +56,7 @@ def edited(text: str, client: Client) -> tuple[Mapping[str, Any], str]:
     ("asked", "opening"),
     [
         (MOVE, "anna bert at line 1 around 0 0.5\ncleo at 1.5 -2 facing 90"),
-        ({"type": "form", "shape": "grid", "distance": 2, "facing": "in"}, "anna bert cleo at grid 2"),
+        ({"type": "arrange", "shape": "grid", "distance": 2, "facing": "in"}, "anna bert cleo at grid 2"),
         ({"type": "tune", "key": "beat", "value": 96}, "beat 96\nanna bert cleo at line 1"),
     ],
 )

@@ -26,7 +26,7 @@ own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
 )
 def test_a_process_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
     command = ["/nowhere/python"] if script is None else [sys.executable, "-c", script]
-    monkeypatch.setattr(client, "helper", lambda name, *arguments: command)
+    monkeypatch.setattr(client, "helper_command", lambda name, *arguments: command)
     publisher = PublisherClient("node", [], time.monotonic)
     publisher.take(Score(Fraction(60), {}, publish=True), 1)
     end = time.monotonic() + LIMIT

@@ -29,7 +29,7 @@ def reading(
 ) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses | RawJoints]]]:
     """A reader whose process runs a script, and everything that it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
-    monkeypatch.setattr(client, "helper", lambda name, node: [sys.executable, "-c", script])
+    monkeypatch.setattr(client, "helper_command", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
     reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {}, {})
     try:

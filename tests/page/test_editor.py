@@ -343,4 +343,4 @@ def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
           }
         })"""
     )
-    assert not {"source", "analyzed", "written"} & set(said)
+    assert not {"source", "analyze", "write"} & set(said)

@@ -9,7 +9,7 @@ import pytest
 from improv_core.ide.semantic_tokens_legend import TYPES
 from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
-from improv_core.protocol.editing import Analyzed, Form, PlaceRobots, Tune
+from improv_core.protocol.editing import Analyzed, ArrangeRobots, PlaceRobots, TuneMusic
 from improv_core.robots.config import read_robots
 from improv_core.storage.program_file import TEMPLATE
 
@@ -138,7 +138,7 @@ def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
     moved = editor.change(PAGE, {"type": "change", "number": 3, "change": place})
     assert moved
     assert moved["edits"] == [{"start": 0, "end": 0, "text": "ada at 1 2\n"}]
-    form: Form = {"type": "form", "shape": "line", "distance": 2, "facing": "in"}
+    form: ArrangeRobots = {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"}
     arranged = editor.change(PAGE, {"type": "change", "number": 3, "change": form})
     assert arranged
     assert arranged["edits"] == [{"start": 0, "end": 0, "text": "ada at 0 0\n"}]
@@ -154,7 +154,7 @@ def test_robots_are_moved_in_the_text_of_their_page(editor: PageEditor) -> None:
     "what",
     [
         {"type": "place", "start_poses": {"ada": {"x": 1, "y": 2, "heading": 0}}},
-        {"type": "form", "shape": "line", "distance": 2, "facing": "in"},
+        {"type": "arrange", "shape": "line", "distance": 2, "facing": "in"},
     ],
 )
 def test_no_start_is_written_from_a_rehearsals_places(what: Any, editor: PageEditor) -> None:
@@ -167,7 +167,7 @@ def test_no_start_is_written_from_a_rehearsals_places(what: Any, editor: PageEdi
 
 def test_a_tempo_is_written_into_the_text_of_its_page(editor: PageEditor) -> None:
     ask(editor, "beat 60\nada $ left\n", number=3)
-    tune: Tune = {"type": "tune", "key": "beat", "value": 96}
+    tune: TuneMusic = {"type": "tune", "key": "beat", "value": 96}
     answer = editor.change(PAGE, {"type": "change", "number": 3, "change": tune})
     assert answer
     assert answer["edits"] == [{"start": 0, "end": 7, "text": "beat 96"}]

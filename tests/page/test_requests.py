@@ -11,6 +11,11 @@ from improv_core.page.routes import MAX_MESSAGE
 from improv_core.protocol.fields import LONGEST_TEXT
 from improv_core.protocol.page_requests import read
 
+
+def change(**change: Any) -> dict[str, Any]:
+    return {"type": "change", "number": 1, "change": change}
+
+
 RIGHT: list[dict[str, Any]] = [
     *({"type": kind} for kind in ("stop", "pause", "resume", "restart", "held", "released", "cue")),
     {"type": "press", "number": 1},
@@ -20,11 +25,9 @@ RIGHT: list[dict[str, Any]] = [
     {"type": "seek", "beat": 2.5},
     {"type": "speed", "factor": 0.1},
     {"type": "silence", "muted": ["ada"] * 1000, "soloed": []},
-    {
-        "type": "place",
-        "start_poses": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}},
-    },
-    {"type": "form", "shape": "circle", "distance": 1.5, "facing": "out"},
+    change(type="place", start_poses={"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}}),
+    change(type="arrange", shape="circle", distance=1.5, facing="out"),
+    change(type="tune", key="beat", value=96),
     {"type": "window", "generation": 3, "from": 1, "to": 1e9},
     {"type": "analyze", "number": 1, "text": "é" * LONGEST_TEXT},
     {"type": "complete", "number": 1, "offset": 0},
@@ -63,15 +66,22 @@ WRONG = [
     '{"type": "silence", "muted": [""], "soloed": []}',
     json.dumps({"type": "silence", "muted": ["ada"] * 10_001, "soloed": []}),
     json.dumps({"type": "silence", "muted": ["a" * 1001], "soloed": []}),
-    '{"type": "place", "robot": "ada", "x": 1, "y": 1, "heading": 0}',
-    '{"type": "place", "start_poses": ["ada"]}',
-    '{"type": "place", "start_poses": {"ada": 1}}',
-    '{"type": "place", "start_poses": {"ada": {"x": 1, "y": 1}}}',
-    '{"type": "place", "start_poses": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
-    '{"type": "place", "start_poses": {"": {"x": 1, "y": 1, "heading": 0}}}',
-    '{"type": "form", "shape": "ring", "distance": 1, "facing": "in"}',
-    '{"type": "form", "shape": ["line"], "distance": 1, "facing": "in"}',
-    '{"type": "form", "shape": "line", "distance": 0, "facing": "in"}',
+    *map(
+        json.dumps,
+        [
+            change(type="stop"),
+            change(type="place", robot="ada", x=1, y=1, heading=0),
+            change(type="place", start_poses=["ada"]),
+            change(type="place", start_poses={"ada": 1}),
+            change(type="place", start_poses={"ada": {"x": 1, "y": 1}}),
+            change(type="place", start_poses={"ada": {"x": 1001, "y": 1, "heading": 0}}),
+            change(type="place", start_poses={"": {"x": 1, "y": 1, "heading": 0}}),
+            change(type="arrange", shape="ring", distance=1, facing="in"),
+            change(type="arrange", shape=["line"], distance=1, facing="in"),
+            change(type="arrange", shape="line", distance=0, facing="in"),
+            change(type="tune", key="beat", value="fast"),
+        ],
+    ),
     '{"type": "window", "generation": 1, "from": 0}',
     '{"type": "window", "generation": 1, "from": -1, "to": 4}',
     '{"type": "analyze", "number": 1.0, "text": ""}',

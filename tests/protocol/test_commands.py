@@ -58,7 +58,7 @@ def test_commands_void_others_that_exist() -> None:
 LEFT = {
     *("stop", "speed", "silence"),  # they hold for later scores
     *("held", "released", "key", "force", "osc_sense"),  # of senses: after a stop, none moves a robot
-    *("place", "form", "tune", "editing"),  # the parent does them; a save counts the stops itself
+    "editing",  # the parent does them; a save counts the stops itself
 }
 """The commands that a stop leaves alone, because none of them moves robots that stand."""
 

@@ -60,8 +60,9 @@ def test_the_types_describe_messages_that_the_docs_do_not_list(union: Any) -> No
 
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
-READY = {"type": "ready", "protocol": 2, "sink": "simulator", "real": False}
-PLACE = {"x": 1, "y": 2, "heading": 90.0}
+READY = {"type": "ready", "protocol": 3, "sink": "simulator", "real": False}
+PLACE = {"type": "place", "start_poses": {"r": {"x": 1, "y": 2, "heading": 90.0}}}
+MOVE = {"type": "change", "number": 0, "change": PLACE}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +75,7 @@ PLACE = {"x": 1, "y": 2, "heading": 90.0}
         (read_to_stage, {"type": "silence", "muted": [], "soloed": ["r"]}),
         (read_from_stage, {**READY, "page": "http://127.0.0.1:1/"}),
         (read_from_stage, {"type": "request", "command": {"type": "watched"}}),
-        (read_from_stage, {"type": "request", "command": {"type": "place", "start_poses": {"r": PLACE}}}),
+        (read_from_stage, {"type": "request", "command": {"type": "editing", "page": 1, "ask": MOVE}}),
         (read_from_stage, {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}}),
         (read_from_stage, {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1}),
     ],
@@ -110,7 +111,7 @@ def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> No
 
 @pytest.mark.parametrize(
     "command",
-    [{}, {"type": "dance"}, {"type": "seek"}, {"type": "place", "starts": {"r": {"x": 1, "y": 2}}}],
+    [{}, {"type": "dance"}, {"type": "seek"}, {"type": "editing", "page": 1, "ask": {"type": "change"}}],
 )
 def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
     with pytest.raises(ProtocolError, match="`command` of `request` has a wrong value"):

@@ -34,7 +34,7 @@ class Fake:
         self.sent: list[ToStage] = []
         self.moves = False
         self.hangs = False  # so it doesn't stop its robots when it is to end
-        self.ready: Ready = {"type": "ready", "protocol": 2, "sink": sink, "real": sink == "ros"}
+        self.ready: Ready = {"type": "ready", "protocol": 3, "sink": sink, "real": sink == "ros"}
         if sink == "simulator":
             self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
 

@@ -19,9 +19,9 @@ from improv_core.session.state import PlayScore, SessionState
 
 DANCE = score_of(analyze("r $ repeat forward\n"))
 READY: Mapping[SinkName, Ready] = {
-    "ros": {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True},
-    "simulator": {"type": "ready", "protocol": 2, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
-    "page": {"type": "ready", "protocol": 2, "sink": "page", "real": False, "page": "http://127.0.0.1:8123/"},
+    "ros": {"type": "ready", "protocol": 3, "sink": "ROS 2", "real": True},
+    "simulator": {"type": "ready", "protocol": 3, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
+    "page": {"type": "ready", "protocol": 3, "sink": "page", "real": False, "page": "http://127.0.0.1:8123/"},
 }
 GONE: Gone = {"type": "gone", "message": "it exited"}
 FAILED: Failed = {"type": "failed", "message": "no ROS"}

@@ -95,7 +95,7 @@ async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is
 
 @performed()
 async def test_stages_are_one_stage_of_real_robots(members: Members, all_: MultiHostStage) -> None:
-    assert all_.ready == {"type": "ready", "protocol": 2, "sink": f"ros; ros on {PI}", "real": True}
+    assert all_.ready == {"type": "ready", "protocol": 3, "sink": f"ros; ros on {PI}", "real": True}
 
 
 @performed(PI)

@@ -21,8 +21,12 @@ STILL_ON = (
     "✗ the emergency stop on /e_stop is still on, although improv.toml no longer names it: release it "
     "(`ros2 topic pub --once /e_stop std_msgs/msg/Bool '{data: false}'`) or restart Improv, then save again"
 )
-FORM: Any = {"type": "form", "shape": "line", "distance": 1.0, "facing": "in"}
+FORM: Any = {"type": "arrange", "shape": "line", "distance": 1.0, "facing": "in"}
 PLACE: Any = {"type": "place", "start_poses": {}}
+
+
+def changing(change: Any) -> Any:
+    return {"type": "editing", "page": 1, "ask": {"type": "change", "number": 0, "change": change}}
 
 
 @pytest.mark.parametrize("asker", ["ros", "simulator"])
@@ -37,8 +41,8 @@ PLACE: Any = {"type": "place", "start_poses": {}}
         ({"type": "restart"}, ["ros: score 2"]),
         ({"type": "stop"}, []),  # stages have obeyed it as it arrived
         ({"type": "pause"}, []),
-        (PLACE, ["place"]),
-        (FORM, ["form"]),
+        (changing(PLACE), ["editing"]),
+        (changing(FORM), ["editing"]),
         ({"type": "watched"}, ["watched"]),
     ],
 )
@@ -166,7 +170,7 @@ def test_the_simulator_needs_no_emergency_stop() -> None:
 def test_pages_get_the_source_and_ros_does_not() -> None:
     tell(Story(), [
         ({"type": "source", "path": "/d", "text": "", "revision": "1"}, ["simulator: source"]),
-        ({"type": "answer", "page": 1, "answer": {"type": "written", "number": 1, "revision": "", "problem": ""}},
+        ({"type": "answer", "page": 1, "answer": {"type": "write", "number": 1, "revision": "", "problem": ""}},
          ["simulator: answer"]),
         ({"type": "program", "name": "d", "folder": "/", "problems": [], "count": 0},
          ["ros: program", "simulator: program"]),

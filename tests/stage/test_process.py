@@ -42,7 +42,7 @@ class Process:
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(COMMAND, stdin=pipe, stdout=pipe, stderr=pipe, env={**os.environ, **env})
         ready = self.wait("ready")
-        assert ready["protocol"] == 2
+        assert ready["protocol"] == 3
         self.page: str = ready["page"]
 
     def write(self, line: bytes) -> None:

@@ -70,7 +70,7 @@ def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
         source = await at.wait("source")
         assert (source["text"], source["revision"]) == ("ada $ forward", "7")
         at.ask("analyze", number=1, text="ada $ forwrd")
-        assert (await at.wait("analyzed"))["count"] == 1
+        assert (await at.wait("analyze"))["count"] == 1
         assert not [each for each in at.messages if each["type"] in ("score", "transport")]
 
     check(scene, "ada $ forward")
@@ -81,7 +81,7 @@ def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.MonkeyPatch
 
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")
-        found = await at.wait("analyzed", lambda each: each["count"] == 1)
+        found = await at.wait("analyze", lambda each: each["count"] == 1)
         assert "`ada` and `bo` meet at beat" in found["problems"][0]["message"]
 
     check(scene)
@@ -90,7 +90,7 @@ def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.MonkeyPatch
 def test_a_saved_program_plays_to_its_end() -> None:
     async def scene(at: At) -> None:
         at.save("beat 1200\nada $ forward left")
-        assert (await at.wait("written"))["revision"] == "8"
+        assert (await at.wait("write"))["revision"] == "8"
         assert (await at.wait("score"))["robots"].keys() == {"ada"}
         await at.wait("transport", lambda each: each["state"] == "ended")
         poses = await at.wait("poses", lambda each: bool(each["poses"]) and each["poses"][0][0] > 1.99)
@@ -126,7 +126,7 @@ def test_words_lit_and_completed_come_from_here_too() -> None:
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada $ forw")
         at.ask("complete", number=1, offset=10)
-        assert [each["word"] for each in (await at.wait("completed"))["words"]] == ["forward"]
+        assert [each["word"] for each in (await at.wait("complete"))["words"]] == ["forward"]
         at.save("ada $ forward left", 2)
         generation = (await at.wait("score"))["generation"]
         at.ask("window", generation=generation, **{"from": 0, "to": 2})
@@ -147,14 +147,14 @@ def test_robots_are_those_of_its_improv_toml() -> None:
 def test_an_error_in_improv_toml_has_its_line_and_can_be_fixed() -> None:
     async def scene(at: At) -> None:
         at.ask("analyze", number=1, text="ada $ forward")
-        found = await at.wait("analyzed", lambda each: each["number"] == 1)
+        found = await at.wait("analyze", lambda each: each["number"] == 1)
         assert [(each["file"], each["line"]) for each in found["problems"]] == [("improv.toml", 2)]
         at.save("ada $ forward")
         (problem,) = (await at.wait("program", lambda each: each["count"] == 1))["problems"]
         assert (problem["file"], problem["line"]) == ("improv.toml", 2)
         at.home.use('[robots.ada]\nprofile = "quadrotor"\n')
         at.ask("analyze", number=2, text="ada $ forward")
-        assert (await at.wait("analyzed", lambda each: each["number"] == 2))["count"] == 0
+        assert (await at.wait("analyze", lambda each: each["number"] == 2))["count"] == 0
         at.save("ada $ forward", 2)
         await at.wait("transport", lambda each: each["state"] == "playing")
 

@@ -150,14 +150,14 @@ function takeArmed(message) {
 /** @param {Messages["score"]} message */
 function takeScore(message) {
   deadman.require(message.deadman)
-  if (message.takes_start_poses) writeWith(send)
+  if (message.takes_start_poses) writeWith((change) => send({ type: "change", number: 0, change }))
   if (program.takeScore(message)) showProgram()
 }
 
 /** @param {(change: Change) => void} ask asks for the lines that make a change */
 function writeWith(ask) {
   startPoses.write = (start_poses) => ask({ type: "place", start_poses })
-  formation.write = (chosen) => ask({ type: "form", ...chosen })
+  formation.write = (chosen) => ask({ type: "arrange", ...chosen })
   sound.write = {
     firstBeat: (value) => ask({ type: "tune", key: "first_beat", value }),
     tempo: (value) => ask({ type: "tune", key: "beat", value }),

@@ -6,7 +6,7 @@ import test from "node:test"
 import { PendingChanges } from "../../../improv_core/page/static/editor/pending-changes.js"
 
 const ADA = { type: "place", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
-const LINE = { type: "form", shape: "line", distance: 2, facing: "in" }
+const LINE = { type: "arrange", shape: "line", distance: 2, facing: "in" }
 const EDITS = [{ start: 0, end: 0, text: "ada at 1 2\n" }]
 
 /** Moves in a text with number 3 that the server knows, and what happens because of them. */
@@ -23,7 +23,7 @@ function moves() {
     save: () => page.log.push("save"),
   }
   page.pendingChanges = new PendingChanges(({ number, change }) => page.log.push(`${change.type} in ${number}`), text)
-  page.answer = (number, edits = EDITS, problem = "") => page.pendingChanges.take({ type: "moved", number, edits, problem })
+  page.answer = (number, edits = EDITS, problem = "") => page.pendingChanges.take({ type: "change", number, edits, problem })
   page.learn = () => {
     page.known = true
     page.pendingChanges.ask()
@@ -39,7 +39,7 @@ test("the next one waits until the server has the text after the one before", ()
   assert.deepEqual(page.log, ["place in 3", "edit"])
   page.learn()
   page.answer(4)
-  assert.deepEqual(page.log, ["place in 3", "edit", "form in 4", "edit"])
+  assert.deepEqual(page.log, ["place in 3", "edit", "arrange in 4", "edit"])
   assert.ok(!page.pendingChanges.open)
 })
 

@@ -119,13 +119,13 @@ export class Editor {
     return first
   }
 
-  /** @param {Messages["analyzed" | "completed" | "explained" | "written" | "moved"]} message */
+  /** @param {Messages["analyze" | "complete" | "explain" | "write" | "change"]} message */
   takeAnswer(message) {
-    if (message.type === "written") this.saving.takeWritten(message)
-    else if (message.type === "moved") this.pendingChanges.take(message)
-    else if (message.type === "analyzed") this.#takeAnalysis(message)
+    if (message.type === "write") this.saving.takeWritten(message)
+    else if (message.type === "change") this.pendingChanges.take(message)
+    else if (message.type === "analyze") this.#takeAnalysis(message)
     else if (message.number !== this.#number) return
-    else if (message.type === "completed") this.#takeWords(message)
+    else if (message.type === "complete") this.#takeWords(message)
     else this.#tooltip.show([...this.#wrongAt(message.start, message.end), message.text].join("\n"), message.picture)
   }
 
@@ -249,7 +249,7 @@ export class Editor {
     this.#send({ type: "analyze", number: this.#number, text: this.#text })
   }
 
-  /** @param {Messages["analyzed"]} message */
+  /** @param {Messages["analyze"]} message */
   #takeAnalysis({ number, colors, problems, count, starts }) {
     this.#asking = false
     if (number !== this.#number) {
@@ -340,7 +340,7 @@ export class Editor {
     this.#send({ type: "complete", number: this.#number, offset })
   }
 
-  /** @param {Messages["completed"]} message */
+  /** @param {Messages["complete"]} message */
   #takeWords({ start, end, words }) {
     const [from, to] = [this.#codePoints.toUnits(start), this.#codePoints.toUnits(end)]
     const offering = this.#offering

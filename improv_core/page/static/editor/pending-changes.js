@@ -49,7 +49,7 @@ export class PendingChanges {
     this.#send({ type: "change", number, change: this.#waiting[0] })
   }
 
-  /** @param {Messages["moved"]} message */
+  /** @param {Messages["change"]} message */
   take({ number, edits, problem }) {
     if (!this.open || number !== this.#text.known()) return // the page asks again, for its current text
     this.#waiting.shift()

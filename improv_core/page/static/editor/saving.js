@@ -119,7 +119,7 @@ export class Saving {
     return true
   }
 
-  /** @param {Messages["written"]} message */
+  /** @param {Messages["write"]} message */
   takeWritten({ revision, problem }) {
     if (this.#writing !== null && this.#draft && !problem) {
       this.#draft.wrote(this.#writing, revision)

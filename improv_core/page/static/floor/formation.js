@@ -29,7 +29,7 @@ export class Formation {
     for (const name of Object.keys(CHOICES)) {
       find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !this.write ? "" : name))
     }
-    ;[this.#distance.min, this.#distance.max] = LIMITS.form.distance.map(String)
+    ;[this.#distance.min, this.#distance.max] = LIMITS.arrange.distance.map(String)
     this.#distance.addEventListener("input", () => this.#choose(this.#chosen))
     this.#distance.addEventListener("change", () => this.#take(this.#chosen))
   }

@@ -174,11 +174,11 @@ const MESSAGES = {
   decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),
   source: shape({ path: text, text, revision: text }),
-  analyzed: shape({ number: count, colors: listOf(count), problems: listOf(problem), count, starts: mapOf(shape({ x: number, y: number, heading: number })) }),
-  completed: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
-  explained: shape({ number: count, start: count, end: count, text, picture: text }),
-  written: shape({ number: count, revision: text, problem: text }),
-  moved: shape({ number: count, edits: listOf(edit), problem: text }),
+  analyze: shape({ number: count, colors: listOf(count), problems: listOf(problem), count, starts: mapOf(shape({ x: number, y: number, heading: number })) }),
+  complete: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
+  explain: shape({ number: count, start: count, end: count, text, picture: text }),
+  write: shape({ number: count, revision: text, problem: text }),
+  change: shape({ number: count, edits: listOf(edit), problem: text }),
 }
 
 /**

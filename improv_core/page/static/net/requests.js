@@ -17,19 +17,16 @@
  *   | { type: "key", key: string, held: boolean }
  *   | { type: "force", robot: string, sense: string, value: boolean | null }
  *   | { type: "restart" }
- *   | { type: "place", start_poses: Record<string, StartPose> }
- *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
- *   | { type: "tune", key: "beat" | "first_beat", value: number }
  *   | { type: "window", generation: number, from: number, to: number }
  *   | { type: "analyze", number: number, text: string }
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
  *   | { type: "write", number: number, text: string, revision: string }
- *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } }} Request
+ *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "arrange", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } }} Request
  */
 
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
-  form: { distance: [0.001, 1000] },
+  arrange: { distance: [0.001, 1000] },
   tune: { value: [-3600, 3600] },
 }

@@ -61,7 +61,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
         isKept = storeProgram(program)
         if (!isKept) return // for the page, the text stays unsaved
       }
-      if (message) onMessage(message.type === "written" && !isKept ? { ...message, problem: NO_ROOM } : message)
+      if (message) onMessage(message.type === "write" && !isKept ? { ...message, problem: NO_ROOM } : message)
     } else if ("ready" in said) {
       ready = true
       if (!isClass) keepSite(onLoad) // the server of a class has it only as long as the class

@@ -13,7 +13,7 @@ BENCHMARKS = {
     "faults": "from a fault to the first zero that a robot hears",
     "heavy": "keys and requests in and beside programs that take seconds to understand",
     "hosts": "when robots on bad links change their velocities, with a stage on each, and with one for all",
-    "joints": "how soon joints rest when something fails, and how punctual they are, beside plain rclpy",
+    "joints": "how soon joints rest when something fails",
     "keep_apart": "how far apart two robots come to rest that drive toward each other",
     "keystroke": "from a keystroke to its diagnostics, start, and memory",
     "page": "how smooth the page is with many robots, and what it costs the stage",

@@ -46,9 +46,8 @@ class Screen:
     def hint(self, hint: str) -> None:
         """Show this in the last line from now on."""
         if self.is_live:
-            self._clear()
             self._hint = hint
-            self._show()
+            self._renew()
 
     def count(self, transport: TransportMessage) -> None:
         """Show the beat in the last line while something plays. A beat that was shown before stays in its place."""
@@ -69,22 +68,18 @@ class Screen:
         self._clear()
 
     def _print(self, line: str, *, err: bool = False) -> None:
-        self._clear()
-        self._write(printable(line), err=err)
-        self._show()
+        self._renew(f"{printable(line)}\n", err=err)
 
     async def _count(self, transport: TransportMessage) -> None:
         async for beat in each_beat(transport):
             self._beat = beat
-            self._clear()
-            self._show()
+            self._renew()
 
     async def _count_down(self, begins: float, count: CountJson | None) -> None:
         counted = count["beats"] * count["period"] if count else 0.0
         while (left := begins - time.time()) > counted:
             self._left = f"begins in {countdown(left)}"
-            self._clear()
-            self._show()
+            self._renew()
             await asyncio.sleep(min(left % 1 or 1.0, left - counted))
         if count:
             await self._count_in(begins, count)
@@ -94,10 +89,7 @@ class Screen:
         for left in range(count["beats"], 0, -1):
             await asyncio.sleep(begins - left * count["period"] - time.time())
             self._left = f"count-in {count['beats'] - left + 1}/{count['beats']}"
-            self._clear()
-            if self._rings:
-                self._write("\a", nl=False)
-            self._show()
+            self._renew("\a" if self._rings else "")
 
     def _stop_counter(self) -> None:
         if self._counter:
@@ -106,23 +98,25 @@ class Screen:
         self._left = ""
         beat, self._beat = self._beat, ""
         if self._shown and beat:
-            self._clear()
-            self._write(beat)
-            self._show()
+            self._renew(f"{beat}\n")
 
-    def _show(self) -> None:
+    def _renew(self, above: str = "", *, err: bool = False) -> None:
+        """Show the last line again, below other output."""
+        self._clear()
+        if above:
+            self._write(above, err=err)
         if shown := " · ".join(part for part in (self._beat, self._left, self._hint) if part):
             self._shown = True
-            self._write(f"\r{shown} ", nl=False)
+            self._write(f"\r{shown} ")
 
     def _clear(self) -> None:
         """Replace the last line with an empty one, for another line to come."""
         if self._shown:
             self._shown = False
-            self._write("\r\x1b[K", nl=False)
+            self._write("\r\x1b[K")
 
-    def _write(self, text: str, *, nl: bool = True, err: bool = False) -> None:
+    def _write(self, text: str, *, err: bool = False) -> None:
         try:
-            click.echo(text, nl=nl, err=err)
+            click.echo(text, nl=False, err=err)
         except OSError:
             self._lost()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
 
@@ -103,11 +103,6 @@ def changed(
         else:
             analysis = analysis.touched(*difference(analysis.text, change.text))  # the rest keeps its analysis
     return Document(document.uri, version, analysis)
-
-
-def settled_further(document: Document, enough: Callable[[], bool]) -> Document:
-    """Return the document with more of its statements up to date, until it is `enough`."""
-    return replace(document, analysis=document.analysis.settled(enough))
 
 
 def changed_file(

@@ -48,7 +48,6 @@ class Live:
         self._played: Document | None = None  # the values below are for this document as it plays,
         self._known: Document | None = None  # and as it is now
         self._places: Places | None = None  # of the words that play
-        self._ranges: dict[Span, Range] = {}
 
     def follow(self, message: TransportMessage) -> None:
         """Send the new state of the stage, and from now on its changes as time passes."""
@@ -112,7 +111,7 @@ class Live:
             return None
         document = self._playing.now(played)
         if not self._places or document is not self._known or played is not self._played:
-            self._played, self._known, self._ranges = played, document, {}
+            self._played, self._known = played, document
             self._places = Places(played.analysis, document.analysis)
         muted, soloed = message["muted"], message["soloed"]
         spans, until = lit_words(replay, beat, self._places, lambda robot: is_muted(robot, muted, soloed))
@@ -135,10 +134,8 @@ class Live:
             self._notify(LIT, told)
 
     def _range(self, document: Document, span: Span) -> Range:
-        if span not in self._ranges:
-            start, end = (to_position(document.lines, offset, self._editor.encoding) for offset in span)
-            self._ranges[span] = start.line, start.character, end.line, end.character
-        return self._ranges[span]
+        start, end = (to_position(document.lines, offset, self._editor.encoding) for offset in span)
+        return start.line, start.character, end.line, end.character
 
     def _tell_transport(self, message: TransportMessage, beat: float) -> None:
         document, self._counted, state = self._playing.document, counted(message, beat), self._state()

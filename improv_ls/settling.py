@@ -15,7 +15,7 @@ from pygls.exceptions import JsonRpcException
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.text import difference
-from improv_ls.documents import Document, settled_further
+from improv_ls.documents import Document
 from improv_ls.slices import Slices
 from improv_ls.urdfs import Urdfs
 
@@ -151,7 +151,7 @@ class Settling:
     def _settle(self, uri: str) -> None:
         """Bring one version of a document up to date: replacing that version drops the work."""
         while not (document := self._documents[uri]).analysis.is_settled:
-            self._documents[uri] = settled_further(document, self._slices.is_over)
+            self._documents[uri] = replace(document, analysis=document.analysis.settled(self._slices.is_over))
             if document.analysis.earlier:
                 asyncio.get_running_loop().call_soon(self._preview, uri)
             if self._asked:
@@ -200,8 +200,11 @@ class Settling:
         return all(each.analysis.is_settled or uri in self._failures for uri, each in self._documents.items())
 
     def _is_ready(self, uri: str, line: int | None) -> bool:
+        """Return whether a document is up to date as far as the end of a line; -1 is above all lines."""
         document = self._documents.get(uri)
-        return not document or _is_ready(document, line)
+        if not document or line is None:
+            return not document or document.analysis.is_settled
+        return document.analysis.is_settled_to(document.lines.start(line + 1) if line >= 0 else -1)
 
     def _look(self) -> None:
         for asked in [each for each in self._asked if each.future.done() or each.is_ready()]:
@@ -218,10 +221,3 @@ class Settling:
         if uri and not future.done():
             self._answering[future] = uri
             future.add_done_callback(lambda _: self._answering.pop(future, None))
-
-
-def _is_ready(document: Document, line: int | None) -> bool:
-    analysis = document.analysis
-    if line is None:
-        return analysis.is_settled
-    return analysis.is_settled_to(document.lines.start(line + 1) if line >= 0 else -1)

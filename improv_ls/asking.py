@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import pickle
 import sys
-import threading
 from base64 import b64decode, b64encode
 from collections.abc import Callable
 from importlib import import_module
@@ -37,15 +36,8 @@ class Answerer(Generic[Question, Answer]):
         and was killed."""
         command = [sys.executable, "-m", __name__, self.function.__module__, self.function.__name__]
         child = self._child = self._child or Child(command, POLICY)
-        patience = threading.Timer(self.limit, child.kill)
-        patience.daemon = True
-        patience.start()
-        try:
-            child.write(json.dumps(_packed(question)).encode() + b"\n")
-            answer: Answer = _unpacked(child.read()[0])
-            return answer
-        finally:
-            patience.cancel()
+        answer: Answer = _unpacked(child.ask(json.dumps(_packed(question)).encode(), self.limit))
+        return answer
 
     def close(self) -> None:
         """End the process. The next question starts another one."""

@@ -7,7 +7,6 @@ import json
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -169,20 +168,14 @@ class DanceReader:
                 raise
 
     def _answer(self, child: Child, question: Sequence[object]) -> Any:
-        patience = threading.Timer(PATIENCE * self._limit, child.kill)
-        patience.daemon = True
-        patience.start()
         try:
-            child.write(json.dumps(question).encode() + b"\n")
-            return json.loads(child.read()[0])
+            return json.loads(child.ask(json.dumps(question).encode(), PATIENCE * self._limit))
         except (OSError, EOFError):
             self._child = None
             child.kill()
             child.close_input()
             child.wait()
             return None
-        finally:
-            patience.cancel()
 
 
 def _serve(limit: float) -> None:

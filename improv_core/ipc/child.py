@@ -140,6 +140,18 @@ class Child:
         poll.register(self._output, select.POLLIN)
         return bool(poll.poll(max(0.0, limit) * 1000))
 
+    def ask(self, line: bytes, limit: float) -> bytes:
+        """Send a line, and return the one that answers it. If that takes more than `limit` seconds, the process counts
+        as hung and is killed. Raises OSError or EOFError once it has ended. Only if writing waits."""
+        patience = threading.Timer(limit, self.kill)
+        patience.daemon = True
+        patience.start()
+        try:
+            self.write(line + b"\n")
+            return self.read()[0]
+        finally:
+            patience.cancel()
+
     def close_input(self) -> None:
         """Ask it to end: every child of ours does when its input has ended."""
         self._unsent = b""

@@ -125,6 +125,12 @@ class Stage:
     def alive(self) -> bool:
         return not self._ended.is_set() and not self._closing
 
+    @property
+    def _kind(self) -> str:
+        """The word for it, for people: the process of a page alone moves nothing."""
+        ready = self._first.result() if self._first.done() else None
+        return "page" if ready and ready["type"] == "ready" and ready["sink"] == "page" else "stage"
+
     def moving(self, robots: Iterable[str]) -> list[str]:
         """Return which of these robots move, by the latest report. Callable from any thread."""
         return [*robots] if self._moves else []
@@ -174,7 +180,7 @@ class Stage:
         now = time.monotonic()
         limit = self._watch.look(now, self.ready["real"])
         if limit is not None and not self._closing:
-            self._hung = f"the stage did not answer for {limit:g} s"
+            self._hung = f"the {self._kind} did not answer for {limit:g} s"
             self._child.kill()
         elif self.alive and not self._watch.rests(now):
             self._loop.call_later(LOOK_PERIOD, self._look)
@@ -294,7 +300,7 @@ class Stage:
         self._outbox.put(None)
         self._close_channel()
         why = self._failure or self._child.last_error
-        ended = f"the stage failed: {why}" if why else "the stage exited unexpectedly"
+        ended = f"the {self._kind} failed: {why}" if why else f"the {self._kind} exited unexpectedly"
         self._told({"type": "gone", "message": self._hung or ended})
 
 

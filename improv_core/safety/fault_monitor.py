@@ -7,7 +7,9 @@ It never reads a clock; times are the clock's, in seconds.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from improv_core.protocol.output import Noticed
@@ -30,31 +32,48 @@ class RobotNews(NamedTuple):
     news: News
 
 
+@dataclass(slots=True)
+class _Robot:
+    """A robot since the last look at it: its poses, and by how much its commands left too late. It has been sent
+    velocities since `moves`, and ever in this performance if it has `moved`. Its latest pose is of `posed`."""
+
+    moves: float | None = None
+    moved: bool = False
+    posed: float | None = None
+    late: float = 0.0
+    poses: list[Comparison] = field(default_factory=list)
+    watch: RobotWatch = field(default_factory=RobotWatch)
+
+
 class FaultMonitor:
     """The facts about each robot since the last look at it."""
 
     def __init__(self) -> None:
-        self._watches: dict[str, RobotWatch] = {}
-        self._poses: dict[str, list[Comparison]] = {}
-        self._moves: dict[str, float] = {}  # since when robots have been sent velocities
-        self._late: dict[str, float] = {}
+        self._robots: defaultdict[str, _Robot] = defaultdict(_Robot)
         self._looked = -math.inf
         self._place = 0  # the number of robots seen in this round
-        self.posed: dict[str, float] = {}
+
+    @property
+    def posed(self) -> Mapping[str, float]:
         """The time of the latest pose of each robot."""
-        self._moved: set[str] = set()
-        self.unreached: set[str] = set()
+        return {robot: each.posed for robot, each in self._robots.items() if each.posed is not None}
+
+    @property
+    def unreached(self) -> Collection[str]:
         """Robots that have been sent a velocity and are out of reach now: gone, or silent."""
+        out = {"gone", "silent"}
+        return {robot for robot, each in self._robots.items() if each.moved and not out.isdisjoint(each.watch.open)}
 
     def restart(self) -> None:
         """Forget what belongs to the previous performance."""
-        self._watches, self._poses, self._late, self.posed = {}, {}, {}, {}
-        self._moved, self.unreached = set(), set()
+        for robot, each in self._robots.items():
+            self._robots[robot] = _Robot(moves=each.moves)
 
     def take(self, pose: Comparison) -> None:
         """Take a measured pose."""
-        self._poses.setdefault(pose.raw.robot, []).append(pose)
-        self.posed[pose.raw.robot] = pose.raw.at
+        robot = self._robots[pose.raw.robot]
+        robot.poses.append(pose)
+        robot.posed = pose.raw.at
 
     @property
     def next_look(self) -> float:
@@ -64,17 +83,18 @@ class FaultMonitor:
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
         """Note that a robot was sent a velocity, or a zero."""
+        each = self._robots[robot]
         if twist == STILL:
-            self._moves.pop(robot, None)
+            each.moves = None
         else:
-            self._moves.setdefault(robot, at)
-            self._moved.add(robot)
+            each.moves = at if each.moves is None else each.moves
+            each.moved = True
 
     def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
         """Look at as many robots as the time since the last look requires, and yield what is new. Does nothing if no
         look is due."""
         for robot, seconds in noticed.late.items():
-            self._late[robot] = max(self._late.get(robot, 0.0), seconds)
+            self._robots[robot].late = max(self._robots[robot].late, seconds)
         robots = list(score.parts)
         due = len(robots) * min((now - self._looked) / PERIOD, 1.0)
         if due < min(len(robots), TOGETHER):
@@ -89,17 +109,14 @@ class FaultMonitor:
         self._place += math.ceil(due)
         if self._place >= len(robots):
             self._place = 0
-            self._forget(score.parts)
+            for robot in self._robots.keys() - score.parts.keys():
+                del self._robots[robot]
 
     def _look(self, robot: str, part: Part, score: Score, gone: bool, heard: float, now: float) -> list[News]:
-        poses, late = self._poses.pop(robot, ()), self._late.pop(robot, 0.0)
-        known = RobotFacts(now, poses, heard if part.odom else None, self._moves.get(robot), gone, late)
-        watch, news = look(self._watches.get(robot, _UNWATCHED), known, score.safety.faults)
-        self._watches[robot] = watch
-        if robot in self._moved and ("gone" in watch.open or "silent" in watch.open):
-            self.unreached.add(robot)
-        else:
-            self.unreached.discard(robot)
+        each = self._robots[robot]
+        known = RobotFacts(now, each.poses, heard if part.odom else None, each.moves, gone, each.late)
+        each.watch, news = look(each.watch, known, score.safety.faults)
+        each.poses, each.late = [], 0.0
         return news
 
     def _with_swap(self, found: RobotNews) -> RobotNews:
@@ -107,18 +124,6 @@ class FaultMonitor:
         robot, news = found
         if not isinstance(news, FaultBegan) or news.fault != "jumped":
             return found
-        watch = self._watches[robot]
-        others = (other for other, each in self._watches.items() if other != robot and are_swapped(watch, each))
-        return RobotNews(robot, news._replace(swapped=next(others, "")))
-
-    def _forget(self, parts: Mapping[str, Part]) -> None:
-        """Forget robots that are no longer in the score."""
-        for robot in self._watches.keys() - parts.keys():
-            del self._watches[robot]
-            self.posed.pop(robot, None)
-            self._moves.pop(robot, None)
-            self._moved.discard(robot)
-            self.unreached.discard(robot)
-
-
-_UNWATCHED = RobotWatch()
+        watch = self._robots[robot].watch
+        swapped = (other for other, each in self._robots.items() if other != robot and are_swapped(watch, each.watch))
+        return RobotNews(robot, news._replace(swapped=next(swapped, "")))

@@ -23,15 +23,12 @@ from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
 from improv_core.protocol.commands import Editing, PageRequest
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
-from improv_core.protocol.messages import FromStage, State
 from improv_core.robots.config import FILE_NAME, Robots, read_robots
 from improv_core.safety.stops import Stops
-from improv_core.session.acts import News
 from improv_core.session.session import Playback
 from improv_core.session.start import Options, SinkName
 from improv_core.session.state import PlayScore
 from improv_core.slices import on_checkpoint
-from improv_core.stage.loop import OpenedOutput
 from improv_core.website.in_process_stage import Hear, InProcessStage
 
 PROGRAM = Path("dance.improv")
@@ -58,12 +55,17 @@ class BrowserBackend:
             self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
         )
         options = Options(backend="sim", osc="nowhere")  # browsers have no UDP
-        self._playback = Playback(options, self._listen, self._stops, self._start, self._edit)
+        self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
+        self._playback = Playback(
+            options,
+            lambda news, leads: None,  # the page knows it already, and there is no terminal
+            self._stops,
+            self._start,
+            lambda editing, asked: self._asks.put_nowait((editing, asked)),
+        )
         self._editor = PageEditor(_robots(""), lambda value: UNWRITABLE)
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
-        self._asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
         self._text, self._revision, self._beat = "", 0, 0.0
-        self._state: State = "stopped"
         self._checking: asyncio.TimerHandle | None = None
 
     async def serve(self, text: str, toml: str, revision: int, beat: float, ready: Callable[[], None]) -> None:
@@ -115,23 +117,8 @@ class BrowserBackend:
         self._stage.tell({"type": "request", "command": command})
 
     async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> InProcessStage:
-        self._stage = InProcessStage(self._open, self._broadcast.publish, hear, stops)
+        self._stage = InProcessStage(self._simulator, self._broadcast, hear, stops)
         return self._stage
-
-    def _open(self, put: Callable[[FromStage], None]) -> OpenedOutput:
-        def tell(message: FromStage) -> None:
-            if message["type"] == "transport":
-                self._state = message["state"]
-            self._broadcast.report(message)
-            put(message)
-
-        return OpenedOutput(self._simulator, tell, self._broadcast.show)
-
-    def _listen(self, news: News, leads: bool) -> None:
-        """Do nothing: the page knows it already, and there is no terminal."""
-
-    def _edit(self, editing: Editing, asked: int) -> None:
-        self._asks.put_nowait((editing, asked))
 
     async def _obey(self) -> None:
         """Answer the page's requests while somebody edits the program."""
@@ -153,7 +140,7 @@ class BrowserBackend:
         self._checking = asyncio.get_running_loop().call_later(UNTOUCHED, self._check, ask)
 
     def _check(self, ask: Analyze) -> None:
-        if self._state in ("playing", "waiting"):
+        if self._stage.plays:
             return
         end = time.monotonic() + LONGEST_CHECK
 

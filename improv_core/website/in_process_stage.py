@@ -10,8 +10,10 @@ from typing import cast
 
 from improv_core.ipc.arrivals import End
 from improv_core.ipc.stage_process import Heard
+from improv_core.page.broadcast import Broadcast
 from improv_core.plain import one_line
 from improv_core.protocol.messages import VERSION, FromStage, Ready, ToStage
+from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
@@ -24,26 +26,21 @@ Hear = Callable[["InProcessStage", Heard, int], None]
 
 
 class InProcessStage:
-    """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn.
+    """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn."""
 
-    `open_sink` gets the function by which the stage sends its parent messages, and `hand_to_pages` messages for pages.
-    """
-
-    def __init__(
-        self,
-        open_sink: Callable[[Callable[[FromStage], None]], OpenedOutput],
-        hand_to_pages: Callable[[ForPages], None],
-        hear: Hear,
-        stops: Stops,
-    ) -> None:
-        self._hand_to_pages, self._hear, self._stops = hand_to_pages, hear, stops
+    def __init__(self, sink: Sink, broadcast: Broadcast, hear: Hear, stops: Stops) -> None:
+        self._broadcast, self._hear, self._stops = broadcast, hear, stops
         self._events = asyncio.get_running_loop()
         self._read = RowsRead()
         self._closed = False
         self._timer: asyncio.TimerHandle | None = None
-        opened = open_sink(self.tell)
-        self._play = Loop(opened, _Clock(), Parent())
-        self.ready: Ready = {"type": "ready", "protocol": VERSION, "sink": opened.sink.name, "real": False, "page": ""}
+        self._play = Loop(OpenedOutput(sink, self._report, broadcast.show), _Clock(), Parent())
+        self.ready: Ready = {"type": "ready", "protocol": VERSION, "sink": sink.name, "real": False, "page": ""}
+
+    @property
+    def plays(self) -> bool:
+        """True while robots move, or wait for beat 0."""
+        return self._play.player.run.mode in ("playing", "waiting")
 
     def tell(self, message: FromStage) -> None:
         """Send the parent a message, such as a page's request."""
@@ -56,7 +53,7 @@ class InProcessStage:
 
     def send(self, message: ToStage) -> None:
         if message["type"] == "page":
-            self._hand_to_pages(cast(ForPages, message["message"]))
+            self._broadcast.publish(cast(ForPages, message["message"]))
             return
         said = arrival(dumps(message), self._read)
         assert not isinstance(said, End)
@@ -66,6 +63,10 @@ class InProcessStage:
         self._closed = True
         if self._timer:
             self._timer.cancel()
+
+    def _report(self, message: FromStage) -> None:
+        self._broadcast.report(message)
+        self.tell(message)
 
     def _told(self, message: FromStage, asked: int) -> None:
         if not self._closed:

@@ -197,6 +197,12 @@ def test_one_line_says_why_a_stage_is_gone(
     assert [each for each in told if each["type"] != "stopped"] == [{"type": "gone", "message": reason}]
 
 
+def test_a_page_that_is_gone_is_called_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "READY", READY.replace("fake", "page"))
+    told = told_by(["sys.exit(0)"], [], lambda message: message["type"] == "gone")
+    assert told == [{"type": "gone", "message": "the page exited unexpectedly"}]
+
+
 class WithProcesses(Client):
     def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
         pipes = super()._start(screen)

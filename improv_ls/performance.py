@@ -338,7 +338,7 @@ class Performance:
         count, stops = len(message["robots"]), self._editor.server.stops.count
         what = "1 robot is not in its place" if count == 1 else f"{count} robots are not in their places"
         if await self._editor.offer(f"{what}, so the dance doesn't begin", "Begin anyway"):
-            self.ask({"type": "anyway"}, stops)
+            self.ask({"type": "resume", "anyway": True}, stops)
 
     def _follow(self, message: TransportMessage) -> None:
         """Pass a message on to all objects that follow the performance."""

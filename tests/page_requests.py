@@ -11,6 +11,7 @@ from improv_core.protocol.decoding import by_type
 from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.fields import LAST_BEAT
 from improv_core.protocol.page_messages import FromPage, Press
+from improv_core.protocol.page_requests import fields_of
 from improv_core.score.fits import Between, hints_of, required_of
 
 FILE = Path(__file__).parent.parent / "improv_core" / "page" / "static" / "net" / "requests.js"
@@ -38,8 +39,13 @@ def text() -> str:
 
 
 def _shape(message: Any) -> str:
-    fields = {name: hint for name, hint in hints_of(message).items() if name in required_of(message)}
-    return f"{{ {', '.join(f'{name}: {_name(hint)}' for name, hint in fields.items())} }}"
+    maybe = {True: "", False: "?"}
+    fields = (
+        f"{name}{maybe[name in required_of(message)]}: {_name(hint)}"
+        for name, hint in hints_of(message).items()
+        if name in fields_of(message)
+    )
+    return f"{{ {', '.join(fields)} }}"
 
 
 def _name(hint: Any) -> str:

@@ -67,7 +67,11 @@ def to_local(message: Mapping[str, Any], translation: TimeTranslation) -> dict[s
         row = COMMANDS.get(message["command"]["type"])
         if not row or "ros" not in row.by:
             return None
-        return {**message, "command": _translated(message["command"], row.message, changes)}
+        command = {**_translated(message["command"], row.message, changes)}
+        command.pop("anyway", None)
+        if command["type"] in ("resume", "restart"):
+            command["by"] = "ros"  # there is no person there
+        return {**message, "command": command}
     if kind == "ready":
         return {name: message[name] for name in ("type", "protocol", "sink", "real")}
     return None if kind == "link" else dict(_translated(message, _FROM_STAGE[kind], changes))

@@ -81,9 +81,7 @@ def _asked(run: Run, message: Message, facts: Facts) -> Decided:
         case "pause":
             return stop_rules.pause(run, facts)
         case "resume":
-            return start_rules.resume(run, facts, message.get("by"))
-        case "anyway":
-            return start_rules.resume(run, facts, anyway=True)
+            return start_rules.resume(run, facts, message.get("by"), anyway=message.get("anyway", False))
         case "seek":
             return _seek(run, message["beat"], facts)
         case "speed":

@@ -11,7 +11,7 @@ from improv_core.player.return_state import HomeStep
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import Anyway, Automation, Pause, Resume, Seek, Silence, Speed, Stop
+from improv_core.protocol.commands import Automation, Pause, Resume, Seek, Silence, Speed, Stop
 from improv_core.protocol.messages import Pressed, When
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.safety.fault_monitor import RobotNews
@@ -146,9 +146,9 @@ class Returning:
     steps: Sequence[HomeStep]
 
 
-Message = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Pressed | BendMessage | FaultMessage
+Message = Stop | Pause | Resume | Seek | Speed | Silence | Pressed | BendMessage | FaultMessage
 """The messages to a stage that its player decides about."""
-AHEAD_OF_DUE = frozenset({"stop", "resume", "anyway", "seek", "pressed"})
+AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
 """The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
 but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
 Internal = (

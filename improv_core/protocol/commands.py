@@ -44,7 +44,11 @@ class Marked(TypedDict, total=False):
     direct: str
 
 
-class Stop(_Timed, Marked, _Asked):
+class Added(_Timed, Marked, _Asked):
+    """The fields that only Improv itself adds to a request."""
+
+
+class Stop(Added):
     type: Literal["stop"]
 
 
@@ -53,13 +57,10 @@ class Pause(_Timed):
 
 
 class Resume(_Timed, _Asked):
+    """Continue, or begin; with `anyway`, even if robots are not in their places."""
+
     type: Literal["resume"]
-
-
-class Anyway(_Timed):
-    """Continue, or begin, even if robots are not in their places."""
-
-    type: Literal["anyway"]
+    anyway: NotRequired[bool]
 
 
 class Seek(_Timed):
@@ -122,7 +123,7 @@ class OscSense(_Timed):
     value: bool
 
 
-PageConduct = Stop | Pause | Resume | Anyway | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
+PageConduct = Stop | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """The controls that people in an editor or on a page have over playback."""
 Conduct = PageConduct | OscSense
 """All controls over playback."""
@@ -203,13 +204,12 @@ _ROWS = (
         stops=True,
         at_once=True,
         overtakes=True,
-        voids=frozenset({"pause", "resume", "anyway", "seek", "restart", "cue"}),
+        voids=frozenset({"pause", "resume", "seek", "restart", "cue"}),
         # Each page waits until its own stop is confirmed, and a person's stop holds for more than those of automations.
         about=lambda stop: stop.get("by") or stop.get("mark", "").rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS),
-    Command(Anyway, ("page", "editor")),
     Command(Restart, CONTROLS, to_stages=False),
     Command(Seek, ("page", "editor", "osc")),
     Command(Speed, CONTROLS, at_once=True, kept=True),

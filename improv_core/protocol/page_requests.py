@@ -6,10 +6,11 @@ import json
 import re
 from typing import Any, cast
 
+from improv_core.protocol.commands import Added
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.fields import Count
 from improv_core.protocol.page_messages import FromPage
-from improv_core.score.fits import fits, required_of
+from improv_core.score.fits import fits, hints_of
 
 PAGE = re.compile(r"[0-9A-Za-z-]{1,64}")
 """The name that a page gives itself."""
@@ -17,8 +18,13 @@ PAGE = re.compile(r"[0-9A-Za-z-]{1,64}")
 _REQUESTS: dict[str, Any] = by_type(FromPage)
 
 
+def fields_of(message: Any) -> set[str]:
+    """Return the fields of a request that a page may send."""
+    return hints_of(message).keys() - hints_of(Added).keys()
+
+
 def read(text: str) -> FromPage | None:
-    """Return the request in a message, with the values that every such request has and no others, or None."""
+    """Return the request in a message, without values that only Improv itself may add, or None."""
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -27,7 +33,7 @@ def read(text: str) -> FromPage | None:
     expected = _REQUESTS.get(kind) if isinstance(kind, str) else None
     if expected is None:
         return None
-    request = {name: value for name, value in message.items() if name in required_of(expected)}
+    request = {name: value for name, value in message.items() if name in fields_of(expected)}
     return cast(FromPage, request) if fits(request, expected) else None
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from improv_core.ipc.stage_process import StageError
-from improv_core.protocol.commands import COMMANDS, Anyway, PageRequest, Resume, Watched
+from improv_core.protocol.commands import COMMANDS, PageRequest, Resume, Watched
 from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
 from improv_core.protocol.page_messages import for_pages
@@ -15,7 +15,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.acts import Act, Announce, Send, SendScore
 from improv_core.session.state import Change, PlayScore, SessionState
 
-StageRequest = Change | Resume | Anyway | ProgramMessage | ProgramSource | Answer
+StageRequest = Change | Resume | ProgramMessage | ProgramSource | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 Decided = tuple[SessionState, list[Act]]
 
@@ -53,7 +53,7 @@ def asked(state: SessionState, request: PlayScore | StageRequest | PageRequest |
             by=request.get("by"),
         )
         return _send_score(state, again) if again and state.leader else (state, [])
-    if request["type"] == "resume" or request["type"] == "anyway":
+    if request["type"] == "resume":
         resume = request.copy()
         resume["at"] = now.at
         twin = None if state.armed else state.twin  # the twin begins with the leader

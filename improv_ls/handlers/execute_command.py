@@ -100,7 +100,7 @@ def resume(ls: Session, *arguments: Any) -> None:
 
 def anyway(ls: Session, *arguments: Any) -> None:
     """Begin, or resume, even if robots are not in their places."""
-    ls.performance.ask({"type": "anyway"}, ls.arrival.stops)
+    ls.performance.ask({"type": "resume", "anyway": True}, ls.arrival.stops)
 
 
 def cue(ls: Session, *arguments: Any) -> None:

@@ -37,6 +37,8 @@ def test_a_machine_there_opens_no_page_here_and_sends_only_requests_that_ros_may
     assert [to_local(each, TRANSLATION) for each in asked] == [None] * 4
     stop = {"type": "request", "command": {"type": "stop"}}
     assert to_local(stop, TRANSLATION) == stop
+    person = {"type": "request", "command": {"type": "resume", "anyway": True}}
+    assert to_local(person, TRANSLATION) == {"type": "request", "command": {"type": "resume", "by": "ros"}}
 
 
 TIMES = {"at": AHEAD, "monotonic": AHEAD, "wall": WALL_AHEAD, "begins": WALL_AHEAD, "asleep": ASLEEP}

@@ -34,12 +34,13 @@ class Stages:
     def asked(self, client: Client) -> list[str]:
         """Return the requests since the last call. An answer to a message takes a few turns to have effect, so the
         client sends as many other requests meanwhile."""
-        kinds = []
+        kinds = list[str]()
         for _ in range(TURNS):
             client.command("cue")
-            while (kind := self.sent.get(timeout=LIMIT)["type"]) != "cue":
-                kinds.append(kind)
-        return [kind for kind in kinds if kind in ("anyway", "resume")]
+            while (message := self.sent.get(timeout=LIMIT))["type"] != "cue":
+                if message["type"] == "resume":
+                    kinds.append("anyway" if message.get("anyway") else "resume")
+        return kinds
 
 
 @pytest.fixture

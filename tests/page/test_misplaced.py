@@ -41,6 +41,6 @@ def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer:
 
 
 def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands) -> None:
-    for button, wanted in (("Play", "resume"), ("Begin anyway", "anyway")):
+    for button, wanted in (("Play", {}), ("Begin anyway", {"anyway": True})):
         waiting.locator("#misplaced").get_by_role("button", name=button).click()
-        assert asked(commands) == {"type": wanted}
+        assert asked(commands) == {"type": "resume", **wanted}

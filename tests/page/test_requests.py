@@ -19,6 +19,7 @@ def change(**change: Any) -> dict[str, Any]:
 RIGHT: list[dict[str, Any]] = [
     *({"type": kind} for kind in ("stop", "pause", "resume", "restart", "held", "released", "cue")),
     {"type": "press", "number": 1},
+    {"type": "resume", "anyway": True},
     {"type": "key", "key": "d", "held": True},
     {"type": "force", "robot": "ada", "sense": "near", "value": True},
     {"type": "force", "robot": "ada", "sense": "near", "value": None},
@@ -38,7 +39,8 @@ RIGHT: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("message", RIGHT, ids=lambda message: str(message["type"]))
 def test_a_request_is_read_with_its_values_only(message: dict[str, Any]) -> None:
-    assert read(json.dumps({**message, "at": 7, "page": 7, "more": "x"})) == message
+    added = {"at": 7, "by": "osc", "mark": "m", "direct": "d", "page": 7, "more": "x"}
+    assert read(json.dumps({**message, **added})) == message
 
 
 WRONG = [

@@ -231,7 +231,7 @@ FAULT = {"robot": "r", "fault": "silent", "over": False, "response": "stand", "w
         ("stop", {}, False),
         ("pause", {}, True),
         ("resume", {}, False),
-        ("anyway", {}, False),
+        ("resume", {"anyway": True}, False),
         ("seek", {"beat": 0.0}, False),
         ("speed", {"factor": 2.0}, True),
         ("silence", {"muted": ["r"], "soloed": []}, True),

@@ -163,7 +163,7 @@ def test_a_pose_in_the_world_is_taken_as_it_is() -> None:
     robot.run(1)
     assert robot.off(Pose(2.36)) == (0.36, 0)
     robot.stage.ask("seek", beat=2)
-    robot.stage.ask("anyway")
+    robot.stage.ask("resume", anyway=True)
     robot.run(0.05)
     sought = robot.pose(Pose(2.36))
     assert sought

@@ -202,7 +202,7 @@ def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() ->
     see(stage, 2)
     stage.run(5)
     assert paused(stage)
-    stage.ask("anyway")
+    stage.ask("resume", anyway=True)
     assert stage.states[-1] == "playing"
     assert "too_near" not in stage.transports[-1]
 

@@ -401,7 +401,7 @@ def test_a_robot_that_is_not_in_its_place_holds_all_back_until_people_play_again
     place: Any = {"place": {"x": 0, "y": 0, "heading": 0}, "pose": None, "line": "p is elsewhere"}
     story.said(PI, "misplaced", generation=1, waits=True, robots={"p": place})
     assert story.acts[0].message["robots"].keys() == {"p"}  # type: ignore[union-attr, typeddict-item]
-    assert story.told("anyway") == ["here: load", f"{PI}: load"]
+    assert story.told("resume", anyway=True) == ["here: load", f"{PI}: load"]
     assert [act.message["anyway"] for act in story.acts] == [True, True]  # type: ignore[union-attr, typeddict-item]
 
 

@@ -188,7 +188,7 @@ def goes_on_by_itself(story: Story) -> bool:
         hear(story, 20 + 2 * (story.now - NOW - 10))
         told = list(story.acts)
         story.group, acts = rules.waited(story.group, Times(story.now, story.now))
-        if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "anyway") for act in [*told, *acts]):
+        if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "seek") for act in [*told, *acts]):
             return True
     return False
 
@@ -207,7 +207,7 @@ def test_robots_too_near_to_each_other_wait_for_a_person_also_after_one_came_in_
     story.is_at(HERE, "paused", 20.0)
     hear(story, 21.9)
     story.told("resume")
-    assert story.told("anyway")[-2:] == both("anyway")
+    assert story.told("resume", anyway=True)[-2:] == both("resume")
     for host in (HERE, PI):
         story.is_at(host, "playing", 20.0)
     story.now += 3

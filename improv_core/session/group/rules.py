@@ -14,7 +14,7 @@ from typing import Any, cast
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import COMMANDS, Anyway, Pause, Resume, Stop
+from improv_core.protocol.commands import COMMANDS, Pause, Resume, Stop
 from improv_core.protocol.messages import Armed, FromStage, Load, Pressed, ToStage, TransportMessage
 from improv_core.protocol.play_again import NOT_READY, STOPPED, stop_of
 from improv_core.session.group import clock, shared_poses
@@ -60,7 +60,7 @@ def told(group: GroupState, message: ToStage, now: Times) -> Decided:
         elif group.mode != "paused":
             group = group.stopped()
         return group, []
-    if message["type"] == "resume" or message["type"] == "anyway":
+    if message["type"] == "resume":
         return _resume(group, message, now)
     if message["type"] == "pressed":
         return group, [SendTo(host, _presses_of(group, host, message)) for host in group.alive]
@@ -267,9 +267,9 @@ def _standing(load: Load) -> Load:
     return standing
 
 
-def _resume(group: GroupState, resume: Resume | Anyway, now: Times) -> Decided:
-    anyway, position = resume["type"] == "anyway", group.position
-    if resume["type"] == "resume" and not group.may_start(resume.get("by")):
+def _resume(group: GroupState, resume: Resume, now: Times) -> Decided:
+    anyway, position = resume.get("anyway", False), group.position
+    if not group.may_start(resume.get("by")):
         return group, [warning(STOPPED)]
     if group.mode == "gathering":
         return group, [warning(NOT_READY)]

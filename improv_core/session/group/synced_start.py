@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from improv_core.protocol.commands import Anyway, Resume
+from improv_core.protocol.commands import Resume
 from improv_core.session.group.acts import Act, Decided, SendTo, Times
 from improv_core.session.group.state import SPARE, GroupState, beat_at
 
@@ -20,9 +20,7 @@ EARLY = 1.0
 """Seconds before the time at which a dance begins by itself, from which on all are sent that time."""
 
 
-def resume_at(
-    group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume | Anyway = RESUME
-) -> Decided:
+def resume_at(group: GroupState, hosts: Iterable[str], beat: float, at: float, resume: Resume = RESUME) -> Decided:
     """Have paused stages continue from one beat, all at the same time."""
     group = playing_from(group, at)
     acts, timed = list[Act](), resume.copy()

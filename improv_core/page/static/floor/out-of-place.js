@@ -31,7 +31,7 @@ export class Misplaced {
   constructor(send, announce) {
     this.#announce = announce
     find("in-place").addEventListener("click", () => send({ type: "resume" }))
-    this.#anyway.addEventListener("click", () => send({ type: "anyway" }))
+    this.#anyway.addEventListener("click", () => send({ type: "resume", anyway: true }))
   }
 
   /** @param {Messages["misplaced"]} message */

@@ -6,8 +6,7 @@
 /**
  * @typedef {{ type: "stop" }
  *   | { type: "pause" }
- *   | { type: "resume" }
- *   | { type: "anyway" }
+ *   | { type: "resume", anyway?: boolean }
  *   | { type: "seek", beat: number }
  *   | { type: "speed", factor: number }
  *   | { type: "silence", muted: string[], soloed: string[] }

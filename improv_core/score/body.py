@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Literal
 
-from improv_core.score import skeleton
-from improv_core.score.fits import checked
 from improv_core.score.movement import Asked
-from improv_core.score.skeleton import Bone
+from improv_core.score.skeleton import Bone, is_tree
 
 Interface = Literal["trajectory", "position", "velocity"]
 Home = Literal["wait", "move"]
@@ -67,10 +65,6 @@ class BodyPart:
     mirror: str | None = None
     poses: Sequence[BodyPose] = ()
 
-    def __post_init__(self) -> None:
-        for name in ("drives", "poses"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-
     def drive(self, direction: str) -> Drive | None:
         """Return the joint that a direction moves, if it moves one."""
         return next((each for each in self.drives if each.direction == direction), None)
@@ -90,9 +84,6 @@ class BodyGroup:
     name: str
     parts: Sequence[str]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "parts", tuple(self.parts))
-
 
 @dataclass(frozen=True, slots=True)
 class Controller:
@@ -102,9 +93,6 @@ class Controller:
     joints: Sequence[str]
     interface: Interface = "trajectory"
     topic: str | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "joints", tuple(self.joints))
 
 
 @dataclass(frozen=True)
@@ -123,10 +111,6 @@ class Body:
 
     def __hash__(self) -> int:
         return hash(self._names)  # profiles are keys, and there are few
-
-    def __post_init__(self) -> None:
-        for name in ("parts", "groups", "joints", "controllers", "skeleton"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
@@ -162,32 +146,11 @@ class Body:
         return frozenset(pose.name for part in self.parts for pose in part.poses)
 
 
-def from_json(data: Mapping[str, Any] | None) -> Body | None:
-    """Return the body that `asdict` wrote. Raises ValueError, TypeError, or KeyError on anything else."""
-    if data is None:
-        return None
-    joints = [checked(Joint, each) for each in data["joints"]]
-    names = {each.name for each in joints}
-    parts = [_part(each) for each in data["parts"]]
-    groups = [checked(BodyGroup, {**each, "parts": list(each["parts"])}) for each in data["groups"]]
-    controllers = [checked(Controller, {**each, "joints": list(each["joints"])}) for each in data["controllers"]]
-    if data["home"] not in get_args(Home):
-        raise ValueError("nothing can be done about joints that aren't at their starts")
-    bones = skeleton.from_json(data["skeleton"])
-    body = Body(parts, groups, joints, controllers, data["joint_states"], data["home"], data["urdf"], bones)
-    known = set(body.part)
-    mentioned = {name for group in groups for name in group.parts} | {part.mirror for part in parts if part.mirror}
-    moved = {drive.joint for part in parts for drive in part.drives} | {
-        name for each in controllers for name in each.joints
-    }
-    if not (mentioned <= known and moved <= names):
-        raise ValueError("a body lacks a part or a joint")
-    return body
-
-
-def _part(data: Mapping[str, Any]) -> BodyPart:
-    drives = [checked(Drive, each) for each in data["drives"]]
-    poses = [checked(BodyPose, each) for each in data["poses"]]
-    if any(not drive.per_step for drive in drives):
-        raise ValueError("a direction moves nothing")
-    return checked(BodyPart, {**data, "drives": drives, "poses": poses})
+def is_whole(body: Body) -> bool:
+    """Return whether a body has all that its parts, groups, controllers, and bones mention."""
+    drives = [drive for part in body.parts for drive in part.drives]
+    mentioned = {name for group in body.groups for name in group.parts}
+    mentioned |= {part.mirror for part in body.parts if part.mirror}
+    moved = {drive.joint for drive in drives} | {name for each in body.controllers for name in each.joints}
+    is_known = mentioned <= body.part.keys() and moved <= body.joint.keys()
+    return is_known and all(drive.per_step for drive in drives) and is_tree(body.skeleton)

@@ -1,12 +1,13 @@
-"""Checks the types of JSON values. Standard library only."""
+"""Checks the types of JSON values, and makes dataclasses of them. Standard library only."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass, is_dataclass
 from functools import lru_cache, partial
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 if TYPE_CHECKING:
     from typing import NotRequired as NotRequired
@@ -22,8 +23,6 @@ else:
         def holds(value: object) -> bool:
             return True
 
-
-T = TypeVar("T")
 
 LARGEST_FLOAT = 1e300
 """Larger numbers are refused."""
@@ -96,13 +95,40 @@ def fits(value: object, hint: Any) -> bool:
     return isinstance(value, hint)
 
 
-def checked(kind: Callable[..., T], values: Any) -> T:
-    """Return a dataclass or named tuple of numbers and words. Raises ValueError if a value does not fit, TypeError if
-    one is missing or unknown."""
-    hints = hints_of(kind)
-    if wrong := [name for name, value in values.items() if name in hints and not fits(value, hints[name])]:
-        raise ValueError(f"`{wrong[0]}` has a wrong value")
-    return kind(**values)
+def as_json(value: Any) -> Any:
+    """Return the JSON value of a dataclass, of a mapping of them, or of anything that JSON has as it is."""
+    if isinstance(value, Mapping):
+        return {name: as_json(each) for name, each in value.items()}
+    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
+
+
+def read(value: Any, hint: Any) -> Any:
+    """Return the value of a type that `as_json` wrote. Besides the types of `fits`, it may be a tuple, a dataclass with
+    exactly these fields, or a named tuple. Raises ValueError on anything else."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        made = read(value, arguments[0])
+        if all(limit.holds(made) for limit in arguments[1:]):
+            return made
+    elif origin in (UnionType, Union):
+        for each in arguments:
+            with suppress(ValueError):
+                return read(value, each)
+    elif isinstance(origin, type) and issubclass(origin, Mapping):
+        if isinstance(value, dict):
+            return {read(key, arguments[0]): read(each, arguments[1]) for key, each in value.items()}
+    elif isinstance(origin, type) and issubclass(origin, Sequence):  # of one type, or of one for each item
+        if isinstance(value, (list, tuple)):
+            inner = arguments if origin is tuple and arguments[-1] is not ... else arguments[:1] * len(value)
+            return tuple([read(each, own) for each, own in zip(value, inner, strict=True)])
+    elif is_dataclass(hint) or hasattr(hint, "_fields"):
+        hints = hints_of(hint)
+        fields = dict(zip(hints, value, strict=True)) if isinstance(value, list) else value
+        if isinstance(fields, dict) and fields.keys() == hints.keys():
+            return hint(**{name: read(each, hints[name]) for name, each in fields.items()})
+    elif fits(value, hint):
+        return value
+    raise ValueError(f"{value!r:.100} has a wrong type")
 
 
 def _all_fit(values: Any, hint: Any) -> bool:

@@ -58,7 +58,7 @@ class Profile:
     # it.
     message: str = "auto"
     dynamics: str = "ideal"
-    wheel_error: Sequence[float] = (1.0, 1.0)
+    wheel_error: tuple[float, float] = (1.0, 1.0)
     noise: float = 0.0
     smooth: bool = False
     near: float | None = None
@@ -93,10 +93,6 @@ class Profile:
     def limited(self, twist: Twist) -> Twist:
         """Return this twist, or a slower one if it exceeds a limit."""
         return twist.within(self.max_linear, self.max_angular)
-
-    def __post_init__(self) -> None:
-        for name in ("motions", "wheel_error"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
 
 
 SLOW_SHARE, SLOW, SLOW_TURN = 0.2, 0.1, 0.5

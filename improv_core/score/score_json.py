@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
-from improv_core.score import body, senses
 from improv_core.score import world as worlds
 from improv_core.score.algebra import Gain, Hold, Pace, Parallel, Repeat, Reverse, Series, Use
+from improv_core.score.body import is_whole
 from improv_core.score.bounds import is_too_fast
 from improv_core.score.by_part import ByPart, ToPose
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
-from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.fields import above_zero
-from improv_core.score.fits import checked, fits
+from improv_core.score.fits import as_json, hints_of, read
 from improv_core.score.inner_first import inner_first
-from improv_core.score.motion import Pose
 from improv_core.score.movement import (
     LARGEST,
     MOST_BITS,
@@ -31,22 +29,10 @@ from improv_core.score.movement import (
     Single,
     bits,
 )
-from improv_core.score.music import Music
-from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.score import (
-    Deadman,
-    Follow,
-    Host,
-    OdomFrame,
-    OutsideClock,
-    Part,
-    Preflight,
-    Rejoin,
-    Safety,
-    Score,
-)
+from improv_core.score.score import Part, Score
+from improv_core.score.senses import require_valid
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
@@ -59,6 +45,15 @@ _KINDS: Mapping[str, type[Movement]] = {
         *(Choose, Shuffle, Chance, Seed, Throwing, Until, Pause, If, ByPart, ToPose),
     )
 }
+
+
+_OF_A_PART = (
+    *("profile", "start", "topic", "reset", "use_sim_time", "frame", "odom", "follow", "odom_frame"),
+    *("battery", "namespace", "host", "senses", "editions"),
+)
+"""The fields of a part that are sent besides its scenes."""
+_OF_A_SCORE = ("safety", "publish", "bar", "count_in", "clock", "scene_names", "music", "text")
+"""The fields of a score that are sent as they are."""
 
 
 @dataclass(slots=True)
@@ -83,15 +78,8 @@ class _Written(NamedTuple):
     part: Part
 
     def is_like(self, other: _Written) -> bool:
-        one, two = self.part, other.part
-        return (
-            self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow, one.odom_frame)
-            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow, two.odom_frame)
-            and (one.battery, one.namespace, one.host) == (two.battery, two.namespace, two.host)
-            and one.profile == two.profile
-            and one.start == two.start
-            and one.senses == two.senses
+        return self.scenes == other.scenes and all(
+            getattr(self.part, name) == getattr(other.part, name) for name in _OF_A_PART
         )
 
 
@@ -126,159 +114,59 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
     }
     written.parts = now
     written.whole = written.whole or len(rows)
-    program = {"text": score.text, "offsets": list(score.offsets.items())}
     return {
         "tempo": str(score.tempo),
         "known": known,
         "movements": rows,
         "parts": parts,
         "world": worlds.to_json(score.world),
-        "safety": asdict(score.safety),
-        "publish": score.publish,
-        "bar": score.bar,
-        "count_in": score.count_in,
-        "clock": score.clock and asdict(score.clock),
-        "scene_names": list(score.scene_names),
-        "music": asdict(score.music) if score.music else None,
-        **program,
+        **{name: as_json(getattr(score, name)) for name in _OF_A_SCORE},
+        "offsets": list(score.offsets.items()),
     }
 
 
 def _part_json(written: _Written) -> dict[str, Any]:
-    part = written.part
-    return {
-        "scenes": written.scenes,
-        "profile": asdict(part.profile),
-        "start": asdict(part.start),
-        "topic": part.topic,
-        "reset": part.reset,
-        "use_sim_time": part.use_sim_time,
-        "frame": part.frame,
-        "odom": part.odom,
-        "follow": part.follow,
-        "odom_frame": part.odom_frame,
-        "battery": part.battery,
-        "namespace": part.namespace,
-        "host": asdict(part.host) if part.host else None,
-        "senses": senses.to_json(part.senses),
-        "editions": part.editions,
-    }
+    return {"scenes": written.scenes, **{name: as_json(getattr(written.part, name)) for name in _OF_A_PART}}
 
 
-class _PartJson(TypedDict):
-    scenes: Sequence[int]
-    profile: Mapping[str, Any]
-    start: Mapping[str, Any]
-    topic: str
-    reset: str | None
-    use_sim_time: bool
-    frame: str
-    odom: str | None
-    follow: bool
-    odom_frame: OdomFrame
-    battery: str | None
-    namespace: str
-    host: Mapping[str, Any] | None
-    senses: Mapping[str, Mapping[str, Any]]
-    editions: Sequence[int]
-
-
-class _DeadmanJson(TypedDict):
-    topic: str
-    button: int
-
-
-class _FaultRulesJson(TypedDict):
-    responses: Mapping[Fault, Response]
-    distance: float
-    angle: float
-
-
-class _PreflightJson(TypedDict):
-    distance: float
-    turn: float
-
-
-class _ClockJson(TypedDict):
-    follow: Follow
-    port: str
-
-
-class _SafetyJson(TypedDict):
-    stop: str | None
-    deadman: _DeadmanJson | None
-    rejoin: Rejoin
-    faults: _FaultRulesJson
-    start_without: bool
-    preflight: _PreflightJson
-    sight: bool
-
-
-class _ScoreJson(TypedDict):
-    tempo: str
-    known: int
-    movements: Sequence[Any]
-    parts: Mapping[str, _PartJson | None]
-    world: Mapping[str, Any] | None
-    text: str
-    offsets: Sequence[Sequence[int]]
-    safety: _SafetyJson
-    publish: bool
-    bar: int | None
-    count_in: bool
-    clock: _ClockJson | None
-    scene_names: Sequence[str]
-    music: Mapping[str, Any] | None
-
-
-def from_json(data: Mapping[str, Any], read: RowsRead | None = None) -> Score:
-    """Return the score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is
+def from_json(data: Mapping[str, Any], known: RowsRead | None = None) -> Score:
+    """Return the score that `to_json` wrote. `known` is what was read before it, on which its writer builds. It is
     emptied if this score can't be read.
 
     Raises `LackingError` if the writer builds on something else, and an exception on anything that is no score or is
     too much to play.
     """
-    if not fits(data, _ScoreJson):
-        raise ValueError("it is not a score")
-    read = RowsRead() if read is None else read
-    if data["known"] == 0:
-        read.movements, read.parts = [], {}
-    made, before = read.movements, read.parts
+    known = RowsRead() if known is None else known
+    if read(data["known"], int) == 0:
+        known.movements, known.parts = [], {}
+    made, before = known.movements, known.parts
     if data["known"] != len(made):
         raise LackingError
     try:
         for kind, *rest in data["movements"]:
             made.append(_playable(_read(kind, rest, made)))
         parts = {
-            name: _part(name, part, made) if part else _known_part(name, before) for name, part in data["parts"].items()
+            name: _known_part(name, before) if part is None else _part(name, part, made)
+            for name, part in data["parts"].items()
         }
         score = _score(data, parts)
     except Exception:
-        read.movements, read.parts = [], {}
+        known.movements, known.parts = [], {}
         raise
-    read.parts = parts
+    known.parts = parts
     return score
 
 
-def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
-    return Part(
-        name,
-        tuple(_at(scene, made) for scene in data["scenes"]),
-        checked(Profile, {**data["profile"], "body": body.from_json(data["profile"].get("body"))}),
-        checked(Pose, data["start"]),
-        data["topic"],
-        data["reset"],
-        data["use_sim_time"],
-        data["odom"],
-        senses.from_json(data["senses"]),
-        tuple(data["editions"]),
-        frame=data["frame"],
-        follow=data["follow"],
-        odom_frame=data["odom_frame"],
-        battery=data["battery"],
-        namespace=data["namespace"],
-        host=checked(Host, data["host"]) if data["host"] else None,
-    )
+def _part(name: str, data: Mapping[str, Any], made: Sequence[Movement]) -> Part:
+    scenes = tuple([_at(scene, made) for scene in read(data["scenes"], Sequence[int])])
+    part = Part(robot=name, scenes=scenes, **_fields(Part, _OF_A_PART, data))
+    if not 0 < part.profile.command_rate <= FASTEST_RATE:
+        raise ValueError("a robot's command rate is out of range")
+    if part.profile.body and not is_whole(part.profile.body):
+        raise ValueError("a body lacks a part or a joint, or a direction moves nothing")
+    for source in part.senses.values():
+        require_valid(source)
+    return part
 
 
 def _known_part(name: str, before: Mapping[str, Part]) -> Part:
@@ -288,27 +176,18 @@ def _known_part(name: str, before: Mapping[str, Part]) -> Part:
 
 
 def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
-    if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
-        raise ValueError("a robot's command rate is out of range")
-    world = worlds.from_json(data["world"])
-    tempo = Fraction(above_zero(data["tempo"]))
+    tempo, world = Fraction(above_zero(data["tempo"])), worlds.from_json(data["world"])
     if not 1 <= tempo * LARGEST <= LARGEST**2:
         raise ValueError("the tempo is out of range")
-    safety = data["safety"]
-    deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
-    faults, preflight = FaultRules(**safety["faults"]), Preflight(**safety["preflight"])
-    rules = Safety(
-        safety["stop"], deadman, safety["rejoin"], faults, safety["start_without"], preflight, safety["sight"]
-    )
-    bar, names = data["bar"], tuple(data["scene_names"])
-    if bar is not None and bar < 1:
+    offsets = dict(read(data["offsets"], Sequence[tuple[int, int]]))
+    score = Score(tempo, parts, offsets=offsets, world=world, **_fields(Score, _OF_A_SCORE, data))
+    if score.bar is not None and score.bar < 1:
         raise ValueError("a bar must have at least one beat")
-    music = checked(Music, data["music"]) if data["music"] else None
-    text, offsets = data["text"], dict(data["offsets"])
-    clock = data["clock"] and OutsideClock(**data["clock"])
-    rest = {name: data[name] for name in ("publish", "count_in")}
-    rest |= {"bar": bar, "scene_names": names, "clock": clock, "music": music}
-    return Score(tempo, parts, text, offsets, world, rules, **rest)
+    return score
+
+
+def _fields(kind: type, names: Sequence[str], data: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: read(data[name], hints_of(kind)[name]) for name in names}
 
 
 def _playable(movement: Movement) -> Movement:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
-from improv_core.score.fits import checked
+from improv_core.score.fits import read
 
 Message = Literal[
     "sensor_msgs/LaserScan",
@@ -88,22 +88,24 @@ def to_json(senses: Senses) -> dict[str, Any]:
 
 
 def from_json(data: Mapping[str, Mapping[str, Any]]) -> dict[str, Source]:
-    """Return the senses that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
+    """Return the senses that `to_json` wrote. Raises ValueError on anything else."""
     return {name: source_from_json(each) for name, each in data.items()}
 
 
 def source_from_json(data: Mapping[str, Any]) -> Source:
-    """Return one source. Raises ValueError or TypeError if it is none."""
-    if "topic" in data:
-        topic = checked(Topic, data)
-        if not _TOPIC.fullmatch(topic.topic):
+    """Return a source of a sense. Raises ValueError if it is none."""
+    source: Source = read(data, Source)
+    require_valid(source)
+    return source
+
+
+def require_valid(source: Source) -> None:
+    """Raise ValueError if a topic that decides a sense has values out of range."""
+    if isinstance(source, Topic):
+        if not _TOPIC.fullmatch(source.topic):
             raise ValueError("the topic of a sense is not a valid ROS name")
-        if not (topic.timeout >= 0 and -_TURN <= topic.start <= topic.end <= _TURN):
+        if not (source.timeout >= 0 and -_TURN <= source.start <= source.end <= _TURN):
             raise ValueError("the timeout or the sector of a sense is out of range")
-        return topic
-    if "osc" in data:
-        return checked(OscName, data)
-    return checked(Key, data) if "key" in data else checked(BuiltIn, data)
 
 
 _TURN = 2 * math.pi

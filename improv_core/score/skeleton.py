@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from improv_core.score.fits import Long, checked
+from improv_core.score.fits import Long
 
 BASE = -1
 """The carrier of the first joints of a skeleton."""
@@ -35,14 +35,7 @@ class Bone:
     ratio: float = 1.0
     shift: float = 0.0
 
-    def __post_init__(self) -> None:
-        for name in ("place", "turn", "axis"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
 
-
-def from_json(data: Sequence[Mapping[str, Any]]) -> tuple[Bone, ...]:
-    """Return the skeleton that `asdict` wrote. Raises ValueError or TypeError on anything else."""
-    bones = tuple(checked(Bone, each) for each in data)
-    if len(bones) > MOST_BONES or any(not BASE <= bone.carrier < number for number, bone in enumerate(bones)):
-        raise ValueError("a skeleton is too large, or is no tree")
-    return bones
+def is_tree(bones: Sequence[Bone]) -> bool:
+    """Return whether bones make up a skeleton: each comes after its carrier, and they aren't too many."""
+    return len(bones) <= MOST_BONES and all(BASE <= bone.carrier < number for number, bone in enumerate(bones))

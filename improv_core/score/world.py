@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from improv_core.score.fits import checked, fits
+from improv_core.score.fits import read
 
 
 class Wall(NamedTuple):
@@ -89,23 +89,6 @@ def to_json(world: World) -> dict[str, Any] | None:
 
 
 def from_json(data: Mapping[str, Any] | None) -> World:
-    """The world that `to_json` wrote. Raises KeyError, ValueError, TypeError, or AttributeError on anything else."""
-    if data is None:
-        return EMPTY
-    size = data["size"]
-    margin, keep_apart = data["margin"], data["keep_apart"]
-    if (
-        not fits(size, Sequence[float] | None)
-        or not fits(data["walls"], Sequence[Sequence[float]])
-        or not fits(margin, float)
-        or not fits(keep_apart, float | None)
-    ):
-        raise ValueError("the world has a wrong value")
-    return World(
-        (float(size[0]), float(size[1])) if size else None,
-        tuple(Wall(*wall) for wall in data["walls"]),
-        tuple(checked(Circle, circle) for circle in data["circles"]),
-        tuple(checked(Box, box) for box in data["boxes"]),
-        float(margin),
-        None if keep_apart is None else float(keep_apart),
-    )
+    """Return the world that `to_json` wrote. Raises ValueError on anything else."""
+    world: World = EMPTY if data is None else read(data, World)
+    return world

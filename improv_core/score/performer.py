@@ -10,7 +10,7 @@ from copy import copy
 
 from improv_core.score.budget import Budget
 from improv_core.score.movement import STILL, Around, Duration, Exact, Movement
-from improv_core.score.performing import Decision, Performed, Sensed, UnforeseenError, act
+from improv_core.score.performing import Decision, Performed, Sensed, UnforeseenError, begin
 from improv_core.score.throws import ROBOTS, dice_of
 
 MOST_SKIPPED = 1_000
@@ -26,7 +26,7 @@ class Performer:
     """
 
     def __init__(self, movement: Movement, beat: Exact = 0, start: Duration = 0) -> None:
-        self._act = act(movement, dice_of(ROBOTS) if movement.dice else None, Around(), start)
+        self._execution = begin(movement, dice_of(ROBOTS) if movement.dice else None, Around(), start)
         self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
         self.beat = beat
         """The beat up to which it has been performed."""
@@ -42,7 +42,7 @@ class Performer:
                 unheard.add(sense)
             return value
 
-        while not self._act.is_over(self.beat) and (decision := self._act.read(ask, self.beat)):
+        while not self._execution.is_over(self.beat) and (decision := self._execution.read(ask, self.beat)):
             decisions.append(decision)
         if any(not decision.held for decision in decisions):
             self._missed |= unheard
@@ -51,38 +51,38 @@ class Performer:
     @property
     def is_over(self) -> bool:
         """True if nothing is left to perform."""
-        return self._act.is_over(self.beat)
+        return self._execution.is_over(self.beat)
 
     @property
     def until(self) -> Duration:
         """The beat of the next change, if no sense changes before."""
-        return self.beat + self._act.left()
+        return self.beat + self._execution.left()
 
     def performed(self, sensed: Sensed) -> Performed:
         """The velocity and the words until then. If it reads a silent sense, the robot stands, and no word plays."""
         self._missed = {sense for sense in self._missed if sensed(sense) is None}
         waits = self._missed or any(sensed(sense) is None for sense in self.watched())
-        return (STILL, ()) if waits else self._act.velocity()
+        return (STILL, ()) if waits else self._execution.velocity()
 
     def watched(self) -> frozenset[str]:
         """Return the senses that may change that."""
-        return frozenset(self._act.watched())
+        return frozenset(self._execution.watched())
 
     def advance(self, beat: Exact) -> None:
         """Perform up to a beat, `until` at the latest."""
         if passed := beat - self.beat:
-            self._act.pass_time(passed)
+            self._execution.pass_time(passed)
             self.beat = beat
 
     def foresee(self) -> None:
         """Compute what comes next before its time, if no sense decides it. Don't call this with poses, which depend on
         where joints stand then."""
-        self._act.foresee()
+        self._execution.foresee()
 
     def fork(self) -> Performer:
         """Return a copy of this performance, which continues by itself."""
         fork = copy(self)
-        fork._act = self._act.fork()
+        fork._execution = self._execution.fork()
         return fork
 
 
@@ -101,7 +101,7 @@ def performer_at(movement: Movement, begins: Exact, beat: Exact, budget: Budget)
             performer.settle(_never)
             if performer.is_over or performer.beat >= beat:
                 return performer
-            budget.spend(1)
+            budget.spend()
             until = min(performer.until, beat)
             assert not isinstance(until, float)
             performer.advance(until)

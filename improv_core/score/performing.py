@@ -1,4 +1,4 @@
-"""The acts of an open movement: each kind is performed step by step, by the values of senses. Standard library only."""
+"""The execution of an open movement, step by step, by the values of senses. Standard library only."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class UnforeseenError(Exception):
     """Raised if a movement has to be performed to be known at a beat, even if no sense is true until then."""
 
 
-def act(movement: Movement, dice: Dice | None, around: Around, start: Duration = 0) -> Act:
-    """Return the act of a movement from its beat `start` on, before it ends, with its dice and its surroundings.
+def begin(movement: Movement, dice: Dice | None, around: Around, start: Duration = 0) -> Execution:
+    """Return the execution of a movement from its beat `start` on, before it ends, with its dice and its surroundings.
 
     Up to that beat, it is as if no sense had been true. That is computed, not performed: it takes time in proportion to
     the depth of the movement. Raises UnforeseenError if that can't be.
@@ -49,7 +49,7 @@ def act(movement: Movement, dice: Dice | None, around: Around, start: Duration =
         _require_foreseen(movement)
         return _Closed(movement, dice, around, start)
     while movement.open:
-        if kind := _ACTS.get(movement.NAME):
+        if kind := _KINDS.get(movement.NAME):
             return kind(movement, dice, around, start)
         around = movement.within(around)
         if isinstance(movement, InTurn):
@@ -77,7 +77,7 @@ class Decision(NamedTuple):
     held: bool
 
 
-class Act(ABC):
+class Execution(ABC):
     """A movement in performance. Times are beats of the performance, apart from those in which it is frozen."""
 
     @abstractmethod
@@ -86,7 +86,7 @@ class Act(ABC):
 
     @abstractmethod
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        """Read senses, outermost first, up to the first that decides something. For acts that are not over."""
+        """Read senses, outermost first, up to the first that decides something. For what is not over."""
 
     @abstractmethod
     def left(self) -> Duration:
@@ -105,16 +105,16 @@ class Act(ABC):
         """Compute what comes next before its time, if that is known."""
         return
 
-    def fork(self) -> Act:
-        """Return a copy of this act, which continues by itself."""
+    def fork(self) -> Execution:
+        """Return a copy, which continues by itself."""
         fork = copy(self)
         for name, value in vars(self).items():
-            if isinstance(value, Act):
+            if isinstance(value, Execution):
                 setattr(fork, name, value.fork())
         return fork
 
 
-class _Closed(Act):
+class _Closed(Execution):
     """A closed movement. It reads nothing."""
 
     def __init__(self, movement: Movement, dice: Dice | None, around: Around, start: Duration) -> None:
@@ -153,7 +153,7 @@ class _Closed(Act):
         if not self._foreseen and self._performed:
             self._foreseen = [next(self._moments, None)]
 
-    def fork(self) -> Act:
+    def fork(self) -> Execution:
         fork = copy(self)
         fork._moments, fork._foreseen = self._walk(self._walked), []
         return fork
@@ -169,30 +169,39 @@ class _Closed(Act):
             self._performed = None
 
 
-class _Through(Act):
-    """An act that performs one other at a time: `_act`."""
+class _Through(Execution):
+    """A movement in which one other is performed at a time, `_inner`, unless it stands still, for `_stands` beats."""
 
-    _act: Act | None
+    _inner: Execution | None
+    _stands: Exact = 0
+    _source: tuple[Source, ...] = ()
+    """The words that play while it stands."""
+
+    def is_over(self, beat: Exact) -> bool:
+        return not self._stands and (self._inner is None or self._inner.is_over(beat))
 
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        assert self._act
-        return self._act.read(sensed, beat)
+        return None if self._stands or not self._inner else self._inner.read(sensed, beat)
 
     def left(self) -> Duration:
-        assert self._act
-        return self._act.left()
+        return self._stands or self._playing.left()
 
     def velocity(self) -> Performed:
-        assert self._act
-        return self._act.velocity()
+        return (STILL, self._source) if self._stands else self._playing.velocity()
 
     def pass_time(self, beats: Exact) -> None:
-        assert self._act
-        self._act.pass_time(beats)
+        if self._stands:
+            self._stands -= beats
+        else:
+            self._playing.pass_time(beats)
 
     def watched(self) -> Iterator[str]:
-        assert self._act
-        return self._act.watched()
+        return iter(()) if self._stands else self._playing.watched()
+
+    @property
+    def _playing(self) -> Execution:
+        assert self._inner
+        return self._inner
 
 
 class _Sequence(_Through):
@@ -207,21 +216,21 @@ class _Sequence(_Through):
         self._begin(first)
 
     def is_over(self, beat: Exact) -> bool:
-        while self._act and self._act.is_over(beat):
+        while self._inner and self._inner.is_over(beat):
             self._begin(next(self._visits, None))
-        return self._act is None
+        return self._inner is None
 
-    def fork(self) -> Act:
+    def fork(self) -> Execution:
         fork = super().fork()
         assert isinstance(fork, _Sequence)
         self._visits, fork._visits = tee(self._visits)
         return fork
 
     def _begin(self, visit: Visit | None) -> None:
-        self._act = act(visit.part, visit.dice, self._around, visit.at) if visit else None
+        self._inner = begin(visit.part, visit.dice, self._around, visit.at) if visit else None
 
 
-class _Rounds(Act):
+class _Rounds(_Through):
     """A repeat. A round that takes no time ends it or, if it is endless, makes it stand until the next whole beat."""
 
     def __init__(self, movement: Repeat, dice: Dice | None, around: Around, start: Duration) -> None:
@@ -238,52 +247,32 @@ class _Rounds(Act):
         if turn:
             _require_foreseen(body)
         self._turn = turn - 1
-        self._round = self._next(at)
+        self._inner = self._next(at)
         self._took: Duration = at
-        self._stands: Exact = 0
 
     def is_over(self, beat: Exact) -> bool:
-        while not self._stands and self._round and self._round.is_over(beat):
+        while not self._stands and self._inner and self._inner.is_over(beat):
             if self._took or not self._endless:
-                self._round = self._next() if self._took else None
+                self._inner = self._next() if self._took else None
             else:
-                self._round, self._stands = self._next(), to_next_whole(beat)
+                self._inner, self._stands = self._next(), to_next_whole(beat)
             self._took = 0
-        return self._round is None
-
-    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        assert self._round
-        return None if self._stands else self._round.read(sensed, beat)
-
-    def left(self) -> Duration:
-        assert self._round
-        return self._stands or self._round.left()
-
-    def velocity(self) -> Performed:
-        assert self._round
-        return (STILL, ()) if self._stands else self._round.velocity()
+        return self._inner is None
 
     def pass_time(self, beats: Exact) -> None:
-        assert self._round
-        if self._stands:
-            self._stands -= beats
-        else:
+        if not self._stands:
             self._took += beats
-            self._round.pass_time(beats)
+        super().pass_time(beats)
 
-    def watched(self) -> Iterator[str]:
-        assert self._round
-        return iter(()) if self._stands else self._round.watched()
-
-    def _next(self, at: Duration = 0) -> Act | None:
+    def _next(self, at: Duration = 0) -> Execution | None:
         movement, dice, around = self._repeats
         self._turn += 1
         if movement.times is not None and self._turn >= movement.times:
             return None
-        return act(movement.body, dice and movement.dice_at(self._turn, dice), around, at)
+        return begin(movement.body, dice and movement.dice_at(self._turn, dice), around, at)
 
 
-class _Together(Act):
+class _Together(Execution):
     """Voices at once. The first that is over ends all, except that a voice that is empty when it begins is ignored."""
 
     def __init__(self, movement: Parallel, dice: Dice | None, around: Around, start: Duration) -> None:
@@ -291,7 +280,7 @@ class _Together(Act):
         self._voices = []
         for index, voice in enumerate(movement.items):
             if voice.duration or not start:
-                self._voices.append(act(voice, dice and dice.inside(index), around, start))
+                self._voices.append(begin(voice, dice and dice.inside(index), around, start))
             else:
                 _require_foreseen(voice)
         self._begins = not start
@@ -324,94 +313,61 @@ class _Together(Act):
     def watched(self) -> Iterator[str]:
         return chain.from_iterable(voice.watched() for voice in self._voices)
 
-    def fork(self) -> Act:
+    def fork(self) -> Execution:
         fork = copy(self)
         fork._voices = [voice.fork() for voice in self._voices]
         return fork
 
 
-class _Until(Act):
+class _Until(_Through):
     """An `until`: as soon as its condition holds, the robot stands until the next whole beat, or until it would end."""
 
     def __init__(self, movement: Until, dice: Dice | None, around: Around, start: Duration) -> None:
         if start and not movement.wanted:
             raise UnforeseenError
-        self._until = movement
+        self._condition = movement.condition
         self._source = around.at(movement.span)
-        self._act = act(movement.body, dice, around, start)
-        self._stands: Exact | None = None
+        self._inner = begin(movement.body, dice, around, start)
         body = movement.body
         self._left: Duration = ENDLESS if body.open else (body.duration - start) / around.rate
 
-    def is_over(self, beat: Exact) -> bool:
-        return self._act.is_over(beat) if self._stands is None else not self._stands
-
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        if self._stands is not None:
-            return None
-        if self._until.condition.holds(sensed):
+        if self._inner and self._condition.holds(sensed):
             whole = to_next_whole(beat)
+            self._inner = None
             self._stands = whole if isinstance(self._left, float) else min(whole, self._left)
             return Decision(self._source, beat, True)
-        return self._act.read(sensed, beat)
-
-    def left(self) -> Duration:
-        return self._act.left() if self._stands is None else self._stands
-
-    def velocity(self) -> Performed:
-        return self._act.velocity() if self._stands is None else (STILL, self._source)
+        return super().read(sensed, beat)
 
     def pass_time(self, beats: Exact) -> None:
-        if self._stands is None:
-            self._act.pass_time(beats)
-            self._left -= beats
-        else:
-            self._stands -= beats
+        self._left -= beats
+        super().pass_time(beats)
 
     def watched(self) -> Iterator[str]:
-        if self._stands is None:
-            yield self._until.condition.sense
-            yield from self._act.watched()
+        if self._inner:
+            yield self._condition.sense
+            yield from self._inner.watched()
 
 
-class _Pause(Act):
+class _Pause(_Through):
     """A `pause`: while its condition holds, the robot stands still, beat by beat, and then continues from there."""
 
     def __init__(self, movement: Pause, dice: Dice | None, around: Around, start: Duration) -> None:
-        self._pause = movement
+        self._condition = movement.condition
         self._source = around.at(movement.span)
-        self._act = act(movement.body, dice, around, start if movement.wanted else 0)
-        self._stands: Exact = 0
+        self._inner = begin(movement.body, dice, around, start if movement.wanted else 0)
         if not movement.wanted and not isinstance(start, float):  # it has not moved at all
             self._stands = -(start / around.rate) % 1
 
-    def is_over(self, beat: Exact) -> bool:
-        return not self._stands and self._act.is_over(beat)
-
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        if self._stands:
-            return None
-        if self._pause.condition.holds(sensed):
+        if not self._stands and self._condition.holds(sensed):
             self._stands = 1
             return Decision(self._source, beat, True)
-        return self._act.read(sensed, beat)
-
-    def left(self) -> Duration:
-        return self._stands or self._act.left()
-
-    def velocity(self) -> Performed:
-        return (STILL, self._source) if self._stands else self._act.velocity()
-
-    def pass_time(self, beats: Exact) -> None:
-        if self._stands:
-            self._stands -= beats
-        else:
-            self._act.pass_time(beats)
+        return super().read(sensed, beat)
 
     def watched(self) -> Iterator[str]:
-        yield self._pause.condition.sense
-        if not self._stands:
-            yield from self._act.watched()
+        yield self._condition.sense
+        yield from super().watched()
 
 
 class _If(_Through):
@@ -421,16 +377,16 @@ class _If(_Through):
         self._if = movement
         self._dice = dice
         self._around = around
-        self._act = act(*movement.side(not movement.wanted, dice), around, start) if start else None
+        self._inner = begin(*movement.side(not movement.wanted, dice), around, start) if start else None
 
     def is_over(self, beat: Exact) -> bool:
-        return self._act is not None and self._act.is_over(beat)
+        return self._inner is not None and self._inner.is_over(beat)
 
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        if self._act:
-            return super().read(sensed, beat)
+        if self._inner:
+            return self._inner.read(sensed, beat)
         holds = self._if.condition.holds(sensed)
-        self._act = act(*self._if.side(holds, self._dice), self._around)
+        self._inner = begin(*self._if.side(holds, self._dice), self._around)
         return Decision(self._around.at(self._if.span), beat, holds)
 
 
@@ -439,7 +395,7 @@ def to_next_whole(beat: Exact) -> Exact:
     return math.floor(beat) + 1 - beat
 
 
-_ACTS: Mapping[str, Callable[..., Act]] = {
+_KINDS: Mapping[str, Callable[..., Execution]] = {
     Repeat.NAME: _Rounds,
     Parallel.NAME: _Together,
     Until.NAME: _Until,

@@ -122,8 +122,8 @@ STAGE = (
     ),
     Fault(
         "score/performer.py",
-        "return (STILL, ()) if waits else self._act.velocity()",
-        "return self._act.velocity()",
+        "return (STILL, ()) if waits else self._execution.velocity()",
+        "return self._execution.velocity()",
         "a robot moves though the sense that decides is silent",
     ),
     Fault(

@@ -2,27 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from improv_core.score.movement import Movement
-from improv_core.score.throws import ROBOTS
-
-
-class StreamPosition(NamedTuple):
-    """A throw of a stream, by the stream's name."""
-
-    stream: str = ROBOTS
-    throw: int = 0
-
-    def after(self, throws: int) -> StreamPosition:
-        return StreamPosition(self.stream, self.throw + throws)
-
-    def inside(self, index: int) -> StreamPosition:
-        """Return the same position as `Dice.inside`, whose stream is a hash of this one's name."""
-        return StreamPosition(f"{self.stream}/{self.throw}.{index}")
-
-    def of(self, stream: str, throw: int = 0) -> StreamPosition:
-        return StreamPosition(stream, throw)
+from improv_core.score.throws import StreamPosition
 
 
 def position_of(inner: Movement, whole: Movement, begin: StreamPosition) -> StreamPosition | None:

@@ -8,30 +8,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 from hashlib import blake2b
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
 SIDES = 64
 """The number of bits of a throw: it is a whole number below 2 to the power of this."""
 ROBOTS = "0"
 """The stream from which robots throw."""
-
-T = TypeVar("T", bound="Throw")
-
-
-class Throw(Protocol):
-    """A place in a stream of throws, from which the places of other throws follow."""
-
-    def after(self: T, throws: int) -> T:
-        """Return the place so many throws later in the same stream."""
-        ...
-
-    def inside(self: T, index: int) -> T:
-        """Return the beginning of the stream of part `index` of a movement that this throw decides."""
-        ...
-
-    def of(self: T, stream: str, throw: int = 0) -> T:
-        """Return a throw of the stream with this name."""
-        ...
 
 
 class Dice(NamedTuple):
@@ -41,14 +23,17 @@ class Dice(NamedTuple):
     throw: int
 
     def after(self, throws: int) -> Dice:
+        """Return the throw so many throws later in the same stream."""
         return Dice(self.stream, self.throw + throws) if throws else self
 
     def inside(self, index: int) -> Dice:
+        """Return the beginning of the stream of part `index` of a movement that this throw decides."""
         stream = self.stream.copy()
         stream.update(f"/{self.throw}.{index}".encode())
         return Dice(stream, 0)
 
     def of(self, stream: str, throw: int = 0) -> Dice:
+        """Return a throw of the stream with this name."""
         return dice_of(stream, throw)
 
     def choice(self, count: int) -> int:
@@ -73,6 +58,25 @@ class Dice(NamedTuple):
         return int.from_bytes(thrown.digest(), "big")
 
 
+class StreamPosition(NamedTuple):
+    """A throw of a stream, by the stream's name, with the methods of `Dice`."""
+
+    stream: str = ROBOTS
+    throw: int = 0
+
+    def after(self, throws: int) -> StreamPosition:
+        return StreamPosition(self.stream, self.throw + throws)
+
+    def inside(self, index: int) -> StreamPosition:
+        return StreamPosition(f"{self.stream}/{self.throw}.{index}")
+
+    def of(self, stream: str, throw: int = 0) -> StreamPosition:
+        return StreamPosition(stream, throw)
+
+
 def dice_of(stream: str, throw: int = 0) -> Dice:
     """Return the dice of a stream, at a throw."""
     return Dice(blake2b(stream.encode(), digest_size=SIDES // 8), throw)
+
+
+T = TypeVar("T", Dice, StreamPosition)

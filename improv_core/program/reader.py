@@ -189,7 +189,7 @@ class Reader(Reporter):
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
             self.level -= 1
-        if made.bounds.open and made.depth > MOST_DEPTH:
+        if made.bounds.open and made.bounds.depth > MOST_DEPTH:
             message = f"movements that senses decide are nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING
@@ -339,9 +339,9 @@ class Reader(Reporter):
 
     def _together(self, node: Node, voices: Sequence[Movement]) -> Movement:
         made = algebra.parallel(voices)
-        if made.width > MOST_VOICES:
-            message = f"{made.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
-        elif made.depth > MOST_DEPTH:
+        if made.bounds.width > MOST_VOICES:
+            message = f"{made.bounds.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
+        elif made.bounds.depth > MOST_DEPTH:
             message = f"voices within voices are more than {MOST_DEPTH} deep here: use fewer"
         else:
             return made

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
+from improv_core.score.budget import Budget
 from improv_core.score.trajectories import Beat, Stretch, moving_at
-from improv_core.slices import checkpoint
 
 TOLERANCE = 0.001
 """Meters by which two must be nearer than allowed, so that neighbors who touch don't meet."""
@@ -46,24 +46,7 @@ class Encounters:
     """The beat up to which they were followed last. In gaps before it, they were far apart."""
 
 
-class TooMuchWorkError(Exception):
-    """Raised if robots have too many stretches, or are too near each other or too fast, to be followed any further."""
-
-
-@dataclass(slots=True)
-class Work:
-    """The number of stretches, pairs, and moments that may still be examined."""
-
-    left: int
-
-    def spend(self, steps: int = 1) -> None:
-        checkpoint()
-        self.left -= steps
-        if self.left < 0:
-            raise TooMuchWorkError
-
-
-def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters, work: Work) -> None:
+def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters, work: Budget) -> None:
     """Add the encounters of two robots within a beat."""
     if found.until != begin:
         found.together = False
@@ -81,7 +64,7 @@ def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters
         j += others.end <= now
 
 
-def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Work) -> float | None:
+def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Budget) -> float | None:
     """Return the first beat, within one beat, at which a robot's center is nearer to an obstacle than allowed."""
     for stretch in beat.stretches:
         now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
@@ -107,7 +90,7 @@ def sinks(beat: Beat, begin: float) -> float | None:
 
 
 def _follow_stretches(
-    one: Stretch, other: Stretch, begin: float, end: float, bound: Bound, found: Encounters, work: Work
+    one: Stretch, other: Stretch, begin: float, end: float, bound: Bound, found: Encounters, work: Budget
 ) -> None:
     climbing = other.along_z - one.along_z
     above = (other.z + other.along_z * (begin - other.start)) - (one.z + one.along_z * (begin - one.start))
@@ -126,7 +109,7 @@ def _follow_stretches(
 
 
 def _follow_level(
-    one: Stretch, other: Stretch, now: float, end: float, near: float, found: Encounters, work: Work
+    one: Stretch, other: Stretch, now: float, end: float, near: float, found: Encounters, work: Budget
 ) -> None:
     """Add the encounters of two robots while neither is above the other."""
     speeds = math.hypot(one.along_x, one.along_y), math.hypot(other.along_x, other.along_y)
@@ -170,7 +153,7 @@ def jump(gap: float, closing: float, speed: float, bend: float) -> float:
     return max(soonest, gap / speed, _FINEST)
 
 
-def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Work) -> float:
+def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Budget) -> float:
     """Return the least distance between two moments. From the first one on, they come nearer."""
     x, y, along_x, along_y = relative(one, other, end)
     if x * along_x + y * along_y <= 0:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from improv_core.slices import checkpoint
+
 
 class TooLongError(Exception):
     """Raised if something would take too long to compute."""
@@ -15,8 +17,9 @@ class Budget:
 
     left: int
 
-    def spend(self, steps: int) -> None:
+    def spend(self, steps: int = 1) -> None:
         """Spend these steps. Raises TooLongError if fewer are left."""
+        checkpoint()
         self.left -= steps
         if self.left < 0:
             raise TooLongError

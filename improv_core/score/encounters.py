@@ -10,7 +10,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from improv_core.score.approach import TOLERANCE, Bound, Encounters, TooMuchWorkError, Work, follow, sinks, touches
+from improv_core.score.approach import TOLERANCE, Bound, Encounters, follow, sinks, touches
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.motion import Pose
 from improv_core.score.obstacles import GROUND, Obstacle, obstacles
 from improv_core.score.score import Score
@@ -43,7 +44,7 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: float, 
     known as far as known. Return the beat at which that became too much work; None if it didn't."""
     half = score.world.margin / 2  # the other half is around the robots
     things = [each._replace(box=each.box.larger(half, 0)) for each in obstacles(score.world)]
-    work = Work(MOST_WORK)
+    work = Budget(MOST_WORK)
     for place in range(max(blocks, known.blocks)):
         begin = start + place * BLOCK
         is_known = place < known.blocks
@@ -57,7 +58,7 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: float, 
             for each in here:
                 if not each.is_known:
                     _follow_among(each, things, begin, score.world.margin, known, work)
-        except TooMuchWorkError:
+        except TooLongError:
             return begin
     known.blocks = max(blocks, known.blocks)
     return None
@@ -66,19 +67,22 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: float, 
 def first_encounter(one: Trajectory, other: Trajectory, margin: float, end: float) -> float | None:
     """Return the beat at which two robots first come too near, before a beat; None if they don't."""
     found, bound = Encounters(), _bound(one.part.profile.radius, other.part.profile.radius, margin)
-    work = Work(MOST_WORK)
+    work = Budget(MOST_WORK)
     for number in range(math.ceil((end - one.start) / BLOCK)):
-        blocks = one.block(number), other.block(number)
-        if not (blocks[0] and blocks[1]):
+        mine, others = one.block(number), other.block(number)
+        if not (mine and others):
             break
-        begin = one.start + number * BLOCK
-        if blocks[0].box.is_within(blocks[1].box, bound.near):
-            for beat, (mine, others) in enumerate(zip(blocks[0].beats, blocks[1].beats, strict=True)):
-                if mine.box.is_within(others.box, bound.near):
-                    follow(mine, others, begin + beat, bound, found, work)
-                if found.beats:
-                    return found.beats[0] if found.beats[0] < end else None
+        if mine.box.is_within(others.box, bound.near):
+            _follow_blocks(mine, others, one.start + number * BLOCK, bound, found, work)
+            if found.beats:
+                return found.beats[0] if found.beats[0] < end else None
     return None
+
+
+def _follow_blocks(one: Block, other: Block, begin: float, bound: Bound, found: Encounters, work: Budget) -> None:
+    for number, (mine, others) in enumerate(zip(one.beats, other.beats, strict=True)):
+        if mine.box.is_within(others.box, bound.near):
+            follow(mine, others, begin + number, bound, found, work)
 
 
 def _bound(one: float, other: float, margin: float) -> Bound:
@@ -96,16 +100,16 @@ class _Here(NamedTuple):
     is_known: bool
 
 
-def _here(score: Score, number: int, name: str, known: Known, place: int, is_known: bool, work: Work) -> _Here:
+def _here(score: Score, number: int, name: str, known: Known, place: int, is_known: bool, work: Budget) -> _Here:
     block = known.trajectories[name].block(place)
     if block is None:
-        raise TooMuchWorkError
+        raise TooLongError
     work.spend(block.stretches)
     radius = score.parts[name].profile.radius
     return _Here(number, name, radius, block, block.box.larger(radius + score.world.margin / 2, radius), is_known)
 
 
-def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
+def _near(here: Sequence[_Here], work: Budget) -> Iterator[tuple[_Here, _Here]]:
     """Yield the pairs whose boxes touch, in a sweep along x. Each pair is in the order of the robots."""
     reached: list[_Here] = []
     for each in sorted(here, key=lambda each: each.box.x0):
@@ -117,19 +121,17 @@ def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
         reached.append(each)
 
 
-def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: Known, work: Work) -> None:
+def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: Known, work: Budget) -> None:
     bound = _bound(one.radius, other.radius, margin)
     found = known.pairs.get((one.name, other.name)) or Encounters()
     work.spend(BLOCK)
-    for number, (mine, others) in enumerate(zip(one.block.beats, other.block.beats, strict=True)):
-        if mine.box.is_within(others.box, bound.near):
-            follow(mine, others, begin + number, bound, found, work)
+    _follow_blocks(one.block, other.block, begin, bound, found, work)
     if found.beats:
         known.pairs[one.name, other.name] = found
 
 
 def _follow_among(
-    robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: Known, work: Work
+    robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: Known, work: Budget
 ) -> None:
     hits = known.hits.setdefault(robot.name, {})
     if robot.block.box.z0 < -TOLERANCE and hits.get(GROUND, math.inf) >= begin:

@@ -71,10 +71,7 @@ class Limb:
 
     def move(self, velocities: Mapping[str, float], beats: Fraction | int) -> None:
         """Move the joints for some beats. Each stops at its limits, and continues from there."""
-        seconds = float(beats * 60 / self.tempo)
-        for name, velocity in velocities.items():
-            if velocity:
-                self.positions[name] = self.body.joint[name].within(self.positions[name] + velocity * seconds)
+        self.turn(velocities, float(beats * 60 / self.tempo))
 
     def turn(self, velocities: Mapping[str, float], seconds: float) -> None:
         """Move the joints for some seconds."""
@@ -191,7 +188,7 @@ class JointOutcomes(Outcomes[_AllTurned]):
         if isinstance(movement, Parallel) and movement.uniform is None and not leg.backward:
             voices = enumerate(movement.items)
             moving = [(place, voice) for place, voice in voices if voice.duration and voice.uniform != STILL]
-            if len(moving) == 1 and movement.depth < DEEPEST:  # the others only end it
+            if len(moving) == 1 and movement.bounds.depth < DEEPEST:  # the others only end it
                 ((place, voice),) = moving
                 dice = leg.dice.inside(place) if leg.dice and voice.dice else None
                 return self.from_leg(PlayedPart(voice, leg.gain, False, dice), until)

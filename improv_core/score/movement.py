@@ -318,18 +318,6 @@ class Movement(_Measured):
         return self.bounds.peak
 
     @property
-    def width(self) -> int:
-        return self.bounds.width
-
-    @property
-    def bits(self) -> int:
-        return self.bounds.bits
-
-    @property
-    def depth(self) -> int:
-        return self.bounds.depth
-
-    @property
     def dice(self) -> bool:
         return self.bounds.dice
 

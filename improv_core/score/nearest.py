@@ -6,7 +6,8 @@ import math
 from itertools import combinations
 from typing import NamedTuple
 
-from improv_core.score.approach import TooMuchWorkError, Work, jump, relative
+from improv_core.score.approach import jump, relative
+from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
 from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory
@@ -31,7 +32,7 @@ def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str
     """
     trajectories = {name: Trajectory(part) for name, part in pictured(score).parts.items()}
     found: dict[tuple[str, str], Nearest] = {}
-    work = Work(MOST_WORK)
+    work = Budget(MOST_WORK)
     try:
         for number in range(math.ceil(end / BLOCK)):
             for one, other in combinations(trajectories, 2):
@@ -48,12 +49,12 @@ def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str
                     best = _within(mine, others, begin, min(begin + 1.0, end), best, work)
                 if best.beat < math.inf:
                     found[one, other] = best
-    except TooMuchWorkError:
+    except TooLongError:
         pass
     return found
 
 
-def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, work: Work) -> Nearest:
+def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, work: Budget) -> Nearest:
     """Return the least distance so far, including that within some stretches of a beat."""
     if one.box.is_within(other.box, best.distance):
         for mine in one.stretches:
@@ -64,7 +65,7 @@ def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, wor
     return best
 
 
-def _along(one: Stretch, other: Stretch, now: float, end: float, best: Nearest, work: Work) -> Nearest:
+def _along(one: Stretch, other: Stretch, now: float, end: float, best: Nearest, work: Budget) -> Nearest:
     speeds = [math.hypot(each.along_x, each.along_y, each.along_z) for each in (one, other)]
     bend = speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
     while True:

@@ -215,7 +215,7 @@ class _OpenPart:
             if self._performer.beat >= beat or not (moment := self._step(beat)):
                 return
             if budget:
-                budget.spend(1)
+                budget.spend()
             self._past.append(moment)
             if len(self._past) > MOST_PAST:
                 first = self._past.popleft()

@@ -72,7 +72,7 @@ def _eased(part: Movement, rate: Exact, fits: Fits) -> Movement:
     if not fits(part.uniform.times(all_by(exact(rate * FASTEST_EASE)))):
         return part
     found = ease(part)
-    return found if found.depth + _ROOM < MOST_DEPTH and found.bits <= MOST_BITS else part
+    return found if found.bounds.depth + _ROOM < MOST_DEPTH and found.bounds.bits <= MOST_BITS else part
 
 
 def _stretch(part: Movement) -> Velocity | None:

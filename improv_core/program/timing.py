@@ -96,7 +96,7 @@ MOST_MOMENTS = 1_000
 
 def path_length(movement: Movement, profile: Profile) -> str:
     """Describe the distance and the turn of a movement: `8.0 m, turns 360° left`."""
-    measured = extent(movement, MOST_MOMENTS)
+    measured = extent(movement)
     if not measured:
         return "continues forever" if movement.duration == ENDLESS else "too long to measure"
     meters = measured.steps * profile.step

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from improv_core.score.algebra import Hold, Parallel, Repeat, reverse
+from improv_core.score.algebra import Parallel, Repeat, reverse
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
@@ -34,10 +34,8 @@ from improv_core.score.score import Part, twist
 from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.walk import walk
 
-MOST_MOMENTS = 10_000
-"""Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_WALKED = 2_000
-"""The same limit for the pose where they end, which is computed while robots play."""
+"""Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_MEASURED_THROWS = 100_000
 """The most throws to examine: the turns of a repeat with dice differ, so they can't be multiplied."""
 MOST_MEASURED_LIVE = 10_000
@@ -48,14 +46,6 @@ VISITS_PER_THROW = 5
 """The number of parts that may be visited for each of these throws."""
 A_BEAT_A_SECOND = Fraction(60)
 """A tempo at which beats are seconds. A path does not depend on the tempo."""
-
-
-@dataclass(frozen=True, slots=True)
-class Extent:
-    """The length of a path in steps, and its total turn in quarter turns, positive to the left."""
-
-    steps: float
-    turns: float
 
 
 class PlayedPart(NamedTuple):
@@ -83,58 +73,29 @@ class PlayedPart(NamedTuple):
         return self.movement.uniform is not None or isinstance(self.movement, (Parallel, Reach))
 
 
-def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
-    """Return a movement's extent; None if it is endless, voices have more than `most` moments, or dice are too many.
+class Extent(NamedTuple):
+    """The length of a path in steps, and its total turn in quarter turns, positive to the left."""
 
-    Repeats without dice are multiplied, not walked. Inner movements are measured first, without recursion.
-    """
-    if movement.duration == ENDLESS:
-        return None
-    known: dict[int, Extent] = {}
-    steps, turns = [], []
-    budget = Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
+    steps: float
+    turns: float
+
+    def then(self, other: Extent) -> Extent:
+        return Extent(self.steps + other.steps, self.turns + other.turns)
+
+
+def extent(movement: Movement) -> Extent | None:
+    """Return a movement's extent; None if it is endless, or like `pose_at`."""
+    outcomes = Outcomes(Extent(0.0, 0.0), _stretch)
     try:
-        for leg in _decided(PlayedPart.first(movement), budget):
-            each = _walked(leg, budget) if leg.dice else _extent(leg.movement, known, most)
-            steps.append(each.steps * float(abs(leg.gain.x)))
-            turns.append(each.turns * float(leg.gain.yaw))
+        whole = Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
+        return None if movement.duration == ENDLESS else outcomes.until(movement, movement.duration, whole)
     except TooLongError:
         return None
-    return Extent(math.fsum(steps), math.fsum(turns))
 
 
-def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
-    """Return the extent of a movement without dice."""
-    if found := known.get(id(movement)):
-        return found
-
-    for part in inner_first(movement, lambda part: [each for each in _measured(part) if id(each) not in known]):
-        if isinstance(part, (Hold, Parallel)):
-            known[id(part)] = _walked(PlayedPart.first(part), Budget(most))
-            continue
-        inner = [known[id(each)] for each in _measured(part)]
-        gain = part.within(NOTHING_AROUND).gain
-        times = (part.times or 0) if isinstance(part, Repeat) else 1
-        steps, turns = math.fsum(each.steps for each in inner), math.fsum(each.turns for each in inner)
-        known[id(part)] = Extent(steps * float(abs(gain.x)) * times, turns * float(gain.yaw) * times)
-    return known[id(movement)]
-
-
-def _measured(part: Movement) -> Sequence[Movement]:
-    """Return the movements to measure first for one without dice. Voices are measured together."""
-    if isinstance(part, Parallel):
-        return ()
-    return (part.assumed,) if isinstance(part, Reaction) else part.parts
-
-
-def _walked(leg: PlayedPart, budget: Budget) -> Extent:
-    steps, turns = [], []
-    for moment in walk(leg.movement, merge=True, dice=leg.dice):
-        budget.spend(1)
-        x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
-        steps.append(math.hypot(x, y, z))
-        turns.append(yaw)
-    return Extent(math.fsum(steps), math.fsum(turns))
+def _stretch(velocity: Velocity, beats: float) -> Extent:
+    x, y, z, yaw = map(float, velocity)
+    return Extent(math.hypot(x, y, z) * beats, yaw * beats)
 
 
 def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> Pose | None:
@@ -267,7 +228,7 @@ class Outcomes(Generic[M]):
         if self._is_known(leg):
             return self._known[_key(leg)]
         for now in inner_first(leg, self._unknown_inside, _key):
-            self._budget.spend(1)
+            self._budget.spend()
             done = self._nothing
             for each in _inside(now):
                 done = done.then(self._known[_key(each)])
@@ -285,7 +246,7 @@ class Outcomes(Generic[M]):
         if key in self._known:
             return True
         if leg.is_walked:
-            self._budget.spend(1)
+            self._budget.spend()
             self._known[key] = self.walked(leg, leg.movement.duration)
         return leg.is_walked
 
@@ -305,9 +266,9 @@ class Outcomes(Generic[M]):
             left = until - moment.start
             if left <= 0:
                 break
-            self._budget.spend(1)
+            self._budget.spend()
             if own:
-                own.spend(1)
+                own.spend()
             done = done.then(self._held(moment.velocity.times(leg.gain), float(min(moment.duration, left))))
         return done
 
@@ -360,7 +321,7 @@ def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
         if each is None:
             stack.pop()
             continue
-        budget.spend(1)  # also for what is known: a repeat may have it billions of times
+        budget.spend()  # also for what is known: a repeat may have it billions of times
         if each.dice is None or each.is_walked:
             yield each
         elif each.movement.duration:  # an endless repeat of nothing is over at once

@@ -8,7 +8,8 @@ from improv_core.ide.completion_item import Item
 from improv_core.ide.hover_opening import kind
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.opening import FACINGS, SHAPES, OpeningLine
+from improv_core.syntax.nodes import Statement
+from improv_core.syntax.opening import FACINGS, SHAPES
 
 
 def first_words(analysis: Analysis) -> Iterator[Item]:
@@ -31,20 +32,21 @@ def usual_numbers(word: str) -> Iterator[Item]:
     return _numbers("meters", "4", "6", "8") if word == "room" else _numbers("beats", "3", "4")
 
 
-def offers(analysis: Analysis, line: OpeningLine, tokens: list[Token]) -> Iterator[Item]:
+def offers(analysis: Analysis, line: Statement, tokens: list[Token]) -> Iterator[Item]:
     """Yield the words that may follow these tokens in a line of the opening."""
-    rest = [token for token in tokens if token.start >= line.sign.end]
-    if line.sign.type == "IS" and not rest:
+    sign = line.sign
+    assert sign
+    rest = [token for token in tokens if token.start >= sign.end]
+    if sign.type == "IS" and not rest:
         for name, profile in analysis.config.profiles.items():
             yield Item(name, "value", kind(profile))
-    elif line.sign.type == "AT":
-        yield from _places(line, rest)
-    elif line.sign.type == "ROOM" and len(rest) < 2:
+    elif sign.type == "AT":
+        yield from _places(rest, sign, is_one=len(line.heads) == 1)
+    elif sign.type == "ROOM" and len(rest) < 2:
         yield from usual_numbers("room")
 
 
-def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Item]:
-    is_one = len(line.heads) == 1
+def _places(rest: list[Token], sign: Token, *, is_one: bool) -> Iterator[Item]:
     if not rest:
         if is_one:
             yield Item("0 0", "number", "x and y, in meters", "${1:0} ${2:0}")
@@ -52,7 +54,7 @@ def _places(line: OpeningLine, rest: list[Token]) -> Iterator[Item]:
             size = "1.5" if each == "circle" else "1"
             yield Item(each, "value", _ABOUT[each], f"{each} ${{1:{size}}}")
         return
-    last, before = rest[-1], rest[-2] if rest[1:] else line.sign
+    last, before = rest[-1], rest[-2] if rest[1:] else sign
     shape = rest[0].text if rest[0].text in SHAPES else None
     if last.text == "facing" and last.type == "NAME":
         if shape:

@@ -11,8 +11,8 @@ from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.heads import classified, split_head
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.nodes import Node, Parameter
-from improv_core.syntax.opening import OpeningLine, opening_line
+from improv_core.syntax.nodes import Node, Parameter, Statement
+from improv_core.syntax.opening import opening_line
 from improv_core.syntax.statements import split
 from improv_core.text import Span
 
@@ -76,7 +76,7 @@ class BeforeCursor:
     in_number: bool
     statement: int
     parameters: Sequence[Parameter]
-    opening: OpeningLine | None = None
+    opening: Statement | None = None
 
 
 def before(analysis: Analysis, offset: int) -> BeforeCursor | None:

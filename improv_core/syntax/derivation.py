@@ -1,17 +1,17 @@
-"""Parse a sequence of terminals by the grammar, and list the terminals that may come next. Only this module uses lark.
+"""Repair a sequence of terminals by the grammar, and list the terminals that may come next. Only this module uses lark.
 
-It is used for statements with syntax errors. A derivation depends only on the kinds of the tokens, and people make the
-same few errors again and again. So derivations are cached and filled in with the actual tokens. lark is imported when
-the first one is needed.
+It is used for statements with syntax errors. A repair depends only on the kinds of the tokens, and people make the same
+few errors again and again. So repairs are cached and filled in with the actual tokens. lark is imported when the first
+one is needed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from improv_core.slices import checkpoint
 
@@ -37,16 +37,6 @@ class Leaf(NamedTuple):
 _leaf = lru_cache(maxsize=10_000)(Leaf)  # thousands of shapes share a few hundred
 
 
-class Branch(NamedTuple):
-    """A rule of the grammar and the parts that it matched."""
-
-    rule: str
-    parts: tuple[Shape, ...]
-
-
-Shape: TypeAlias = Leaf | Branch
-
-
 @dataclass(frozen=True, slots=True)
 class Unexpected:
     """A token at index `at` (or the end) that does not fit, and the `wanted` terminals that would."""
@@ -56,16 +46,16 @@ class Unexpected:
 
 
 @dataclass(frozen=True, slots=True)
-class Derivation:
-    """The tree of the terminals, and the first place where it had to be repaired."""
+class Repair:
+    """The terminals of a correct statement, or none if there is no repair, and the first one that didn't fit."""
 
-    statement: Branch | None
+    leaves: tuple[Leaf, ...]
     unexpected: Unexpected | None
 
 
-def derive(terminals: tuple[str, ...]) -> Derivation:
-    """Parse the terminals of a statement. Never raises: missing terminals are inserted, and extra ones are skipped."""
-    return _cached(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
+def repair(terminals: tuple[str, ...]) -> Repair:
+    """Insert the terminals that a statement lacks, and skip those that don't fit. Never raises."""
+    return _cached(terminals) if len(terminals) <= LONGEST_SHAPE else _repaired(terminals)
 
 
 def prepare() -> None:
@@ -76,8 +66,7 @@ def prepare() -> None:
 
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
     """The terminals that the grammar accepts after these. If these have errors, they are repaired first."""
-    parser, _ = _fed(terminals)
-    return frozenset(parser.accepts())
+    return frozenset(_Repairing(terminals).parser.accepts())
 
 
 @cache
@@ -93,17 +82,8 @@ def _lark() -> Any:
         def lex(self, lexer_state: Any, parser_state: Any) -> Any:
             return iter(())
 
-    class Branches:
-        """lark calls this with the parts of each rule. So it builds branches directly, without a tree of its own."""
-
-        def __getattr__(self, rule: str) -> Callable[[list[Shape]], Branch]:
-            if rule.startswith("_") or not rule.islower():
-                raise AttributeError(rule)  # a rule that lark makes for `+` and inlines again, or a terminal
-            return lambda parts: Branch(rule, tuple(parts))
-
     grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
-    options = {"lexer": TokensAsTheyAre, "transformer": Branches(), "maybe_placeholders": False}
-    return Lark(grammar, start="statement", parser="lalr", **options)
+    return Lark(grammar, start="statement", parser="lalr", lexer=TokensAsTheyAre)
 
 
 @cache
@@ -114,59 +94,58 @@ def _unexpected() -> type[Exception]:
 
 
 @lru_cache(maxsize=2_000)
-def _cached(terminals: tuple[str, ...]) -> Derivation:
-    return _derived(terminals)
+def _cached(terminals: tuple[str, ...]) -> Repair:
+    return _repaired(terminals)
 
 
-def _derived(terminals: Sequence[str]) -> Derivation:
-    parser, errors = _fed(terminals)
-    end = len(terminals)
-    while True:
+def _repaired(terminals: Sequence[str]) -> Repair:
+    repairing, end = _Repairing(terminals), len(terminals)
+    while not repairing.feed(_leaf("$END", end)):
+        if not repairing.insert(end):
+            return Repair((), repairing.unexpected)
+    return Repair(tuple(repairing.leaves[:-1]), repairing.unexpected)
+
+
+class _Repairing:
+    """A parser that has read terminals, and the `leaves` that it has accepted."""
+
+    def __init__(self, terminals: Sequence[str]) -> None:
+        self.parser = _lark().parse_interactive()
+        self.leaves: list[Leaf] = []
+        self.unexpected: Unexpected | None = None
+        repairs = 0
+        for at, kind in enumerate(terminals):
+            checkpoint()
+            is_hopeless = self.unexpected and kind in NEVER
+            if not is_hopeless and not self.feed(_leaf(kind, at)) and repairs < MOST_REPAIRS:
+                repairs += 1
+                self._insert_before(_leaf(kind, at))
+
+    def feed(self, leaf: Leaf) -> bool:
+        """Read a leaf, and return whether it fits."""
         try:
-            shape = parser.feed_token(_leaf("$END", end))
+            self.parser.feed_token(leaf)
         except _unexpected():
-            errors.append(Unexpected(end, frozenset(parser.accepts())))
-            if not _insert(parser, end):
-                return Derivation(None, errors[0])
-        else:
-            return Derivation(shape if isinstance(shape, Branch) else None, errors[0] if errors else None)
+            self.unexpected = self.unexpected or Unexpected(leaf.at, frozenset(self.parser.accepts()))
+            return False
+        self.leaves.append(leaf)
+        return True
 
+    def insert(self, at: int) -> bool:
+        """Insert the one terminal that is missing here, and return whether there is one."""
+        wanted = self.parser.accepts()
+        kind = next((kind for kind in ("ELSE", "MISSING", "NUMBER", "PLANE", "SENSE") if kind in wanted), None)
+        return kind is not None and self.feed(_leaf(kind, at, True))
 
-def _fed(terminals: Sequence[str]) -> tuple[Any, list[Unexpected]]:
-    """A parser that has read these terminals, and the errors in them."""
-    parser = _lark().parse_interactive()
-    errors: list[Unexpected] = []
-    for at, kind in enumerate(terminals):
-        checkpoint()
-        if errors and kind in NEVER:
-            continue
-        try:
-            parser.feed_token(_leaf(kind, at))
-        except _unexpected():
-            if len(errors) < MOST_REPAIRS:
-                errors.append(Unexpected(at, frozenset(parser.accepts())))
-                _insert_before(parser, _leaf(kind, at))
-    return parser, errors
-
-
-def _insert_before(parser: Any, leaf: Leaf) -> None:
-    """Insert what is missing before a leaf that does not fit. If that does not help, skip the leaf."""
-    trial = parser.copy()
-    for inserted in range(1, MOST_INSERTED + 1):
-        if not _insert(trial, leaf.at):
-            return
-        if leaf.type in trial.accepts():
-            for _ in range(inserted):
-                _insert(parser, leaf.at)
-            parser.feed_token(leaf)
-            return
-
-
-def _insert(parser: Any, at: int) -> bool:
-    """Insert the one terminal that is missing here, if there is one."""
-    wanted = parser.accepts()
-    for kind in ("ELSE", "MISSING", "NUMBER", "PLANE", "SENSE"):
-        if kind in wanted:
-            parser.feed_token(_leaf(kind, at, True))
-            return True
-    return False
+    def _insert_before(self, leaf: Leaf) -> None:
+        """Insert what is missing before a leaf that does not fit. If that does not help, skip the leaf."""
+        parser, known = self.parser, len(self.leaves)
+        self.parser = parser.copy(deepcopy_values=False)
+        for _ in range(MOST_INSERTED):
+            if not self.insert(leaf.at):
+                break
+            if leaf.type in self.parser.accepts():
+                self.feed(leaf)
+                return
+        self.parser = parser
+        del self.leaves[known:]

@@ -15,6 +15,7 @@ from improv_core.syntax.nodes import (
     Call,
     Choice,
     Condition,
+    Missing,
     Name,
     Node,
     Number,
@@ -55,14 +56,10 @@ span = lru_cache(maxsize=20_000)(Span)
 
 
 @lru_cache(maxsize=20_000)
-def primitive(text: str, start: int, end: int) -> Primitive:
+def _primitive(text: str, start: int, end: int) -> Primitive:
     """Return the node of this word at this offset. All statements share it, because most nodes are primitives."""
     place, word = span(start, end), WORDS[text]
     return Primitive(place, word, hold(word.velocity, span=place))
-
-
-def named(text: str, start: int, end: int) -> Name:
-    return Name(span(start, end), text)
 
 
 @lru_cache(maxsize=20_000)
@@ -135,9 +132,9 @@ class _Descent:
         kind, text, start, end = token
         self.next = next(self._rest)
         if kind == "PRIMITIVE":
-            return primitive(text, start, end)
+            return _primitive(text, start, end)
         if kind == "NAME":
-            name = named(text, start, end)
+            name = Name(span(start, end), text)
             if self.next.type not in _FACTORS:
                 return name
             numbers = [self.number()]
@@ -162,6 +159,8 @@ class _Descent:
             condition = self.condition()
             body = self.term()
             return Apply(span(start, body.span.end), token, body, condition=condition)
+        if kind == "MISSING":
+            return Missing(span(start, end))
         if kind != "IF":
             raise _UnexpectedError
         condition = self.condition()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS
@@ -15,7 +14,7 @@ from improv_core.syntax.characters import NAME, SEPARATORS, is_name, shape, usua
 from improv_core.syntax.descent import number_of
 from improv_core.syntax.heads import joined_touching, robots_head
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode
+from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode, Statement
 from improv_core.syntax.slips import closest
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
@@ -30,19 +29,11 @@ _SIZES = {"circle": "the radius of the circle", "line": "the distance between ne
 _EXAMPLES = {"circle": "1.5", "line": "1", "grid": "1"}
 
 
-@dataclass(frozen=True, slots=True)
-class OpeningLine:
-    """A line of the opening. `node` is None if it begins a scene or has an error. `words` are its own words."""
+def opening_line(text: str, tokens: Sequence[Token]) -> Statement | None:
+    """Read the tokens of a statement as a line of the opening, perhaps with an error; None if they are none.
 
-    sign: Token
-    heads: tuple[Token, ...]
-    words: tuple[Token, ...]
-    node: OpeningNode | None
-    diagnostics: tuple[Diagnostic, ...]
-
-
-def opening_line(text: str, tokens: Sequence[Token]) -> OpeningLine | None:
-    """Read the tokens of a statement as a line of the opening, perhaps with an error; None if they are none."""
+    It has no node if it begins a scene or has an error.
+    """
     types = [token.type for token in tokens]
     if not tokens or "EQUAL" in types or "DOLLAR" in types or types[:2] == ["BEAT", "NUMBER"]:
         return None
@@ -97,10 +88,10 @@ def _begins_place(tokens: Sequence[Token], place: int) -> bool:
     return any(token.type == "NUMBER" or token.text in SHAPES for token in tokens[place : place + 1])
 
 
-def _scene(text: str, tokens: Sequence[Token]) -> OpeningLine:
+def _scene(text: str, tokens: Sequence[Token]) -> Statement:
     sign, *rest = tokens
     if not rest:
-        return OpeningLine(sign, (), (), None, ())
+        return Statement(text, (), sign)
     first, *others = joined_touching(text, rest)
     wrong: tuple[Diagnostic, ...] = ()
     if not is_name(first.text):
@@ -111,18 +102,19 @@ def _scene(text: str, tokens: Sequence[Token]) -> OpeningLine:
         joined = "_".join(re.findall(r"\w+", text[slice(*whole)]))
         fixes = replace(f"Change to {joined}", whole, joined)
         wrong = (Diagnostic("syntax", others[0].span, "write one name after `---`, or start a new line", fixes),)
-    return OpeningLine(sign, (first._replace(type="HEAD"),), (), None, wrong)
+    return Statement(text, wrong, sign, (first._replace(type="HEAD"),))
 
 
 def _read(
     text: str, sign: Token, heads: tuple[Token, ...], rest: Sequence[Token], wrong: tuple[Diagnostic, ...]
-) -> OpeningLine:
+) -> Statement:
     reader = _Reader(text, sign, heads, rest)
+    node = None
     try:
         node = reader.node()
     except _WrongError as error:
-        return OpeningLine(sign, heads, tuple(reader.words), None, wrong or (error.diagnostic,))
-    return OpeningLine(sign, heads, tuple(reader.words), None if wrong else node, wrong)
+        wrong = wrong or (error.diagnostic,)
+    return Statement(text, wrong, sign, heads, opening=None if wrong else node, words=tuple(reader.words))
 
 
 class _WrongError(Exception):

@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from collections import OrderedDict
 from collections.abc import Sequence
 from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
-from improv_core.slices import checkpoint
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import SEPARATORS
-from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
-from improv_core.syntax.descent import descend, descend_tempo, named, number_of, primitive, span
+from improv_core.syntax.derivation import Leaf, repair
+from improv_core.syntax.descent import descend, descend_tempo
 from improv_core.syntax.heads import Head, classified, split_head
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.nodes import (
-    LONGEST,
-    Apply,
-    Bracket,
-    Call,
-    Choice,
-    Condition,
-    Missing,
-    Node,
-    Number,
-    Parallel,
-    Series,
-    Statement,
-)
+from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
 from improv_core.syntax.opening import opening_line
 from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
@@ -94,9 +81,7 @@ def _parsed(text: str) -> Statement:
     is_strange = "STRAY" in types or not text.isascii() or any(token.type == "STRAY" for token in before)
     strange = wrong_character(text, tokens, _is_right) if is_strange else None
     if is_opening and (line := opening_line(text, tokens)):
-        if strange:
-            return Statement(text, (strange,), line.sign, line.heads, words=line.words)
-        return Statement(text, line.diagnostics, line.sign, line.heads, opening=line.node, words=line.words)
+        return dataclasses.replace(line, diagnostics=(strange,), opening=None) if strange else line
     if head.parameters or "GUARD" in types or "IF" in types:
         rest = classified(rest, head.numbers)
         types = {token.type for token in rest}
@@ -181,9 +166,9 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
     `rest` are the tokens after the head.
     """
     tokens = [*head.names, head.sign, *rest] if head.sign and head.names else rest
-    derivation = derive(tuple(token.type for token in tokens))
+    repaired = repair(tuple([token.type for token in tokens]))
     diagnostics = []
-    if unexpected := derivation.unexpected:
+    if unexpected := repaired.unexpected:
         last = tokens[unexpected.at - 1] if unexpected.at else None
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
@@ -193,80 +178,28 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(tokens, unexpected.at, unexpected.wanted)),
             )
-    statement = derivation.statement
-    shape = statement.parts[-1] if statement else None
-    if not statement or not isinstance(shape, Branch):
-        return None, None, diagnostics
-    if statement.rule == "tempo":
-        return None, _number(shape, tokens), diagnostics
-    return _node(shape, tokens), None, diagnostics
+    movement = _tokens(repaired.leaves[len(tokens) - len(rest) :], tokens)
+    tempo = None if head.names else descend_tempo(movement)
+    return (None if tempo else descend(movement)), tempo, diagnostics
 
 
-def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
-    """Build the node of a shape with these tokens."""
-    checkpoint()
-    rule, parts = shape.rule, shape.parts
-    if rule == "series":
-        items = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
-        return items[0] if len(items) == 1 else Series(span(items[0].span.start, items[-1].span.end), items)
-    if rule == "movement":
-        voices = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
-        return Parallel(span(voices[0].span.start, voices[-1].span.end), voices)
-    first, last = parts[0], parts[-1]
-    assert isinstance(first, Leaf)
-    token = _token(first, tokens)
-    if rule == "word":
-        return primitive(token.text, token.start, token.end)
-    if rule == "name":
-        name = named(token.text, token.start, token.end)
-        if len(parts) == 1:
-            return name
-        numbers = _numbers(parts, tokens)
-        return Call(span(token.start, numbers[-1].span.end), name, numbers)
-    if rule == "missing":
-        return Missing(token.span)
-    if isinstance(last, Leaf):
-        body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
-        if body is None and last.at > first.at + 1:  # something was skipped, and that is reported
-            body = Missing(span(token.end, token.end))
-        return Bracket(span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
-    term = _node(last, tokens)
-    whole = span(token.start, term.span.end)
-    if len(parts) == 2:
-        return Apply(whole, token, term)
-    second = parts[1]
-    if rule == "choice":
-        then = parts[2]
-        assert isinstance(second, Branch)
-        assert isinstance(then, Branch)
-        return Choice(whole, token, _condition(second, tokens), _node(then, tokens), term)
-    if isinstance(second, Leaf):
-        return Apply(whole, token, term, across=_token(second, tokens))
-    if second.rule == "condition":
-        return Apply(whole, token, term, condition=_condition(second, tokens))
-    return Apply(whole, token, term, _numbers(parts, tokens))
+def _tokens(leaves: Sequence[Leaf], tokens: Sequence[Token]) -> list[Token]:
+    """Return the tokens of a repair. A movement is missing in brackets that are empty only because it has skipped all
+    that they had."""
+    found: list[Token] = []
+    for place, leaf in enumerate(leaves):
+        if not leaf.inserted:
+            token = tokens[leaf.at]
+        else:
+            at = tokens[leaf.at].start if leaf.at < len(tokens) else tokens[-1].end if tokens else 0
+            token = Token(leaf.type, "", at, at)
+        if found and (found[-1].type, token.type) in _PAIRS and leaf.at > leaves[place - 1].at + 1:
+            found.append(Token("MISSING", "", found[-1].end, found[-1].end))
+        found.append(token)
+    return found
 
 
-def _numbers(parts: Sequence[Shape], tokens: Sequence[Token]) -> tuple[Number, ...]:
-    return tuple([_number(part, tokens) for part in parts if isinstance(part, Branch) and part.rule == "number"])
-
-
-def _number(shape: Branch, tokens: Sequence[Token]) -> Number:
-    return number_of([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
-
-
-def _condition(shape: Branch, tokens: Sequence[Token]) -> Condition:
-    found = [_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)]
-    return Condition(span(found[0].start, found[-1].end), len(found) > 1, found[-1])
-
-
-def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:
-    if not leaf.inserted:
-        return tokens[leaf.at]
-    place = tokens[leaf.at].start if leaf.at < len(tokens) else tokens[-1].end if tokens else 0
-    return Token(leaf.type, "", place, place)
-
-
+_PAIRS = frozenset({("LPAR", "RPAR"), ("LSQB", "RSQB")})
 _IN_NUMBERS = frozenset({"NUMBER", "PARAM", "OPERATOR"})
 _IN_CONDITIONS = frozenset({"NOT", "SENSE"})
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lark import Tree, UnexpectedToken
 
+from improv_core.syntax import derivation
 from improv_core.syntax.descent import descend, descend_tempo
-from improv_core.syntax.heads import Head
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.nodes import Parameter
-from improv_core.syntax.parser import parse_and_repair
+from improv_core.syntax.nodes import Apply, Call, Choice, Node, children, numbers
+from improv_core.text import Span
 
 _TEXTS = {
     "PRIMITIVE": "forward",
@@ -42,16 +44,54 @@ _TEXTS = {
     "SCENE": "---",
     "BEAT": "beat",
 }
-_N = Token("HEAD", "n", 5, 6)
-_HEAD = Head((Token("HEAD", "name", 0, 4),), Token("EQUAL", "=", 7, 8), (Parameter(_N, True),), (), _N.span)
+_RULES = {"Primitive": "word", "Call": "name", "Parallel": "movement"}
+_BEGIN = [Token("HEAD", "name", -9, -5), Token("EQUAL", "=", -3, -2)]
 
 
 def check(kinds: Sequence[str]) -> bool:
     """Return whether these terminals are a movement. Fails if grammar and descent differ about it."""
     tokens = _tokens(kinds)
-    body, _, wrong = parse_and_repair(tokens, _HEAD)
-    assert descend(tokens) == (None if wrong else body), " ".join(kinds)
-    return not wrong
+    body = descend(tokens)
+    assert (body and _of_node(body)) == _by_grammar([*_BEGIN, *tokens]), " ".join(kinds)
+    return body is not None
+
+
+def _of_node(node: Node) -> list[Any]:
+    """Return a tree as nested lists: a rule of the grammar, a span, the spans of arguments, and the trees inside."""
+    arguments = [each.span for each in numbers(node)]
+    if isinstance(node, (Apply, Choice)) and node.condition:
+        arguments.append(node.condition.span)
+    inside = () if isinstance(node, Call) else children(node)
+    kind = type(node).__name__
+    return [_RULES.get(kind, kind.lower()), node.span, arguments, [_of_node(each) for each in inside]]
+
+
+def _by_grammar(tokens: Sequence[Token]) -> list[Any] | None:
+    """Return the same of the movement or the number that the grammar finds at the end of a statement, if it is one."""
+    parser = derivation._lark().parse_interactive()
+    try:
+        for token in tokens:
+            parser.feed_token(token)
+        statement = parser.feed_token(Token("$END", "", 0, 0))
+    except UnexpectedToken:
+        return None
+    return _of_tree(statement.children[-1]) if isinstance(statement.children[-1], Tree) else None
+
+
+def _of_tree(tree: Any) -> list[Any]:
+    trees = [each for each in tree.children if isinstance(each, Tree)]
+    inside = [_of_tree(each) for each in trees if each.data not in _ARGUMENTS]
+    if tree.data == "series" and len(inside) == 1:
+        return inside[0]
+    return [tree.data, _span(tree), [_span(each) for each in trees if each.data in _ARGUMENTS], inside]
+
+
+_ARGUMENTS = ("number", "condition")
+
+
+def _span(tree: Any) -> Span:
+    leaves = list(tree.scan_values(lambda leaf: leaf is not None))
+    return Span(leaves[0].start, leaves[-1].end)
 
 
 def _tokens(kinds: Sequence[str]) -> list[Token]:
@@ -112,6 +152,5 @@ def test_sequences_with_a_change_are_read_or_refused_alike(kinds: list[str], dat
 
 @pytest.mark.parametrize("kinds", [("BEAT", "NUMBER"), ("BEAT",), ("BEAT", "NUMBER", "OPERATOR", "NUMBER")])
 def test_tempos(kinds: Sequence[str]) -> None:
-    head = Head((), Token("BEAT", "beat", 0, 4))
-    _, number, wrong = parse_and_repair(_tokens(kinds), head)
-    assert descend_tempo(_tokens(kinds)) == (None if wrong else number)
+    number, expected = descend_tempo(_tokens(kinds)), _by_grammar(_tokens(kinds))
+    assert (number and number.span) == (expected and expected[1])

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from itertools import takewhile
 
@@ -77,7 +78,9 @@ def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         if last - at > MOST_PARTS:
             return None
     written = "".join([token.text for token in tokens[first : last + 1]])
-    if not (found := _read(written)):
+    matches = ((pattern.fullmatch(written), meant) for pattern, meant in _FORMS)
+    found = next((meant(match) for match, meant in matches if match), None)
+    if not found:
         return None
     value, why = found
     if first and tokens[first - 1].text == "/" and isinstance(value, Fraction):
@@ -230,40 +233,23 @@ def _touches(tokens: Sequence[Token], at: int) -> bool:
     return at + 1 < len(tokens) and tokens[at].end == tokens[at + 1].start
 
 
-def _read(written: str) -> tuple[Fraction | str | None, str] | None:
-    """Read a number in a foreign notation: its value or its text, and the explanation; None if this is no such number.
-
-    Without a value, no number can replace it.
-    """
-    for pattern, read in _FORMS:
-        if match := pattern.fullmatch(written):
-            return read(match)
-    return None
+_Meant = tuple[Fraction | str | None, str]
+"""The value or the text of a number in a foreign notation, and the explanation. Without a value, no number can replace
+it."""
 
 
-def _mixed(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+def _mixed(match: re.Match[str]) -> _Meant:
     sign, whole, part = match.groups()
     value = Fraction(whole or 0) + _fraction(part)
     return (value if not sign else f"{sign}{value}"), f": this is {in_words(part)}"
 
 
-def _percent(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
-    return Fraction(match[1]) / 100, f" instead of `{match[0]}`"
-
-
-def _foreign(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
+def _foreign(match: re.Match[str]) -> _Meant:
     if any(char.isascii() and char.isdecimal() for char in match[0]):
-        return None, f": this number has digits of two scripts: one is {in_words(_first_foreign(match[0]))}"
+        foreign = next(char for char in match[0] if not char.isascii())
+        return None, f": this number has digits of two scripts: one is {in_words(foreign)}"
     digits = "".join(str(unicodedata.decimal(char)) if char.isdecimal() else "." for char in match[0])
     return digits, f": this is {in_words(match[0][0])}"
-
-
-def _exponent(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
-    return Fraction(match[0].lower()), f" instead of `{match[0]}`"
-
-
-def _degrees(match: re.Match[str]) -> tuple[Fraction | str | None, str]:
-    return f"{match[1]}°", f": this is {in_words(match[2])}, and no degree sign"
 
 
 def _fraction(char: str) -> Fraction:
@@ -274,15 +260,8 @@ def _fraction(char: str) -> Fraction:
 
 def _decimal(value: Fraction) -> str | None:
     """Return a value without a `/`, to write it after one; None if it has no finite decimal form."""
-    for places in range(10):
-        if (value * 10**places).denominator == 1:
-            digits = f"{value.numerator * 10**places // value.denominator:0{places + 1}}"
-            return f"{digits[: len(digits) - places]}.{digits[len(digits) - places :]}" if places else digits
-    return None
-
-
-def _first_foreign(text: str) -> str:
-    return next(char for char in text if not char.isascii())
+    digits = f"{Decimal(value.numerator) / value.denominator:.9f}".rstrip("0").rstrip(".")
+    return digits if Fraction(digits) == value else None
 
 
 _VULGAR = "".join(
@@ -292,11 +271,16 @@ _VULGAR = "".join(
 )
 _MAY_BE_IN_NUMBERS = re.compile(rf"[{_VULGAR}{DECIMAL_COMMAS}{DEGREES}%]|[-+.\d]+|[eE][0-9]*")
 _DIGITS = r"[0-9]*\.?[0-9]+"
-_Form = tuple[re.Pattern[str], Callable[[re.Match[str]], "tuple[Fraction | str | None, str]"]]
-_FORMS: Sequence[_Form] = (
+_FORMS: Sequence[tuple[re.Pattern[str], Callable[[re.Match[str]], _Meant]]] = (
     (re.compile(rf"([+-]?)([0-9]*)([{_VULGAR}])"), _mixed),
-    (re.compile(rf"({_DIGITS})%"), _percent),
+    (re.compile(rf"({_DIGITS})%"), lambda found: (Fraction(found[1]) / 100, f" instead of `{found[0]}`")),
     (re.compile(rf"(?=.*[^\x00-\x7f])\d+(?:[.{DECIMAL_COMMAS}]\d+)?"), _foreign),
-    (re.compile(rf"{_DIGITS}[eE][+-]?[0-9]{{1,{LONGEST_EXPONENT}}}"), _exponent),
-    (re.compile(rf"({_DIGITS})([{DEGREES}])"), _degrees),
+    (
+        re.compile(rf"{_DIGITS}[eE][+-]?[0-9]{{1,{LONGEST_EXPONENT}}}"),
+        lambda found: (Fraction(found[0].lower()), f" instead of `{found[0]}`"),
+    ),
+    (
+        re.compile(rf"({_DIGITS})([{DEGREES}])"),
+        lambda found: (f"{found[1]}°", f": this is {in_words(found[2])}, and no degree sign"),
+    ),
 )

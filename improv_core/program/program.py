@@ -89,8 +89,8 @@ class Program:
             scene = min(bisect_left(self.breaks, index), MOST_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
             lines[index] = Line(meaning.parts, statement_id, scene, throw)
-            if throw or meaning.movement.throws:
-                throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.throws))
+            if throw or meaning.movement.bounds.throws:
+                throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.bounds.throws))
         return lines
 
     @cached_property

@@ -9,10 +9,10 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import NOTHING_AROUND, Movement, Peak, Piecewise, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.score.suppositions import with_all_sides
+from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
 
 _LONGEST_FRACTION = 4

@@ -130,7 +130,7 @@ class Repeat(Single, InTurn):
 
     def dice_at(self, turn: int, dice: Dice) -> Dice:
         """Return the dice of one turn."""
-        return (dice.inside(0) if self.times is None else dice).after(turn * self.body.throws)
+        return (dice.inside(0) if self.times is None else dice).after(turn * self.body.bounds.throws)
 
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:
         (body,) = parts
@@ -273,7 +273,7 @@ def series(items: Sequence[Movement]) -> Movement:
         bounds = opened(bounds)
     first_throws: tuple[int, ...] = ()
     if bounds.dice:
-        *reached, throws = count_up((item.throws for item in items), initial=0)
+        *reached, throws = count_up((item.bounds.throws for item in items), initial=0)
         bounds, first_throws = replace(bounds, throws=throws), tuple(reached)
     return Series(end, uniform, bounds, tuple(items), tuple(ends), first_throws)
 

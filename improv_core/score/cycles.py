@@ -80,7 +80,7 @@ def _cycle(movement: Movement, dice: Dice | None) -> Cycle | None:
             rate *= movement.within(NOTHING_AROUND).rate
             movement, _, _, dice = movement.inner(0, False, dice)
         elif isinstance(movement, Repeat) and (beats := movement.body.duration) and not isinstance(beats, float):
-            return None if movement.body.throws else Cycle(begins, beats / rate)  # each round throws other dice
+            return None if movement.body.bounds.throws else Cycle(begins, beats / rate)  # each round throws other dice
         else:
             assert isinstance(movement, InTurn)
             for part, _, _, own in movement.visits(0, False, dice):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from improv_core.score.algebra import Use
-from improv_core.score.movement import WHERE, Movement
+from improv_core.score.movement import Movement
+
+WHERE = frozenset({"span", "statement"})
+"""The fields that only say where a movement is written."""
 
 
 def same(one: Movement, other: Movement) -> bool:

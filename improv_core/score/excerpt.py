@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from improv_core.score.movement import Movement
 from improv_core.score.throws import StreamPosition
+from improv_core.score.traversal import outer_first
 
 
 def position_of(inner: Movement, whole: Movement, begin: StreamPosition) -> StreamPosition | None:
@@ -11,12 +12,10 @@ def position_of(inner: Movement, whole: Movement, begin: StreamPosition) -> Stre
 
     None if it isn't in there, or if nothing in it throws dice.
     """
-    waiting, seen = [(whole, begin)], set[int]()
-    while waiting:
-        part, place = waiting.pop()
-        if part is inner:
-            return place
-        if part.dice and id(part) not in seen:
-            seen.add(id(part))
-            waiting += reversed([(each, part.throw_of(index, place)) for index, each in enumerate(part.parts)])
-    return None
+
+    def inside(at: tuple[Movement, StreamPosition]) -> list[tuple[Movement, StreamPosition]]:
+        part, place = at
+        return [(each, part.throw_of(index, place)) for index, each in enumerate(part.parts)] if part.dice else []
+
+    places = outer_first((whole, begin), inside, key=lambda at: id(at[0]))
+    return next((place for part, place in places if part is inner), None)

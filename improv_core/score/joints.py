@@ -12,11 +12,11 @@ from typing import NamedTuple
 from improv_core.score.algebra import Parallel
 from improv_core.score.body import Body, BodyPart, Joint
 from improv_core.score.budget import Budget
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import STILL, Duration, Movement, Velocity
 from improv_core.score.path import Outcomes, PlayedPart
 from improv_core.score.projection import Reach, project
 from improv_core.score.score import Part
+from improv_core.score.traversal import outer_first
 from improv_core.score.walk import Moment, walk
 
 REACHED = 1e-9
@@ -215,4 +215,4 @@ class JointOutcomes(Outcomes[_AllTurned]):
 
 
 def _has_pose(movement: Movement) -> bool:
-    return any(isinstance(each, Reach) for each in inner_first(movement, lambda part: part.parts))
+    return any(isinstance(each, Reach) for each in outer_first(movement, lambda part: part.parts))

@@ -8,8 +8,8 @@ from fractions import Fraction
 from itertools import zip_longest
 
 from improv_core.score.algebra import series
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, NORMAL, NOTHING_AROUND, Duration, Lengths, Movement, one_after_another
+from improv_core.score.traversal import inner_first
 
 
 def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
@@ -63,8 +63,6 @@ def exact(number: Fraction) -> Exact:
 
 FINEST = 1_000_000
 """Positions in beats are rounded to this many parts of a beat."""
-
-
 LARGEST = 10**100
 """The most beats, steps per beat, quarter turns per beat, and items per beat of a movement.
 
@@ -78,8 +76,6 @@ MOST_DEPTH = 250
 """The deepest nesting of walks. Each level costs two of Python's levels of recursion."""
 MOST_THROWS = 2**MOST_BITS
 """The most throws of one stream: their number is written into each throw's key."""
-
-
 LONGEST_WRITTEN = 4096
 """The most bits of a number that is written in full: Python refuses to write integers of more than 4,300 digits."""
 
@@ -245,10 +241,6 @@ class JsonForm(NamedTuple):
     read: Callable[[Any], Any]
 
 
-WHERE = frozenset({"span", "statement"})
-"""The fields that only say where a movement is written."""
-
-
 class KnownLengths(dict[Fraction, "Lengths"]):
     """The lengths of an open movement at some rates. If they `scale`, they are half as long at twice the rate: a robot
     never stands in it until a whole beat."""
@@ -256,23 +248,8 @@ class KnownLengths(dict[Fraction, "Lengths"]):
     scale = True
 
 
-class _Measured:
-    """A cache of a movement's lengths. It is no field of the movement, because they follow from its fields."""
-
-    __slots__ = ("_lengths",)
-    _lengths: KnownLengths
-
-    @property
-    def known_lengths(self) -> KnownLengths:
-        try:
-            return self._lengths
-        except AttributeError:
-            object.__setattr__(self, "_lengths", KnownLengths())  # a movement is frozen
-            return self._lengths
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Movement(_Measured):
+class Movement:
     """A movement. Made by the functions beside each kind, never directly.
 
     `uniform` is its velocity if that never changes. `FIELDS` are its fields besides its parts. `make` makes a movement
@@ -282,6 +259,8 @@ class Movement(_Measured):
     duration: Duration
     uniform: Velocity | None
     bounds: Bounds
+    _lengths: KnownLengths = field(init=False, repr=False)
+    """A cache, which is not set before it is asked for: the other fields decide what is in it."""
 
     NAME: ClassVar[str]
     FIELDS: ClassVar[tuple[tuple[str, JsonForm], ...]] = ()
@@ -314,16 +293,20 @@ class Movement(_Measured):
         return False
 
     @property
+    def known_lengths(self) -> KnownLengths:
+        try:
+            return self._lengths
+        except AttributeError:
+            object.__setattr__(self, "_lengths", KnownLengths())  # a movement is frozen
+            return self._lengths
+
+    @property
     def peak(self) -> Peak:
         return self.bounds.peak
 
     @property
     def dice(self) -> bool:
         return self.bounds.dice
-
-    @property
-    def throws(self) -> int:
-        return self.bounds.throws
 
     @property
     def open(self) -> bool:

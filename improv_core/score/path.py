@@ -12,7 +12,6 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from improv_core.score.algebra import Parallel, Repeat, reverse
 from improv_core.score.budget import Budget, TooLongError
-from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import (
     ENDLESS,
@@ -32,6 +31,7 @@ from improv_core.score.projection import Reach
 from improv_core.score.reactions import Reaction
 from improv_core.score.score import Part, twist
 from improv_core.score.throws import ROBOTS, Dice, dice_of
+from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
 
 MOST_WALKED = 2_000
@@ -296,7 +296,7 @@ def _split(
         inner = leg.to(next(part.visits(at, backward, dice)))
         done = [(inner, turns)]
         if dice:
-            budget.allow(turns * max(part.body.throws * VISITS_PER_THROW, 1))
+            budget.allow(turns * max(part.body.bounds.throws * VISITS_PER_THROW, 1))
             done = [(each, 1) for each in islice(_inside(leg), turns)]
         return done, inner, until % part.body.duration
     done = []
@@ -305,7 +305,7 @@ def _split(
             break
         done.append((inner, 1))
         until -= inner.movement.duration
-    budget.allow(sum(each.movement.throws for each, _ in done) * VISITS_PER_THROW)
+    budget.allow(sum(each.movement.bounds.throws for each, _ in done) * VISITS_PER_THROW)
     return done, inner, until
 
 
@@ -325,7 +325,7 @@ def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
         if each.dice is None or each.is_walked:
             yield each
         elif each.movement.duration:  # an endless repeat of nothing is over at once
-            budget.allow(each.movement.throws * VISITS_PER_THROW)
+            budget.allow(each.movement.bounds.throws * VISITS_PER_THROW)
             stack.append(_inside(each))
 
 

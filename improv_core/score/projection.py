@@ -11,10 +11,10 @@ from improv_core.score.algebra import STANDING, Gain, Hold, Use, hold, stand, us
 from improv_core.score.body import START, Body
 from improv_core.score.bounds import held, swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import Duration, Exact, Movement, Through, Velocity, Visit, exact
 from improv_core.score.reactions import Reaction
 from improv_core.score.throws import Dice
+from improv_core.score.traversal import inner_first
 from improv_core.text import Span
 
 BASE = ""

@@ -15,6 +15,7 @@ from improv_core.score.algebra import STANDING, stand
 from improv_core.score.bounds import in_series, opened
 from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, Several, Through, Visit
 from improv_core.score.throws import Dice, T
+from improv_core.score.traversal import outer_first
 from improv_core.text import Span
 
 
@@ -152,15 +153,9 @@ def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Spa
 
 
 def reactions(movement: Movement) -> Iterator[Reaction]:
-    """Yield the words of senses in a movement, each once."""
-    seen, waiting = set(), [movement]
-    while waiting:
-        part = waiting.pop()
-        if part.open and id(part) not in seen:
-            seen.add(id(part))
-            waiting += reversed(part.parts)
-            if isinstance(part, Reaction):
-                yield part
+    """Return the words of senses in a movement, each once."""
+    parts = outer_first(movement, lambda part: [each for each in part.parts if each.open])
+    return (part for part in parts if isinstance(part, Reaction))
 
 
 def senses_read(movement: Movement) -> frozenset[str]:

@@ -23,6 +23,7 @@ from improv_core.score.projection import BASE, base_of
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.seeking import MOST_VISITED
 from improv_core.score.senses import CUE, BuiltIn
+from improv_core.score.traversal import outer_first
 from improv_core.score.walk import Moment, walk
 
 MOST_PAST = 500
@@ -259,15 +260,8 @@ def _walked(part: Part, movement: Movement, start: Exact) -> Iterator[Moment]:
 
 def _statements(movement: Movement) -> list[int]:
     """Return the statements that a movement is written in, each once, in the order in which they play."""
-    found, seen, left = dict[int, None](), set[int](), [movement]
-    while left:
-        part = left.pop()
-        if id(part) not in seen:
-            seen.add(id(part))
-            if isinstance(part, Use):
-                found[part.statement] = None
-            left += reversed(part.parts)
-    return list(found)
+    parts = outer_first(movement, lambda part: part.parts)
+    return list(dict.fromkeys(part.statement for part in parts if isinstance(part, Use)))
 
 
 def _line(line: tuple[int, Exact] | None, moment: Moment) -> tuple[int, Exact] | None:

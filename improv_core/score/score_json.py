@@ -16,7 +16,6 @@ from improv_core.score.by_part import ByPart, ToPose
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
 from improv_core.score.fields import above_zero
 from improv_core.score.fits import as_json, hints_of, read
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import (
     LARGEST,
     MOST_BITS,
@@ -33,6 +32,7 @@ from improv_core.score.ramps import Ease, Ramp
 from improv_core.score.reactions import If, Pause, Until
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import require_valid
+from improv_core.score.traversal import inner_first
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""

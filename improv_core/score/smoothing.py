@@ -11,7 +11,6 @@ from fractions import Fraction
 from itertools import groupby
 
 from improv_core.score.algebra import Series, series
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import (
     ENDLESS,
     MOST_BITS,
@@ -27,6 +26,7 @@ from improv_core.score.movement import (
 )
 from improv_core.score.ramps import FASTEST_EASE, ease
 from improv_core.score.reactions import Reaction
+from improv_core.score.traversal import inner_first
 
 _ROOM = 10
 """The number of levels that a movement may still get around a stretch before it is too deep to be eased."""

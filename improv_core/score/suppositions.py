@@ -7,9 +7,9 @@ from dataclasses import replace
 from itertools import islice
 
 from improv_core.score.algebra import parallel, series, stand
-from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, Duration, Movement
 from improv_core.score.reactions import Reaction, Until
+from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
 
 PICTURED_BEATS = 4

@@ -107,7 +107,7 @@ def test_dice_choose_the_words_that_play(movement: Movement, words: str) -> None
     ],
 )
 def test_a_movement_takes_as_many_throws_as_defined(movement: Movement, taken: int) -> None:
-    assert movement.throws == throws(movement) == taken
+    assert movement.bounds.throws == throws(movement) == taken
 
 
 def test_a_voice_throws_by_the_place_in_which_it_is_written() -> None:
@@ -122,7 +122,7 @@ def test_a_voice_throws_by_the_place_in_which_it_is_written() -> None:
 
 @given(dances)
 def test_throws_are_counted_as_the_table_says(movement: Movement) -> None:
-    assert movement.throws == throws(movement)
+    assert movement.bounds.throws == throws(movement)
 
 
 @given(finite_dances, st.fractions(1, 4, max_denominator=4))

@@ -65,8 +65,12 @@ def _plays(page: Page, program: str, generation: int) -> None:
         f"improv.transport.generation === {generation} && Object.keys(improv.robots).join() === '{','.join(robots)}'",
     )
     starts = json.dumps({name: each["start"] for name, each in robots.items()})
-    moved = "([name, [x, y]]) => improv.trails[name]?.some(([a, b]) => Math.hypot(a - x, b - y) > 0.1)"
-    wait(page, f"Object.entries({starts}).every({moved})")
+    away = "([name, [x, y]]) => Math.hypot(improv.robots[name].x - x, improv.robots[name].y - y) > 0.1"
+    page.evaluate("window.left = new Set()")
+    wait(
+        page,
+        f"Object.entries({starts}).filter({away}).every(([name]) => left.add(name)) && left.size === {len(robots)}",
+    )
 
 
 def _is_fixed_by_a_button(page: Page, drawn: str, after: str, program: str, refused_in: int | None = None) -> None:

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
+import { sendBy } from "../../../improv_core/page/static/net/send.js"
 import { Deadman } from "../../../improv_core/page/static/controls/deadman.js"
 
 const HOLD = "hold button 4 to move"
@@ -14,7 +15,8 @@ function opened() {
   const pad = { connected: true, buttons: [0, 1, 2, 3, 4, 5].map(() => ({ pressed: false })) }
   globalThis.document = Object.assign(new EventTarget(), { hidden: false, getElementById: () => line })
   gamepads(() => [null, pad])
-  const deadman = new Deadman(({ type }) => sent.push(type))
+  sendBy(({ type }) => sent.push(type))
+  const deadman = new Deadman()
   deadman.require({ button: 4 })
   return { line, sent, pad, deadman }
 }

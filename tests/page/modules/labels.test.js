@@ -3,7 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
-import { Labels } from "../../../improv_core/page/static/floor/labels.js"
+import { LabelPlaces } from "../../../improv_core/page/static/floor/labels.js"
 
 const FLOOR = { left: 0, top: 0, right: 400, bottom: 400 }
 
@@ -13,7 +13,7 @@ function robot(name, x, y) {
 }
 
 /** On which side of its robot each name stands, which have room. */
-function sides(robots, { pointed = null, labels = new Labels(), floor = FLOOR } = {}) {
+function sides(robots, { pointed = null, labels = new LabelPlaces(), floor = FLOOR } = {}) {
   const boxes = labels.place(robots, pointed, floor)
   return Object.fromEntries(
     [...boxes].map(([name, { left, top, right, bottom }]) => {
@@ -40,7 +40,7 @@ test("a name without room is left out, unless somebody points at its robot", () 
 })
 
 test("a name stays on its side as long as there is room", () => {
-  const labels = new Labels()
+  const labels = new LabelPlaces()
   assert.equal(sides([robot("ada", 200, 200), robot("bo", 200, 225)], { labels }).ada, "above")
   assert.equal(sides([robot("ada", 200, 200), robot("bo", 300, 300)], { labels }).ada, "above")
   assert.equal(sides([robot("ada", 200, 200), robot("bo", 200, 175)], { labels }).ada, "below")
@@ -48,6 +48,6 @@ test("a name stays on its side as long as there is room", () => {
 
 test("a name stays on the floor", () => {
   assert.deepEqual(sides([robot("ada", 200, 390)]), { ada: "above" })
-  const { left } = new Labels().place([robot("ada", 5, 200)], null, FLOOR).get("ada")
+  const { left } = new LabelPlaces().place([robot("ada", 5, 200)], null, FLOOR).get("ada")
   assert.equal(left, 0)
 })

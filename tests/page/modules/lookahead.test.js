@@ -4,9 +4,9 @@ import assert from "node:assert/strict"
 import { test } from "node:test"
 import { Lookahead, partsOf } from "../../../improv_core/page/static/score/lookahead.js"
 
-const SCORE = { generation: 1, beats: null, tempo: 60, offsets: { 0: 0 }, robots: { r: { ends: null, senses: { near: {} } } } }
+const SCORE = { generation: 1, beats: null, tempo: 60, text: "a program", words: {}, offsets: { 0: 0 }, robots: { r: { ends: null, senses: { near: {} } } } }
 
-/** A lookahead, what it asks for, and a function that answers with stretches of one beat with these words. */
+/** A lookahead, what it asks for, and a function that answers with segments of one beat with these words. */
 function looking() {
   const asked = []
   const lookahead = new Lookahead(SCORE, (from, to) => asked.push([from, to]))

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict"
 import test from "node:test"
 
+import { sendBy } from "../../../improv_core/page/static/net/send.js"
 import { PendingChanges } from "../../../improv_core/page/static/editor/pending-changes.js"
 
 const ADA = { type: "place", start_poses: { ada: { x: 1, y: 2, heading: 0 } } }
@@ -22,7 +23,8 @@ function moves() {
     say: (problem) => problem && page.log.push(problem),
     save: () => page.log.push("save"),
   }
-  page.pendingChanges = new PendingChanges(({ number, change }) => page.log.push(`${change.type} in ${number}`), text)
+  sendBy(({ number, change }) => page.log.push(`${change.type} in ${number}`))
+  page.pendingChanges = new PendingChanges(text)
   page.answer = (number, edits = EDITS, problem = "") => page.pendingChanges.take({ type: "change", number, edits, problem })
   page.learn = () => {
     page.known = true

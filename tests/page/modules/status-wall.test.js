@@ -1,23 +1,27 @@
 // The wall of robots: who is in trouble, in which order, and what one line says about all.
 
 import assert from "node:assert/strict"
-import test from "node:test"
+import test, { beforeEach } from "node:test"
 
+import { measured } from "../../../improv_core/page/static/floor/measured.js"
+import { clock } from "../../../improv_core/page/static/score/clock.js"
 import { StatusWall } from "../../../improv_core/page/static/controls/status-wall.js"
 
-const clock = (/** @type {object} */ changes = {}) => ({
-  playing: true,
-  transport: { state: "playing", performed: 10, wall: 100 },
-  performed: () => 12,
-  isSilent: () => false,
-  ...changes,
-})
-const measured = (latest = -Infinity, off = "") => ({ latest: () => latest, off: () => off })
+/** A performance of 12 seconds so far, and what is measured of ada: the time of its latest pose, and how far off it is. */
+function perform({ state = "playing", muted = [] } = {}, latest = null, off = 0, turned = 0, follows = 0) {
+  clock.takeTime({ type: "time", wall: 102 })
+  clock.take({ type: "transport", generation: 1, restarted: 1, state, beat: 0, beats: null, tempo: 60, wall: 100, performed: 10, muted, soloed: [] })
+  measured.restart()
+  const place = [latest, 0, 0, 0, 0, 0, 0, 0, off, turned, 0, 0, follows]
+  if (latest !== null) measured.take({ robots: { ada: { from: 0, places: [place] } } })
+}
 const well = { odom: true, posed: 11.5, battery: 0.8 }
 const fault = (robot, kind, over = false) => ({ robot, fault: kind, over, message: `${robot} ${kind}` })
 
+beforeEach(() => perform())
+
 function wall(robots, ...faults) {
-  const made = new StatusWall(clock(), measured(), () => {})
+  const made = new StatusWall()
   made.takeVitals({ robots })
   for (const each of faults) made.takeFault(each)
   return made
@@ -61,22 +65,20 @@ test("how old a pose is; one is told of once a second, so those of a moment ago 
 })
 
 test("a pose that the page was sent counts before it is told of again", () => {
-  const made = new StatusWall(clock(), measured(11.9, "0.10 m, 3° off, following"), () => {})
-  made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
+  perform({}, 11.9, 0.1, 0.05, 1)
+  const made = wall({ ada: { ...well, posed: 3 } })
   assert.deepEqual([made.tiles[0].age, made.tiles[0].off], ["now", "0.10 m, 3° off, following"])
 })
 
 test("how far off a robot was when it was last seen is no news, and nobody knows whether it follows its path", () => {
-  const made = new StatusWall(clock(), measured(3, "0.10 m, 3° off, following"), () => {})
-  made.takeVitals({ robots: { ada: { ...well, posed: 3 } } })
+  perform({}, 3, 0.1, 0.05, 1)
+  const made = wall({ ada: { ...well, posed: 3 } })
   assert.deepEqual([made.tiles[0].age, made.tiles[0].off], ["9.0 s", "0.10 m, 3° off then"])
 })
 
 test("nobody looks for poses after the end", () => {
-  const ended = clock({ playing: false, transport: { state: "ended", performed: 10, wall: 100 } })
-  const made = new StatusWall(ended, measured(), () => {})
-  made.takeVitals({ robots: { ada: well } })
-  assert.equal(made.tiles[0].age, "–")
+  perform({ state: "ended" })
+  assert.equal(wall({ ada: well }).tiles[0].age, "–")
 })
 
 for (const [kind, posed, lost] of [
@@ -93,8 +95,8 @@ for (const [kind, posed, lost] of [
 }
 
 test("a robot that is muted stands, and that is no trouble", () => {
-  const made = new StatusWall(clock({ isSilent: () => true }), measured(11.9, "0.10 m, 3° off"), () => {})
-  made.takeVitals({ robots: { ada: well } })
+  perform({ muted: ["ada"] }, 11.9, 0.1, 0.05)
+  const made = wall({ ada: well })
   const [{ state, kind, off, battery }] = made.tiles
   assert.deepEqual({ state, kind, off, battery }, { state: "muted", kind: "still", off: "0.10 m, 3° off", battery: "80%" })
   assert.equal(made.summary, "1 robot, all well")

@@ -12,7 +12,7 @@ const AT = 5 // seconds of performance, which stand while it is paused
 
 /** What is known of `r $ repeat 8 (forward left forward right)`, a staircase: all of its lines are upright or level. */
 function staircase() {
-  const lookahead = new Lookahead({ generation: 1, tempo: 60, beats: 32, robots: { r: { ends: 32 } }, offsets: {} }, () => {})
+  const lookahead = new Lookahead({ generation: 1, tempo: 60, beats: 32, text: "", words: {}, robots: { r: { ends: 32 } }, offsets: {} }, () => {})
   const turns = [[2, 0], [0, Math.PI / 2], [2, 0], [0, -Math.PI / 2]]
   const moments = Array.from({ length: 32 }, (_, beat) => [beat, 1, turns[beat % 4][0], 0, 0, turns[beat % 4][1], []])
   lookahead.want(0)
@@ -44,7 +44,7 @@ class Scrubbed {
     const { at, placed, robots } = this.#motion.present(100)
     this.#trails.show(placed)
     this.#trails.complete(this.#lookahead)
-    return [...this.#trails.pieces("r", -Infinity, at, robots.r)].map(({ pose, velocity }) => [pose, poseAfter(pose, velocity, 1)])
+    return [...this.#trails.segments("r", -Infinity, at, robots.r)].map(({ pose, velocity }) => [pose, poseAfter(pose, velocity, 1)])
   }
 }
 

@@ -1,5 +1,5 @@
 // @ts-check
-// The colors of the present theme, read from the style sheet, for drawing on a canvas.
+// The colors of the present theme, from the style sheet, for drawing on a canvas.
 
 /** @typedef {ReturnType<typeof readColors>} Colors */
 
@@ -7,9 +7,26 @@ const NAMES = /** @type {const} */ ([
   "ground", "panel", "grid", "grid-strong", "ink", "quiet", "shadow", "below", "bump", "wall",
 ])
 
+/** @type {Colors | null} */
+let present = null
 
-/** The colors by their names in the style sheet, and `robots`, a list of them. */
-export function readColors() {
+/** The colors of the present theme by their names in the style sheet, and `robots`, a list of them. */
+export function colors() {
+  return (present ??= readColors())
+}
+
+/** Has the colors read again: there is another theme. */
+export function forgetColors() {
+  present = null
+}
+
+/** The color of the robot with this index in the list of robots. @param {number} index */
+export function robotColor(index) {
+  const { robots } = colors()
+  return robots[index % robots.length]
+}
+
+function readColors() {
   const style = getComputedStyle(document.documentElement)
   const read = (/** @type {string} */ name) => style.getPropertyValue(`--${name}`).trim()
   const colors = /** @type {Record<typeof NAMES[number], string>} */ (

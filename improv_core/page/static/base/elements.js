@@ -1,6 +1,6 @@
 // @ts-check
-// The elements of index.html by their ids, and the children of those that change. All elements with ids exist, so a missing
-// one is a mistake of ours.
+// The elements of index.html by their ids, and those that are made. All elements with ids exist, so a missing one is a
+// mistake of ours.
 
 /** @param {string} id */
 export function find(id) {
@@ -17,6 +17,77 @@ export function findA(id, kind) {
   const element = document.getElementById(id)
   if (!(element instanceof kind)) throw new Error(`the page has no ${kind.name} called ${id}`)
   return element
+}
+
+/**
+ * Makes an element with these properties and children.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Partial<HTMLElementTagNameMap[Tag]>} properties
+ * @param {(Node | string)[]} children
+ * @returns {HTMLElementTagNameMap[Tag]}
+ */
+export function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties)
+  made.append(...children)
+  return made
+}
+
+/**
+ * Makes a button that calls a function when it is pressed.
+ * @param {Partial<HTMLButtonElement>} properties
+ * @param {(event: MouseEvent) => void} press
+ */
+export function button(properties, press) {
+  const made = element("button", { type: "button", ...properties })
+  made.addEventListener("click", press)
+  return made
+}
+
+/**
+ * Makes an element that is about a robot, and in its color.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {{ name: string, color: string }} robot
+ * @param {(Node | string)[]} children
+ */
+export function robotElement(tag, { name, color }, ...children) {
+  const made = element(tag, {}, ...children)
+  /** @type {HTMLElement} */
+  const { dataset, style } = made
+  dataset.robot = name
+  style.setProperty("--robot", color)
+  return made
+}
+
+/**
+ * Makes an element of an SVG.
+ * @template {keyof SVGElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, string>} attributes
+ */
+export function svgElement(tag, attributes = {}) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag)
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value)
+  return made
+}
+
+/**
+ * Adds paths to an SVG, the last one in front. Returns a function that draws them, by their classes.
+ * @template {string} Class
+ * @param {SVGElement} parent
+ * @param {readonly Class[]} classes
+ * @returns {(drawn: Record<Class, string>) => void}
+ */
+export function svgPaths(parent, classes) {
+  const paths = classes.map((name) => svgElement("path", { class: name }))
+  parent.append(...paths)
+  return (drawn) => classes.forEach((name, index) => paths[index].setAttribute("d", drawn[name]))
+}
+
+/** The address of an SVG, for an image: the page may load no others. @param {string} svg */
+export function svgAddress(svg) {
+  return `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`
 }
 
 /**

@@ -43,29 +43,3 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
     if (letter && done) say(`${event.key.toUpperCase()}: ${done}`)
   })
 }
-
-/** Settings that last, if the browser stores them. */
-export const settings = {
-  /**
-   * @param {string} name
-   * @param {unknown} otherwise
-   */
-  get(name, otherwise) {
-    try {
-      return JSON.parse(localStorage.getItem(`improv.${name}`) ?? "null") ?? otherwise
-    } catch {
-      return otherwise
-    }
-  },
-  /**
-   * @param {string} name
-   * @param {unknown} value
-   */
-  set(name, value) {
-    try {
-      localStorage.setItem(`improv.${name}`, JSON.stringify(value))
-    } catch {
-      // it lasts until the page is closed
-    }
-  },
-}

@@ -2,6 +2,7 @@
 // The page's messages to people: its connection, and news for screen readers.
 
 import { find } from "./elements.js"
+import { refit } from "./frames.js"
 
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {"opening" | "open" | "lost" | "refused" | "over"} Connection */
@@ -9,7 +10,7 @@ import { find } from "./elements.js"
 /** @type {Partial<Record<Connection, string>>} */
 const NOTICES = {
   lost: "Disconnected. Trying again…",
-  refused: 
+  refused:
     "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
 }
 /** @param {string} who has yet to obey it, if that is known */
@@ -25,7 +26,7 @@ export class Notices {
   connection = "opening"
 
   /** @param {Messages["stopped"]} message the last one of the stage */
-  end({ message }) {
+  takeStopped({ message }) {
     this.#ending = message ? `The stage has failed: ${message}. Play again.` : document.body.classList.contains("editing") ? EDITED : OVER
   }
 
@@ -34,7 +35,7 @@ export class Notices {
     if (now === "open") this.#ending = ""
     const over = now === "lost" && this.#ending !== ""
     const notice = over ? this.#ending : (NOTICES[now] ?? "")
-    if (notice || this.connection !== "opening") this.announce(notice || "Connected again")
+    if (notice || this.connection !== "opening") announce(notice || "Connected again")
     this.connection = over ? "over" : now
     document.body.dataset.connection = this.connection
     this.#notice = notice
@@ -53,15 +54,21 @@ export class Notices {
    */
   waitForStop(waits, who) {
     this.#unconfirmed = waits ? unconfirmed(who) : ""
-    if (waits) this.announce(this.#unconfirmed)
+    if (waits) announce(this.#unconfirmed)
     this.#show()
   }
 
-  /** @param {string} line why real robots stand; empty if they don't */
-  say(line) {
+  /** @param {Messages["why_still"]} message says why real robots stand; its line is empty if they don't */
+  takeWhyStill({ line }) {
     find("stands").hidden = !line
     find("stands").textContent = line
-    if (line) this.announce(line)
+    if (line) announce(line)
+    refit()
+  }
+
+  /** True while the page is connected. */
+  get isOpen() {
+    return this.connection === "open"
   }
 
   #show() {
@@ -70,9 +77,11 @@ export class Notices {
     find("notice").textContent = notice
     find("notice").classList.toggle("urgent", this.#unconfirmed !== "")
   }
-
-  /** @param {string} text for screen readers */
-  announce(text) {
-    if (find("news").textContent !== text) find("news").textContent = text
-  }
 }
+
+/** Tells screen readers. @param {string} text */
+export function announce(text) {
+  if (find("news").textContent !== text) find("news").textContent = text
+}
+
+export const notices = new Notices()

@@ -77,7 +77,7 @@ export function velocityBetween(from, to) {
 }
 
 /**
- * Draws one stretch from a pose, with a pen that has canvas's `lineTo(x, y)` and `arc(x, y, radius, from, to, clockwise)`.
+ * Draws one segment from a pose, with a pen that has canvas's `lineTo(x, y)` and `arc(x, y, radius, from, to, clockwise)`.
  * The pen is at the pose already.
  * @param {Pick<Pen, "lineTo" | "arc">} pen
  * @param {Pose} pose
@@ -102,7 +102,7 @@ export function trace(pen, pose, velocity, seconds) {
 }
 
 /**
- * Points along a stretch, its end among them, close enough to tell how much room it takes.
+ * Points along a segment, its end among them, close enough to tell how much room it takes.
  * @param {Pose} pose
  * @param {Velocity} velocity
  * @param {number} seconds

@@ -1,16 +1,24 @@
 // @ts-check
 // The looks of a body: the joints that turn the head and the arms of a figure, and the places of these.
 
+import { about, plus } from "./vectors.js"
+
 /** @import { Messages } from "../net/messages.js" */
+/** @import { Place } from "./vectors.js" */
 /** @typedef {Messages["score"]["robots"][string]["body"]} Body */
 /** @typedef {Body[number]["joints"][number]} Joint */
 /** @typedef {Record<string, number>} Positions of joints by name, in radians or meters */
 /** @typedef {{ yaw: number, pitch: number }} Head turned to the left, and looking up, in radians */
 /** @typedef {{ side: 1 | -1, raise: number, out: number, bend: number }} Arm on the left if `side` is 1; in radians */
 /** @typedef {{ head: Head | null, arms: Arm[] }} Figure */
-/** @typedef {[x: number, y: number, z: number]} Place forward, to the left, and up; a figure is about 1 high */
 
-export const HEAD = { height: 0.8, radius: 0.14 }
+export const HEAD = { height: 0.8, radius: 0.14 } // a figure is about 1 high
+/** @type {Place} */
+const TO_THE_RIGHT = [0, -1, 0] // about this, an arm that hangs down rises forward, and a face that looks ahead looks up
+/** @type {Place} */
+const FORWARD = [1, 0, 0] // about this, an arm that hangs down moves to the left
+/** @type {Place} */
+const UP = [0, 0, 1]
 const SHOULDER = { height: 0.6, aside: 0.17 }
 const UPPER = 0.2 // an arm's length down to the elbow,
 const LOWER = 0.19 // and from there to the hand
@@ -49,9 +57,9 @@ export function figureOf(body, positions = {}) {
 export function places({ side, raise, out, bend }) {
   /** @type {Place} */
   const shoulder = [0, side * SHOULDER.aside, SHOULDER.height]
-  const turned = (/** @type {Place} */ place) => pitched(rolled(place, out), raise)
-  const elbow = sum(shoulder, turned([0, 0, -UPPER]))
-  return { shoulder, elbow, hand: sum(elbow, turned(pitched([0, 0, -LOWER], bend))) }
+  const turned = (/** @type {Place} */ place) => about(TO_THE_RIGHT, raise, about(FORWARD, out, place))
+  const elbow = plus(shoulder, turned([0, 0, -UPPER]))
+  return { shoulder, elbow, hand: plus(elbow, turned(about(TO_THE_RIGHT, bend, [0, 0, -LOWER]))) }
 }
 
 /**
@@ -61,38 +69,6 @@ export function places({ side, raise, out, bend }) {
  * @returns {Place}
  */
 export function onHead({ yaw, pitch }, face) {
-  const [x, y, z] = pitched(face, pitch)
-  const place = /** @type {Place} */ ([x * Math.cos(yaw) - y * Math.sin(yaw), x * Math.sin(yaw) + y * Math.cos(yaw), z])
-  return sum([0, 0, HEAD.height], /** @type {Place} */ (place.map((each) => each * HEAD.radius)))
-}
-
-/**
- * Turns a place about the axis to the left: an arm that hangs down rises forward, and a face that looks ahead looks up.
- * @param {Place} place
- * @param {number} angle
- * @returns {Place}
- */
-function pitched([x, y, z], angle) {
-  const [cos, sin] = [Math.cos(angle), Math.sin(angle)]
-  return [x * cos - z * sin, y, x * sin + z * cos]
-}
-
-/**
- * Turns a place about the axis forward: an arm that hangs down moves to the left.
- * @param {Place} place
- * @param {number} angle
- * @returns {Place}
- */
-function rolled([x, y, z], angle) {
-  const [cos, sin] = [Math.cos(angle), Math.sin(angle)]
-  return [x, y * cos - z * sin, y * sin + z * cos]
-}
-
-/**
- * @param {Place} one
- * @param {Place} other
- * @returns {Place}
- */
-function sum(one, other) {
-  return [one[0] + other[0], one[1] + other[1], one[2] + other[2]]
+  const turned = about(UP, yaw, about(TO_THE_RIGHT, pitch, face))
+  return plus([0, 0, HEAD.height], /** @type {Place} */ (turned.map((each) => each * HEAD.radius)))
 }

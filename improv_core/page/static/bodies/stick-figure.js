@@ -1,14 +1,19 @@
 // @ts-check
 // A stick figure of a skeleton as it is seen from somewhere: paths of an SVG in which what is seen is 1 in each direction.
 
-import { along, framesOf, plus } from "./skeleton.js"
+import { framesOf } from "./skeleton.js"
+import { along, line, plus } from "./vectors.js"
 
-/** @import { Place, Positions } from "./body.js" */
+/** @import { Positions } from "./body.js" */
 /** @import { Frame, Skeleton } from "./skeleton.js" */
+/** @import { Place } from "./vectors.js" */
 /** @typedef {{ turn: number, tilt: number }} Sight from how far to the left of its front, and from how far above, in radians */
 /** @typedef {{ middle: Place, radius: number }} Room that is shown: all of it fits from everywhere */
 /** @typedef {{ floor: string, still: string, moving: string, joints: string }} Paths */
 
+/** @type {Place} */
+const BASE = [0, 0, 0]
+const PER_PIXEL = 0.012 // radians that a figure turns when it is dragged
 /** @type {Readonly<Sight>} */
 export const FROM_RIGHT = { turn: -0.95, tilt: 0.35 } // and a little from the front: many arms point forward
 const LOWEST = -0.3 // tilts,
@@ -99,7 +104,7 @@ export class StickFigure {
 
   /** @param {Place[]} places */
   #fit(places) {
-    const far = Math.max(0, ...places.map((place) => this.#distance(place, this.room.middle)))
+    const far = Math.max(0, ...places.map((place) => distance(place, this.room.middle)))
     if (far > this.room.radius) this.room.radius = far * GROWING
   }
 
@@ -108,16 +113,16 @@ export class StickFigure {
    * @param {Place} other
    */
   #apart(one, other) {
-    return this.#distance(one, other) > LEAST * this.room.radius
+    return distance(one, other) > LEAST * this.room.radius
   }
+}
 
-  /**
-   * @param {Place} one
-   * @param {Place} other
-   */
-  #distance(one, other) {
-    return Math.hypot(one[0] - other[0], one[1] - other[1], one[2] - other[2])
-  }
+/**
+ * @param {Place} one
+ * @param {Place} other
+ */
+function distance(one, other) {
+  return Math.hypot(one[0] - other[0], one[1] - other[1], one[2] - other[2])
 }
 
 /**
@@ -129,14 +134,4 @@ export class StickFigure {
  */
 export function dragged({ turn, tilt }, right, down) {
   return { turn: turn - right * PER_PIXEL, tilt: Math.min(Math.max(tilt + down * PER_PIXEL, LOWEST), HIGHEST) }
-}
-
-const PER_PIXEL = 0.012
-
-/** @type {Place} */
-const BASE = [0, 0, 0]
-
-/** @param {[number, number][]} points */
-function line(points) {
-  return `M${points.map((point) => point.map((each) => each.toFixed(3)).join(" ")).join("L")}`
 }

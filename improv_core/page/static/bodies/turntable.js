@@ -1,14 +1,14 @@
 // @ts-check
 // Stick figures that turn by dragging, or with the arrow keys. All of a page are seen from the same side.
 
+import { svgElement, svgPaths } from "../base/elements.js"
 import { dragged, FROM_RIGHT, StickFigure } from "./stick-figure.js"
 
 /** @import { Positions } from "./body.js" */
+/** @import { Picture } from "./puppet.js" */
 /** @import { Skeleton } from "./skeleton.js" */
 /** @import { Sight } from "./stick-figure.js" */
-/** @typedef {{ svg: SVGSVGElement, draw: (positions: Positions) => void }} Turned */
 
-const SVG = "http://www.w3.org/2000/svg"
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }
 const PER_KEY = 12 // pixels that a key drags
 
@@ -26,28 +26,16 @@ export class Turntable {
   /**
    * @param {string} name of the robot
    * @param {Skeleton} skeleton
-   * @returns {Turned}
+   * @returns {Picture}
    */
   add(name, skeleton) {
     const figure = new StickFigure(skeleton)
-    const svg = document.createElementNS(SVG, "svg")
-    const paths = /** @type {const} */ (["floor", "still", "moving", "joints"]).map((kind) => {
-      const path = document.createElementNS(SVG, "path")
-      path.setAttribute("class", kind)
-      svg.append(path)
-      return { kind, path }
-    })
-    svg.setAttribute("class", "sticks")
-    svg.setAttribute("viewBox", "-1.05 -1.05 2.1 2.1")
-    svg.setAttribute("role", "img")
-    svg.setAttribute("tabindex", "0")
-    svg.setAttribute("aria-label", `${name}: drag it or press arrow keys to turn it`)
+    const label = `${name}: drag it or press arrow keys to turn it`
+    const svg = svgElement("svg", { class: "sticks", viewBox: "-1.05 -1.05 2.1 2.1", role: "img", tabindex: "0", "aria-label": label })
+    const drawPaths = svgPaths(svg, ["floor", "still", "moving", "joints"])
     /** @type {Positions} */
     let latest = {}
-    const draw = () => {
-      const seen = figure.seen(latest, this.#sight)
-      for (const { kind, path } of paths) path.setAttribute("d", seen[kind])
-    }
+    const draw = () => drawPaths(figure.seen(latest, this.#sight))
     this.#redraw.push(draw)
     this.#listen(svg)
     return { svg, draw: (positions) => ((latest = positions), draw()) }

@@ -2,26 +2,24 @@
 // The deadman button of a gamepad: robots move only while somebody holds it.
 
 import { find } from "../base/elements.js"
+import { send } from "../net/send.js"
 
-/** @import { Request } from "../net/requests.js" */
+/** @import { Messages } from "../net/messages.js" */
 
 const SEND_PERIOD = 100 // milliseconds between two messages that the button is held
 
 export class Deadman {
-  #send
   /** @type {number | null} */
   #button = null
   #held = false
   #sent = -Infinity
 
-  /** @param {(request: Request) => void} send */
-  constructor(send) {
-    this.#send = send
+  constructor() {
     // A hidden page draws no frames, so it would miss that the button is let go.
     document.addEventListener("visibilitychange", () => this.look(performance.now()))
   }
 
-  /** @param {{ button: number } | null} deadman what the score requires */
+  /** @param {Messages["score"]["deadman"]} deadman what the score requires */
   require(deadman) {
     this.#button = deadman?.button ?? null
     this.look(performance.now())
@@ -36,11 +34,11 @@ export class Deadman {
     const gamepads = button === null || document.hidden ? [] : connected()
     const held = button !== null && !!gamepads?.some((gamepad) => gamepad?.buttons[button]?.pressed)
     if (held && now - this.#sent >= SEND_PERIOD) {
-      this.#send({ type: "held" })
+      send({ type: "held" })
       this.#sent = now
     }
     if (this.#held && !held) {
-      this.#send({ type: "released" })
+      send({ type: "released" })
       this.#sent = -Infinity
     }
     this.#held = held

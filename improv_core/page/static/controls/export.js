@@ -1,9 +1,9 @@
 // @ts-check
 // Files to save: the paths as SVG and PNG, and a video of the stage.
 
+import { element, svgAddress } from "../base/elements.js"
 import { penOn } from "../base/pen.js"
 import { withToken } from "../net/token.js"
-
 
 const PNG_WIDTH = 2400 // pixels of the longer side
 const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"]
@@ -14,9 +14,7 @@ const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"]
  * @param {Blob} blob
  */
 export function download(name, blob) {
-  const link = document.createElement("a")
-  link.href = URL.createObjectURL(blob)
-  link.download = name
+  const link = element("a", { href: URL.createObjectURL(blob), download: name })
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 }
@@ -36,8 +34,7 @@ export async function fetchPaths() {
  * @param {string} svg
  */
 export async function drawPng(svg) {
-  const image = new Image()
-  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}` // the only images the page may load
+  const image = element("img", { src: svgAddress(svg) })
   await image.decode()
   const scale = PNG_WIDTH / Math.max(image.naturalWidth, image.naturalHeight)
   const canvas = new OffscreenCanvas(Math.round(image.naturalWidth * scale), Math.round(image.naturalHeight * scale))

@@ -1,22 +1,21 @@
 // @ts-check
 // The panels, the cards, the tools of the stage, and their keys.
 
-import { download, drawPng, record } from "./export.js"
-import { listen, settings } from "../base/keys.js"
-
 import { find, findA } from "../base/elements.js"
+import { redraw, refit } from "../base/frames.js"
+import { listen } from "../base/keys.js"
+import { announce } from "../base/notices.js"
+import { settings } from "../base/storage.js"
+import { program } from "../score/program.js"
+import { download, drawPng, record } from "./export.js"
+import { seek, seekBy } from "./seek.js"
 
 /** @import { Camera } from "../floor/camera.js" */
 /** @import { Controls } from "./controls.js" */
 /**
  * @typedef {object} Page
- * @property {() => void} touch has the next frame draw
- * @property {() => void} resize
- * @property {(text: string) => void} announce
- * @property {() => Promise<string | null>} getPicture the paths as SVG
  * @property {() => void} clearTrails
  * @property {() => string | void} cue
- * @property {() => string} getStem what to call files that are saved, without an ending
  * @property {Controls} controls
  * @property {Camera} camera
  * @property {HTMLCanvasElement} canvas
@@ -40,20 +39,18 @@ export class Panels {
   ahead = true
   presenting = false
 
-  /**
-   * `page` is everything that panels act on.
-   * @param {Page} page
-   */
+  /** @param {Page} page everything that panels act on */
   constructor(page) {
     this.#page = page
-    this.#openUsual("score")
-    this.#openUsual("timeline")
-    for (const name of ["timeline", "score"]) find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
+    for (const name of /** @type {const} */ (["timeline", "score"])) {
+      this.#openUsual(name)
+      find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
+    }
     SMALL_SCREEN.addEventListener("change", () => {
       const extra = this.#writing ? "timeline" : "score"
       if (!SMALL_SCREEN.matches) this.#openUsual(extra)
       else if (!find("timeline").hidden) this.#open(extra, false)
-      this.#page.resize()
+      refit()
     })
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
@@ -104,7 +101,7 @@ export class Panels {
   #say(line) {
     find("did").textContent = line
     find("did").hidden = false
-    this.#page.announce(line)
+    announce(line)
     clearTimeout(this.#saying)
     this.#saying = window.setTimeout(() => (find("did").hidden = true), NOTICE_TIME)
   }
@@ -119,29 +116,30 @@ export class Panels {
     this.#writing = true
     this.#open("score", true)
     if (SMALL_SCREEN.matches) this.#open("timeline", false)
-    this.#page.resize()
+    refit()
   }
 
+  /** The view has changed. */
   showFit() {
     find("fit").setAttribute("aria-pressed", String(this.#page.camera.fits))
+    redraw()
   }
 
   #listen() {
-    const { controls, clearTrails, cue, camera, touch } = this.#page
+    const { controls, clearTrails, cue, camera } = this.#page
     const letters = this.#setting("letters")
     this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
     this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
       camera.pan(x * PAN_STEP, y * PAN_STEP)
       this.showFit()
-      touch()
     }
     const stop = (/** @type {KeyboardEvent} */ event) => {
       const over = document.querySelector("dialog:modal")
       if (event.key === "Escape" && over instanceof HTMLDialogElement) return over.close()
       if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
       if (event.key !== "Escape") return
-      for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+      this.#shutAll()
       this.#showMore(false)
     }
     const unlessPresenting = (/** @type {() => string | void} */ action) => () => (this.presenting ? undefined : action())
@@ -171,9 +169,9 @@ export class Panels {
         if (!find("show-wall").hidden) this.#turn("wall")
       }),
       "?": unlessPresenting(() => this.#turn("help")),
-      ArrowLeft: () => controls.seekBy(-1),
-      ArrowRight: () => controls.seekBy(1),
-      Home: () => controls.seek(0),
+      ArrowLeft: () => seekBy(-1),
+      ArrowRight: () => seekBy(1),
+      Home: () => seek(0),
     }
     const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
     listen({ stop, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
@@ -200,7 +198,7 @@ export class Panels {
     this.#open(name, open)
     settings.set(name, open)
     if (open && SMALL_SCREEN.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
-    this.#page.resize()
+    refit()
     return `${name} ${open ? "shown" : "hidden"}`
   }
 
@@ -218,13 +216,13 @@ export class Panels {
   #turn(card) {
     if (this.#card(card).open) this.#shut(card)
     else {
-      for (const other of Object.keys(CARDS)) if (this.#card(other).open) this.#shut(other)
+      this.#shutAll()
       this.#showMore(false)
       this.#card(card).show() // not modal, so that Stop stays reachable
       find(CARDS[card]).setAttribute("aria-expanded", "true")
       if (card === "start-poses") this.#fit() // the rings have to be in view
     }
-    this.#page.resize()
+    refit()
   }
 
   /** @param {string} card */
@@ -233,7 +231,11 @@ export class Panels {
     const button = find(CARDS[card])
     button.setAttribute("aria-expanded", "false")
     ;(button.checkVisibility() ? button : find("show-more")).focus()
-    this.#page.resize()
+    refit()
+  }
+
+  #shutAll() {
+    for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
   }
 
   /** @param {number} length */
@@ -246,14 +248,14 @@ export class Panels {
   #setTrail(length) {
     this.#showTrail(length)
     settings.set("trail", String(length))
-    this.#page.touch()
+    redraw()
     return length ? "trails on" : "trails off"
   }
 
   #turnAhead() {
     this.ahead = !this.ahead
     find("ahead").setAttribute("aria-pressed", String(this.ahead))
-    this.#page.touch()
+    redraw()
     return this.ahead ? "paths on" : "paths off"
   }
 
@@ -266,9 +268,9 @@ export class Panels {
     document.body.classList.toggle("presenting", this.presenting)
     find("present").setAttribute("aria-pressed", String(this.presenting))
     this.#open("score", find("show-score").getAttribute("aria-expanded") === "true")
-    for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+    this.#shutAll()
     if (!document.activeElement?.checkVisibility()) find("stage").focus() // keys work on
-    this.#page.resize()
+    refit()
     return this.presenting ? "present" : "present ended"
   }
 
@@ -276,7 +278,7 @@ export class Panels {
   #turnPart(part) {
     const hidden = document.body.classList.toggle(`without-${part}`)
     find(`present-${part}`).setAttribute("aria-pressed", String(!hidden))
-    this.#page.resize()
+    refit()
     return `${part} ${hidden ? "hidden" : "shown"}`
   }
 
@@ -285,14 +287,12 @@ export class Panels {
     if (!this.#page.camera.view) return
     this.#page.camera.zoom(factor)
     this.showFit()
-    this.#page.touch()
     return factor > 1 ? "zoom in" : "zoom out"
   }
 
   #fit() {
     this.#page.camera.fit()
     this.showFit()
-    this.#page.touch()
     return "fit"
   }
 
@@ -301,9 +301,9 @@ export class Panels {
    * @param {(svg: string) => Blob | Promise<Blob>} make
    */
   async #save(ending, make) {
-    const svg = await this.#page.getPicture()
-    if (svg) download(`${this.#page.getStem()}${ending}`, await make(svg))
-    else this.#page.announce("No picture yet. Save a program first.")
+    const svg = await program.getPicture()
+    if (svg) download(`${program.stem}${ending}`, await make(svg))
+    else announce("No picture yet. Save a program first.")
   }
 
   async #record() {
@@ -316,12 +316,12 @@ export class Panels {
     if (!this.#recording) {
       this.#recording = record(this.#page.canvas)
       if (this.#recording) show("Stop and save the video", true)
-      else this.#page.announce((button.textContent = "This browser can't record video"))
+      else announce((button.textContent = "This browser can't record video"))
       return
     }
     const end = this.#recording
     this.#recording = null
     show("Record a video", false)
-    download(`${this.#page.getStem()}.webm`, await end())
+    download(`${program.stem}.webm`, await end())
   }
 }

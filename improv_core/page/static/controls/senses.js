@@ -1,11 +1,14 @@
 // @ts-check
 // The senses of robots: a chip for each sense, which can be forced in the simulator; the cue; and keys that are senses.
 
-import { find } from "../base/elements.js"
+import { button, element, find, robotElement } from "../base/elements.js"
+import { redraw } from "../base/frames.js"
+import { send } from "../net/send.js"
+import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
+import { robotList } from "../score/robot-list.js"
 
 /** @import { Robot } from "../score/robot-list.js" */
-/** @import { Clock } from "../score/clock.js" */
-/** @import { Request } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {{ reach: number, start: number, end: number } | { reach: number, radius: number }} Field a sector, or what is straight ahead */
 
@@ -14,11 +17,6 @@ const SEND_PERIOD = 100 // milliseconds between two messages that a key is held
 const CUE_TIME = 300 // milliseconds for which a cue that was given is shown
 
 export class Senses {
-  #clock
-  #send
-  #changed
-  /** @type {Messages["score"]["robots"]} */
-  #robots = {}
   /** @type {Map<string, boolean | null>} */
   #values = new Map() // by robot and sense
   /** @type {Map<string, HTMLButtonElement>} */
@@ -28,16 +26,7 @@ export class Senses {
   /** @type {Map<string, ReturnType<typeof setInterval>>} */
   #held = new Map() // keys
 
-  /**
-   * `changed` is called when there is something to draw.
-   * @param {Clock} clock
-   * @param {(request: Request) => void} send
-   * @param {() => void} changed
-   */
-  constructor(clock, send, changed) {
-    this.#clock = clock
-    this.#send = send
-    this.#changed = changed
+  constructor() {
     find("cue").addEventListener("click", () => this.cue())
     // Before other keys: in a program that listens to a key, the key does nothing else.
     addEventListener("keydown", (event) => this.#press(event), { capture: true })
@@ -46,15 +35,10 @@ export class Senses {
     document.addEventListener("visibilitychange", () => document.hidden && this.#releaseAll())
   }
 
-  /**
-   * Shows the senses that a score reads.
-   * @param {Messages["score"]} score
-   * @param {Robot[]} robots
-   */
-  show(score, robots) {
-    this.#robots = score.robots
+  /** Shows the senses that the score reads. */
+  show() {
     this.#chips.clear()
-    const read = robots.map((robot) => ({ robot, names: Object.keys(score.robots[robot.name].senses) }))
+    const read = robotList.playing.map((robot) => ({ robot, names: Object.keys(this.#robots[robot.name].senses) }))
     find("cue").hidden = !read.some(({ names }) => names.includes(CUE))
     const rows = read.flatMap(({ robot, names }) => {
       const chips = names.filter((name) => name !== CUE).map((name) => this.#chip(robot.name, name))
@@ -65,10 +49,15 @@ export class Senses {
     for (const key of this.#held.keys()) if (!this.#keys().has(key)) this.#release(key)
   }
 
+  get #robots() {
+    return program.current?.score.robots ?? {}
+  }
+
   /** @param {Messages["sensed"]} message */
-  take({ robot, sense, value }) {
+  take({ generation, robot, sense, value, beat }) {
     this.#values.set(idOf(robot, sense), value)
     this.#showChip(idOf(robot, sense))
+    if (generation === program.current?.score.generation) program.current.renew(beat)
   }
 
   /** Another performance begins: nothing is known yet. */
@@ -80,7 +69,7 @@ export class Senses {
   /** Gives the cue, if a robot listens for it. */
   cue() {
     if (find("cue").hidden) return
-    this.#send({ type: "cue" })
+    send({ type: "cue" })
     find("cue").dataset.given = "true"
     setTimeout(() => (find("cue").dataset.given = "false"), CUE_TIME)
     return "cue"
@@ -104,11 +93,7 @@ export class Senses {
    * @param {string} sense
    */
   #chip(robot, sense) {
-    const chip = document.createElement("button")
-    chip.type = "button"
-    chip.className = "chip"
-    chip.textContent = sense
-    chip.addEventListener("click", ({ shiftKey }) => shiftKey && this.#force(robot, sense))
+    const chip = button({ className: "chip", textContent: sense }, ({ shiftKey }) => shiftKey && this.#force(robot, sense))
     this.#chips.set(idOf(robot, sense), chip)
     this.#showChip(idOf(robot, sense))
     return chip
@@ -127,7 +112,7 @@ export class Senses {
     chip.setAttribute("aria-pressed", String(value === true))
     chip.setAttribute("aria-label", `${robot} ${sense}: ${word}${forced ? ", forced" : ""}`)
     chip.title = `${sense} is ${word}. ${forced ? "Shift+click: sense what is there again" : "Shift+click: force it (only in the simulator)"}`
-    this.#changed()
+    redraw()
   }
 
   /**
@@ -135,11 +120,11 @@ export class Senses {
    * @param {string} sense
    */
   #force(robot, sense) {
-    if (!this.#clock.transport.generation) return
+    if (!clock.transport.generation) return
     const id = idOf(robot, sense)
     const value = this.#forced.delete(id) ? null : !this.#values.get(id)
     if (value !== null) this.#forced.add(id)
-    this.#send({ type: "force", robot, sense, value })
+    send({ type: "force", robot, sense, value })
     this.#showChip(id)
   }
 
@@ -157,8 +142,8 @@ export class Senses {
     event.preventDefault()
     event.stopImmediatePropagation()
     if (this.#held.has(key)) return
-    this.#send({ type: "key", key, held: true })
-    this.#held.set(key, setInterval(() => this.#send({ type: "key", key, held: true }), SEND_PERIOD))
+    send({ type: "key", key, held: true })
+    this.#held.set(key, setInterval(() => send({ type: "key", key, held: true }), SEND_PERIOD))
   }
 
   /** @param {string} key */
@@ -166,7 +151,7 @@ export class Senses {
     if (!this.#held.has(key)) return
     clearInterval(this.#held.get(key))
     this.#held.delete(key)
-    this.#send({ type: "key", key, held: false })
+    send({ type: "key", key, held: false })
   }
 
   #releaseAll() {
@@ -186,15 +171,8 @@ function idOf(robot, sense) {
  * @param {Robot} robot
  * @param {HTMLElement[]} chips
  */
-function row({ name, color }, chips) {
-  const item = document.createElement("li")
-  item.dataset.robot = name
-  item.style.setProperty("--robot", color)
-  const label = document.createElement("span")
-  label.className = "name"
-  label.textContent = label.title = name
-  item.append(label, ...chips)
-  return item
+function row(robot, chips) {
+  return robotElement("li", robot, element("span", { className: "name", textContent: robot.name, title: robot.name }), ...chips)
 }
 
 /**

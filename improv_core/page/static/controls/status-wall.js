@@ -1,10 +1,12 @@
 // @ts-check
 // The wall of real robots: how each of them is, those in trouble first, and in one line whether all is well.
 
-import { find } from "../base/elements.js"
+import { element, find, syncChildren } from "../base/elements.js"
+import { refit } from "../base/frames.js"
+import { announce } from "../base/notices.js"
+import { measured } from "../floor/measured.js"
+import { clock } from "../score/clock.js"
 
-/** @import { Clock } from "../score/clock.js" */
-/** @import { Measured } from "../floor/measured.js" */
 /** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Brick one robot as the wall shows it
@@ -18,6 +20,7 @@ import { find } from "../base/elements.js"
 
 /** @type {Record<string, string>} */
 const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off its path", jumped: "jumped", late: "late" }
+const COLUMNS = ["state", "off", "age", "battery"] // after the name
 /** The faults, the worst first. */
 const ORDER = Object.keys(WORDS)
 const LOW_BATTERY = 0.2 // of a battery: less is trouble
@@ -31,35 +34,19 @@ export class StatusWall {
   #faults = new Map() // the line of each fault that is not over, by robot and kind
   /** @type {Messages["vitals"]["robots"]} */
   #vitals = {}
-  /** @type {Map<string, HTMLTableRowElement>} */
-  #rows = new Map()
   /** @type {Map<string, Messages["link"] & { at: number }>} */
   #links = new Map() // the latest message about each host, and its time
   #looked = -Infinity
   #hadLost = false
-  #clock
-  #measured
-  #resize
-
-  /**
-   * `resize` fits the stage to what is covered of it.
-   * @param {Clock} clock
-   * @param {Measured} measured
-   * @param {() => void} resize
-   */
-  constructor(clock, measured, resize) {
-    this.#clock = clock
-    this.#measured = measured
-    this.#resize = resize
-  }
 
   /** @param {Messages["fault"]} message */
-  takeFault({ robot, fault, over, message }) {
+  takeFault({ robot, fault, over, message, line }) {
     const open = this.#faults.get(robot) ?? new Map()
     if (over) open.delete(fault)
     else open.set(fault, message)
     this.#faults.set(robot, open)
     this.#looked = -Infinity
+    if (line) announce(line)
   }
 
   /** @param {Messages["vitals"]} message */
@@ -111,13 +98,13 @@ export class StatusWall {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
       const low = battery !== null && battery < LOW_BATTERY
       const wrong = [...faults.map((fault) => WORDS[fault]), ...(low ? ["battery low"] : [])]
-      const silent = this.#clock.isSilent(name)
-      const { state } = this.#clock.transport
-      const does = silent ? "muted" : instead && this.#clock.playing ? instead : state
+      const silent = clock.isSilent(name)
+      const { state } = clock.transport
+      const does = silent ? "muted" : instead && clock.playing ? instead : state
       /** @type {Brick["kind"]} */
-      const kind = wrong.length ? "fault" : silent || instead || !this.#clock.playing ? "still" : "well"
+      const kind = wrong.length ? "fault" : silent || instead || !clock.playing ? "still" : "well"
       const age = this.#age(name)
-      const off = this.#measured.off(name)
+      const off = measured.off(name)
       const tile = {
         name,
         state: wrong.length ? `${wrong.join(", ")}${silent ? " (muted)" : ""}` : does,
@@ -158,7 +145,7 @@ export class StatusWall {
     const trouble = tiles[0]?.kind === "fault"
     if (button.classList.contains("trouble") !== trouble) {
       button.classList.toggle("trouble", trouble)
-      this.#resize() // it must not cover robots
+      refit() // it must not cover robots
     }
     const isLost = tiles.some(({ name }) => this.lost(name))
     const lost = isLost || this.#hadLost
@@ -166,19 +153,14 @@ export class StatusWall {
     if (!find("wall").hasAttribute("open")) return lost
     write(find("wall-summary"), summary)
     write(find("wall-links"), this.links(now).join("\n"))
-    for (const [name, row] of this.#rows) {
-      if (Object.hasOwn(this.#vitals, name)) continue
-      row.remove()
-      this.#rows.delete(name)
-    }
-    const body = find("wall-rows")
-    for (const [place, tile] of tiles.entries()) {
-      const row = this.#rows.get(tile.name) ?? this.#row(tile.name)
-      row.dataset.kind = tile.kind
-      const texts = [tile.name, tile.state, tile.off, tile.age, tile.battery]
-      texts.forEach((text, column) => write(row.cells[column], text))
-      row.title = [...(this.#faults.get(tile.name)?.values() ?? [])].join("\n")
-      if (body.children[place] !== row) body.insertBefore(row, body.children[place] ?? null)
+    const rows = find("wall-rows")
+    syncChildren(rows, tiles.map(({ name }) => name), tableRow)
+    for (const [index, row] of [...rows.children].entries()) {
+      if (!(row instanceof HTMLTableRowElement)) continue
+      const { name, state, kind, off, age, battery } = tiles[index]
+      row.dataset.kind = kind
+      ;[name, state, off, age, battery].forEach((text, column) => write(row.cells[column], text))
+      row.title = [...(this.#faults.get(name)?.values() ?? [])].join("\n")
     }
     return lost
   }
@@ -187,27 +169,20 @@ export class StatusWall {
   #age(name) {
     const seconds = this.#seconds(name)
     if (seconds === Infinity) return ""
-    if (!["playing", "paused"].includes(this.#clock.transport.state)) return "–" // nobody looks
+    if (!["playing", "paused"].includes(clock.transport.state)) return "–" // nobody looks
     return seconds < FRESH_AGE ? "now" : `${seconds < 10 ? seconds.toFixed(1) : Math.round(seconds)} s`
   }
 
   /** The age of a robot's latest pose; Infinity if none has come. @param {string} name */
   #seconds(name) {
     const told = this.#vitals[name].posed ?? -Infinity
-    return this.#clock.performed() - Math.max(told, this.#measured.latest(name))
+    return clock.performed() - Math.max(told, measured.latest(name))
   }
+}
 
-  /** @param {string} name */
-  #row(name) {
-    const row = document.createElement("tr")
-    const head = document.createElement("th")
-    head.scope = "row"
-    row.append(head, ...COLUMNS.map(() => document.createElement("td")))
-    row.dataset.robot = name
-    COLUMNS.forEach((column, index) => (row.cells[index + 1].className = column))
-    this.#rows.set(name, row)
-    return row
-  }
+/** A row without texts. */
+function tableRow() {
+  return element("tr", {}, element("th", { scope: "row" }), ...COLUMNS.map((className) => element("td", { className })))
 }
 
 /** @param {number} seconds */
@@ -215,8 +190,6 @@ function milliseconds(seconds) {
   const value = seconds * 1000
   return `${value < 10 ? value.toFixed(1) : Math.round(value)} ms`
 }
-
-const COLUMNS = ["state", "off", "age", "battery"]
 
 /**
  * @param {string} one

@@ -2,7 +2,7 @@
 // The list of words that may be written next. It never takes Enter, unless somebody has gone to a word with the arrows.
 // On phones and tablets, they stand in the row of words to tap instead.
 
-import { find, syncChildren } from "../base/elements.js"
+import { element, find, syncChildren } from "../base/elements.js"
 import { WORDS, wordButton } from "./word-row.js"
 
 const MOST_TO_TAP = 12 // words
@@ -114,12 +114,7 @@ export class Completions {
 
 /** @param {string} word */
 function option(word) {
-  const item = document.createElement("li")
-  item.role = "option"
-  const name = document.createElement("b")
-  name.textContent = word
-  item.append(name, " ", document.createElement("span"))
-  return item
+  return element("li", { role: "option" }, element("b", { textContent: word }), " ", element("span"))
 }
 
 /**

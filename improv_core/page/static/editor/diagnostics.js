@@ -1,7 +1,7 @@
 // @ts-check
 // The list of what is wrong with the text: a row for each message, with its fixes as buttons.
 
-import { find } from "../base/elements.js"
+import { button, element, find } from "../base/elements.js"
 
 /** @import { Edit, Span } from "./edits.js" */
 /** @typedef {{ title: string, kind: string, edits: Edit[] }} Fix those of one kind may be made together */
@@ -19,17 +19,37 @@ const MOST_KINDS = 2
  * @param {(edits: Edit[]) => void} fix
  */
 export function listDiagnostics(diagnostics, count, text, go, fix) {
-  const sorted = [...diagnostics].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
   const lines = text.split("\n")
+  /** @param {Diagnostic} diagnostic @param {number} index */
+  const row = ({ file, line, message, severity, start, fixes }, index) => {
+    const where = file
+      ? element("b", { className: "where", textContent: `${file}, line ${line}` })
+      : button({ className: "where", textContent: `line ${line}` }, () => go(start))
+    const source = (file ? "" : (lines[line - 1] ?? "")).trim()
+    const details = element(
+      "details",
+      { open: count === 1 },
+      element("summary", { className: "words", textContent: message }),
+      element("code", { className: "source", textContent: source }),
+      ...fixes.map(({ title, edits }) => button({ className: "fix", textContent: title }, () => fix(edits))),
+    )
+    const quick = fixes.slice(0, 1).map(({ title, edits }) => {
+      return button({ className: "quick", textContent: "Fix", title, ariaLabel: `Fix: ${title}` }, () => fix(edits))
+    })
+    const item = element("li", { className: severity }, where, details, ...quick)
+    reach(item, index === 0)
+    return item
+  }
+  const sorted = [...diagnostics].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
   find("diagnostics").hidden = !diagnostics.length
   const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : counted(count)
   find("diagnostics-title").textContent = all
   const kinds = groupFixes(diagnostics).slice(0, MOST_KINDS)
   find("diagnostics-kinds").replaceChildren(
-    ...kinds.map(({ title, edits, times }) => button(`${title}: all ${times}`, "fix-all", () => fix(edits))),
+    ...kinds.map(({ title, edits, times }) => button({ className: "fix-all", textContent: `${title}: all ${times}` }, () => fix(edits))),
   )
   find("diagnostics-head").hidden = count < 2
-  find("diagnostics-list").replaceChildren(...sorted.map((diagnostic, i) => row(diagnostic, lines, go, fix, i === 0, count === 1)))
+  find("diagnostics-list").replaceChildren(...sorted.map(row))
 }
 
 /** @param {number} count */
@@ -81,51 +101,4 @@ function move(event) {
  */
 function reach(item, reachable) {
   for (const each of item.querySelectorAll("button, summary")) if (each instanceof HTMLElement) each.tabIndex = reachable ? 0 : -1
-}
-
-/**
- * @param {Diagnostic} diagnostic
- * @param {string[]} lines
- * @param {(offset: number) => void} go
- * @param {(edits: Edit[]) => void} fix
- * @param {boolean} reachable with Tab
- * @param {boolean} alone
- */
-function row(diagnostic, lines, go, fix, reachable, alone) {
-  const { file, line, message, severity, start } = diagnostic
-  const item = document.createElement("li")
-  item.className = severity
-  if (file) item.append(made("b", "where", `${file}, line ${line}`))
-  else item.append(button(`line ${line}`, "where", () => go(start)))
-  const details = document.createElement("details")
-  details.open = alone
-  const source = made("code", "source", (file ? "" : (lines[line - 1] ?? "")).trim())
-  details.append(made("summary", "words", message), source)
-  details.append(...diagnostic.fixes.map(({ title, edits }) => button(title, "fix", () => fix(edits))))
-  item.append(details)
-  const [first] = diagnostic.fixes
-  if (first) item.append(Object.assign(button("Fix", "quick", () => fix(first.edits)), { title: first.title, ariaLabel: `Fix: ${first.title}` }))
-  reach(item, reachable)
-  return item
-}
-
-/**
- * @param {string} text
- * @param {string} kind
- * @param {() => void} press
- */
-function button(text, kind, press) {
-  const pressed = made("button", kind, text)
-  pressed.setAttribute("type", "button")
-  pressed.addEventListener("click", press)
-  return pressed
-}
-
-/**
- * @param {string} name
- * @param {string} kind
- * @param {string} text
- */
-function made(name, kind, text) {
-  return Object.assign(document.createElement(name), { className: kind, textContent: text })
 }

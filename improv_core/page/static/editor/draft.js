@@ -3,6 +3,7 @@
 // none is lost: unsaved text, the one of two versions that was not chosen, and a text that a link or an example has
 // replaced. On a website, where there are no files, the improv.toml goes with its text.
 
+import { stored } from "../base/storage.js"
 import { randomName } from "../base/random.js"
 
 /** @typedef {{ path: string, text: string, revision: string }} Source a version of the file */
@@ -35,12 +36,12 @@ export class Draft {
 
   /** The text to begin with: of this tab before it was reloaded, or of the file. @param {string} [toml] in use */
   begin(toml) {
-    const stored = readDraft(this.#key)
-    const own = stored?.path === this.base.path ? stored : null
+    const kept = readDraft(this.#key)
+    const own = kept?.path === this.base.path ? kept : null
     const file = { text: this.base.text, toml }
     const found = otherDrafts(this.base.path, own ? null : file)
     this.#otherKeys = found.map(({ key }) => key)
-    const others = found.flatMap(({ stored: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
+    const others = found.flatMap(({ draft: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
     this.#others = [...(own?.others ?? []), ...others].filter((each) => !isSame(each, file))
     if (!own || own.saved || own.text === this.base.text) return this.base.text
     if (own.revision !== this.base.revision) {
@@ -136,8 +137,8 @@ export class Draft {
         const { path, revision } = this.base
         const own = this.changed ? (this.#toml ?? toml) : toml
         /** @type {StoredDraft} */
-        const stored = { path, text, toml: own, revision, others: this.#others, saved, time: Date.now() }
-        localStorage.setItem(this.#key, JSON.stringify(stored))
+        const draft = { path, text, toml: own, revision, others: this.#others, saved, time: Date.now() }
+        localStorage.setItem(this.#key, JSON.stringify(draft))
       }
       this.isKept = true
       for (const key of this.#otherKeys.splice(0)) localStorage.removeItem(key)
@@ -163,21 +164,21 @@ function tab() {
  * in the file. From now on, this tab keeps it; a tab that still has it keeps it too.
  * @param {string} path
  * @param {Work | null} file
- * @returns {{ key: string, stored: StoredDraft }[]} the latest last
+ * @returns {{ key: string, draft: StoredDraft }[]} the latest last
  */
 function otherDrafts(path, file) {
   try {
     const found = Object.keys(localStorage)
       .filter((key) => key.startsWith(KEY))
       .flatMap((key) => {
-        const stored = readDraft(key)
-        return stored?.path === path ? [{ key, stored }] : []
+        const draft = readDraft(key)
+        return draft?.path === path ? [{ key, draft }] : []
       })
-      .sort((one, two) => one.stored.time - two.stored.time)
+      .sort((one, two) => one.draft.time - two.draft.time)
     const replaced = found.filter(({ key }) => key.startsWith(REPLACED))
     if (!file) return replaced
-    const hasMore = (/** @type {StoredDraft} */ stored) => stored.others.length > 0 || (!stored.saved && !isSame(stored, file))
-    const tabs = found.filter(({ key, stored }) => !key.startsWith(REPLACED) && hasMore(stored))
+    const hasMore = (/** @type {StoredDraft} */ draft) => draft.others.length > 0 || (!draft.saved && !isSame(draft, file))
+    const tabs = found.filter(({ key, draft }) => !key.startsWith(REPLACED) && hasMore(draft))
     return [...tabs.slice(-1), ...replaced]
   } catch {
     return []
@@ -194,12 +195,8 @@ function isSame(one, other) {
  * @returns {StoredDraft | null}
  */
 function readDraft(key) {
-  try {
-    const stored = JSON.parse(localStorage.getItem(key) ?? "null")
-    if (!stored || typeof stored.text !== "string" || typeof stored.revision !== "string") return null
-    const before = typeof stored.other === "string" ? [{ text: stored.other, time: stored.time }] : [] // earlier pages kept one
-    return { ...stored, others: stored.others ?? before }
-  } catch {
-    return null
-  }
+  const draft = stored(key)
+  if (typeof draft?.text !== "string" || typeof draft.revision !== "string") return null
+  const before = typeof draft.other === "string" ? [{ text: draft.other, time: draft.time }] : [] // earlier pages kept one
+  return { ...draft, others: draft.others ?? before }
 }

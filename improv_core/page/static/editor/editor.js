@@ -2,20 +2,22 @@
 // The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
 // up to date: colors, diagnostics, completions, hovers, and the words that play.
 
-import { applyEdits, difference, marksAfter } from "./edits.js"
+import { CodePoints } from "../base/code-points.js"
 import { find, findA } from "../base/elements.js"
-import { Highlight } from "./highlight.js"
-import { listDiagnostics, listenForArrows } from "./diagnostics.js"
-import { PendingChanges } from "./pending-changes.js"
+import { notices } from "../base/notices.js"
+import { send } from "../net/send.js"
+import { program } from "../score/program.js"
+import { readAnalysis } from "./analysis.js"
 import { Completions } from "./completions.js"
-import { CodePoints } from "./code-points.js"
+import { listDiagnostics, listenForArrows } from "./diagnostics.js"
+import { applyEdits, difference, marksAfter } from "./edits.js"
+import { Highlight } from "./highlight.js"
+import { PendingChanges } from "./pending-changes.js"
 import { Saving } from "./saving.js"
-import { toml } from "../net/backend.js"
 import { Tooltip } from "./tooltip.js"
 
-/** @import { Request } from "../net/requests.js" */
-/** @import { Edit } from "./edits.js" */
-/** @import { Color } from "./highlight.js" */
+/** @import { Edit, Span } from "./edits.js" */
+/** @import { Color, Light } from "./highlight.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Diagnostic } from "./diagnostics.js" */
 /** @import { StartPose } from "../net/requests.js" */
@@ -31,8 +33,6 @@ const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
 const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
 export class Editor {
-  #send
-  #connected = false
   #control = findA("text", HTMLTextAreaElement)
   #highlight = new Highlight(find("highlight"))
   #completions = new Completions(this.#control, (word) => this.#pick(word))
@@ -54,19 +54,12 @@ export class Editor {
   #listed = "" // the problems in the list, and their text
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
-  #played = ""
-  #playedCodePoints = new CodePoints("")
   #starts
-  /** @type {Map<number, string>} */
-  #places = new Map() // of the words that play, in code points of the played text
+  /** @type {Map<number, Light>} */
+  #lights = new Map() // on the words that play, by their offsets in the played text
 
-  /**
-   * `send` asks the server for something.
-   * @param {(request: Request) => void} send
-   * @param {Starts} starts
-   */
-  constructor(send, starts) {
-    this.#send = send
+  /** @param {Starts} starts */
+  constructor(starts) {
     this.#starts = starts
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
@@ -79,19 +72,17 @@ export class Editor {
     listenForArrows()
     // Errors, a bar, or a phone's keyboard may cover the line that is written.
     new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
-    this.saving = new Saving(send, {
+    this.saving = new Saving({
       getText: () => this.#text,
       set: (text) => this.#set(text),
       replace: (text) => this.#replace(text),
-      getToml: toml.get,
-      setToml: toml.set,
       wrote: () => this.#showDiagnostics(),
       changes: () => {
         starts.finish()
         return this.pendingChanges.saveAfter()
       },
     })
-    this.pendingChanges = new PendingChanges(send, {
+    this.pendingChanges = new PendingChanges({
       known: () => (this.#analyzed === this.#number ? this.#number : null),
       edit: (edits) => this.#edit(edits),
       say: (problem) => {
@@ -107,6 +98,11 @@ export class Editor {
     return this.saving.open
   }
 
+  /** The text that plays now, or was played last. */
+  get #played() {
+    return (program.current?.score.text ?? "").replace(/\r\n?/g, "\n")
+  }
+
   /** True if the text is saved and plays, or was played last. */
   get isPlayed() {
     return this.#text === this.#played && this.saving.isSaved && !this.pendingChanges.open
@@ -119,35 +115,18 @@ export class Editor {
     return first
   }
 
-  /** @param {Messages["analyze" | "complete" | "explain" | "write" | "change"]} message */
-  takeAnswer(message) {
-    if (message.type === "write") this.saving.takeWritten(message)
-    else if (message.type === "change") this.pendingChanges.take(message)
-    else if (message.type === "analyze") this.#takeAnalysis(message)
-    else if (message.number !== this.#number) return
-    else if (message.type === "complete") this.#takeWords(message)
-    else this.#tooltip.show([...this.#wrongAt(message.start, message.end), message.text].join("\n"), message.picture)
-  }
-
-  /** @param {boolean} connected */
-  connect(connected) {
-    this.#connected = connected
+  /** The connection has changed. */
+  reconnect() {
     this.#analyzed = -1
     this.#asking = false
     this.pendingChanges.forget()
-    if (connected && this.open) this.#analyze()
-    this.saving.connect(connected)
+    if (this.open) this.#analyze()
+    this.saving.reconnect()
   }
 
-  /** The program that plays now. @param {{ text: string }} score */
-  show({ text }) {
-    this.#played = text.replace(/\r\n?/g, "\n")
-    this.#playedCodePoints = new CodePoints(this.#played)
-  }
-
-  /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
-  light(places) {
-    this.#places = places
+  /** Lights words of the played text, given by offset. @param {Map<number, Light>} lights */
+  light(lights) {
+    this.#lights = lights
     this.#light()
   }
 
@@ -206,8 +185,7 @@ export class Editor {
   /** Makes edits that count in code points, as if they had been typed. The focus stays where it is. @param {Edit[]} edits */
   #edit(edits) {
     const focus = document.activeElement
-    const inUnits = edits.map(({ start, end, text }) => ({ start: this.#codePoints.toUnits(start), end: this.#codePoints.toUnits(end), text }))
-    this.#replace(applyEdits(this.#text, inUnits))
+    this.#replace(applyEdits(this.#text, edits.map((edit) => this.#codePoints.inUnits(edit))))
     if (focus instanceof HTMLElement) focus.focus()
   }
 
@@ -244,35 +222,24 @@ export class Editor {
   }
 
   #analyze() {
-    if (this.#asking || !this.#connected) return
+    if (this.#asking || !notices.isOpen) return
     this.#asking = true
-    this.#send({ type: "analyze", number: this.#number, text: this.#text })
+    send({ type: "analyze", number: this.#number, text: this.#text })
   }
 
   /** @param {Messages["analyze"]} message */
-  #takeAnalysis({ number, colors, problems, count, starts }) {
+  takeAnalysis(message) {
     this.#asking = false
-    if (number !== this.#number) {
+    if (message.number !== this.#number) {
       this.#analyze()
       return
     }
-    this.#analyzed = number
+    this.#analyzed = this.#number
     if (this.#offering) this.#askForWords()
     this.pendingChanges.ask()
-    if (Object.keys(starts).length) this.#starts.place(starts)
-    this.#colors = []
-    for (let i = 0, at = 0; i < colors.length; i += 3) {
-      const start = at + colors[i]
-      at = start + colors[i + 1]
-      this.#colors.push({ start: this.#codePoints.toUnits(start), end: this.#codePoints.toUnits(at), kind: colors[i + 2] })
-    }
-    /** @type {<T extends { start: number, end: number }>(span: T) => T} */
-    const inUnits = (span) => ({ ...span, start: this.#codePoints.toUnits(span.start), end: this.#codePoints.toUnits(span.end) })
-    this.#diagnostics = problems.map((problem) => ({
-      ...inUnits(problem),
-      fixes: problem.fixes.map((fix) => ({ ...fix, edits: fix.edits.map(inUnits) })),
-    }))
-    this.#count = count
+    if (Object.keys(message.starts).length) this.#starts.place(message.starts)
+    ;({ colors: this.#colors, diagnostics: this.#diagnostics } = readAnalysis(message, this.#codePoints))
+    this.#count = message.count
     clearTimeout(this.#calm)
     const rest = this.#edited + DIAGNOSTICS_DELAY - performance.now()
     if (rest <= 0) this.#showDiagnostics()
@@ -307,14 +274,13 @@ export class Editor {
   /** Lights what plays, where the text is still as it was played. */
   #light() {
     const { start, end, text } = difference(this.#played, this.#text)
-    /** @type {Map<number, string>} */
-    const places = new Map()
-    for (const [place, color] of this.#places) {
-      const offset = this.#playedCodePoints.toUnits(place)
-      if (offset < start) places.set(offset, color)
-      else if (offset >= end) places.set(offset + text.length - (end - start), color)
+    /** @type {Map<number, Light>} */
+    const lights = new Map()
+    for (const [offset, light] of this.#lights) {
+      if (offset < start) lights.set(offset, light)
+      else if (offset >= end) lights.set(offset + text.length - (end - start), light)
     }
-    this.#highlight.light(places)
+    this.#highlight.light(lights)
   }
 
   /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
@@ -337,12 +303,14 @@ export class Editor {
   /** Only once the server has the text. */
   #askForWords() {
     const offset = this.#codePoints.toPoints(this.#control.selectionEnd)
-    this.#send({ type: "complete", number: this.#number, offset })
+    send({ type: "complete", number: this.#number, offset })
   }
 
   /** @param {Messages["complete"]} message */
-  #takeWords({ start, end, words }) {
-    const [from, to] = [this.#codePoints.toUnits(start), this.#codePoints.toUnits(end)]
+  takeWords(message) {
+    if (message.number !== this.#number) return
+    const { words } = message
+    const { start: from, end: to } = this.#codePoints.inUnits(message)
     const offering = this.#offering
     if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
     const begun = this.#text.slice(from, to)
@@ -384,14 +352,20 @@ export class Editor {
   #explain(x, y) {
     const word = this.#highlight.wordAt(x, y)
     if (!word) return false
-    this.#send({ type: "explain", number: this.#number, offset: this.#codePoints.toPoints(word.start) })
+    send({ type: "explain", number: this.#number, offset: this.#codePoints.toPoints(word.start) })
     return true
   }
 
-  /** The messages about a place, which counts in code points. @param {number} start @param {number} end */
-  #wrongAt(start, end) {
-    const [from, to] = [this.#codePoints.toUnits(start), this.#codePoints.toUnits(end)]
-    return this.#shown.filter((each) => !each.file && each.start < to && each.end > from).map(({ message }) => message)
+  /** @param {Messages["explain"]} message */
+  takeExplanation(message) {
+    if (message.number !== this.#number) return
+    this.#tooltip.show([...this.#wrongAt(message), message.text].join("\n"), message.picture)
+  }
+
+  /** The messages about a place, which counts in code points. @param {Span} place */
+  #wrongAt(place) {
+    const { start, end } = this.#codePoints.inUnits(place)
+    return this.#shown.filter((each) => !each.file && each.start < end && each.end > start).map(({ message }) => message)
   }
 
   /** @param {number} offset */

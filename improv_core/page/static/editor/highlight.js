@@ -1,17 +1,15 @@
 // @ts-check
-// The program's text in colors, below the text control that it is written in: both break lines at the same places.
+// The program's text in colors: alone, or below the text control that it is written in, which breaks lines at the same
+// places.
 
-import { partitionPoint } from "./code-points.js"
+import { element } from "../base/elements.js"
+import { partitionPoint } from "../base/search.js"
 
 /** @import { Span } from "./edits.js" */
-/** @typedef {Span & { kind: number }} Color */
+/** @typedef {Span & { name: string }} Color of a class of the style sheet */
+/** @typedef {{ color: string, moves: boolean }} Light on a word that moves a robot, or that names something that does */
 /** @typedef {Span & { severity: string }} Underline */
 /** @typedef {{ key: string, element: HTMLElement, words: { start: number, element: HTMLElement }[] }} Line */
-
-// In the order of improv_core/ide/semantic_tokens_legend.py.
-const KINDS = [
-  "comment", "keyword", "function", "variable", "class", "enumMember", "number", "operator", "modifier", "parameter", "property",
-]
 
 export class Highlight {
   #sheet
@@ -20,7 +18,7 @@ export class Highlight {
   /** @type {number[]} */
   #starts = [] // of lines
   /** @type {Set<HTMLElement>} */
-  #lit = new Set()
+  lit = new Set() // words
 
   /** @param {HTMLElement} sheet */
   constructor(sheet) {
@@ -54,21 +52,22 @@ export class Highlight {
   }
 
   /**
-   * Lights words, given by offset, in colors.
-   * @param {Map<number, string>} places
+   * Lights words, given by offset.
+   * @param {Map<number, Light>} lights
    */
-  light(places) {
+  light(lights) {
     const lit = new Set()
-    for (const [offset, color] of places) {
+    for (const [offset, { color, moves }] of lights) {
       const index = this.#line(offset)
       const word = this.#lines[index]?.words.find(({ start }) => start === offset - this.#starts[index])?.element
       if (!word) continue
       lit.add(word)
       word.classList.add("lit")
+      word.classList.toggle("moving", moves)
       word.style.setProperty("--robot", color)
     }
-    for (const word of this.#lit) if (!lit.has(word)) word.classList.remove("lit")
-    this.#lit = lit
+    for (const word of this.lit) if (!lit.has(word)) word.classList.remove("lit", "moving")
+    this.lit = lit
   }
 
   /**
@@ -143,7 +142,7 @@ function described(text, colors, underlines) {
     /** @type {(Span & { name: string })[]} */
     const marks = []
     for (; next < colors.length && colors[next].start < end; next++) {
-      marks.push({ start: colors[next].start - start, end: colors[next].end - start, name: KINDS[colors[next].kind] })
+      marks.push({ start: colors[next].start - start, end: colors[next].end - start, name: colors[next].name })
     }
     for (const each of underlines) {
       // A missing word has no text: the character before it is underlined.
@@ -163,7 +162,7 @@ function described(text, colors, underlines) {
  * @returns {Line}
  */
 function drawn({ line, marks, key }) {
-  const element = document.createElement("div")
+  const made = element("div")
   /** @type {Line["words"]} */
   const words = []
   const cuts = [...new Set([0, line.length, ...marks.flatMap(({ start, end }) => [start, end])])].sort((a, b) => a - b)
@@ -172,15 +171,13 @@ function drawn({ line, marks, key }) {
     const names = marks.filter((mark) => mark.start < end && mark.end > start).map(({ name }) => name)
     const text = line.slice(start, end)
     if (!names.length) {
-      element.append(text)
+      made.append(text)
       return
     }
-    const word = document.createElement("span")
-    word.className = names.join(" ")
-    word.textContent = text
+    const word = element("span", { className: names.join(" "), textContent: text })
     words.push({ start, element: word })
-    element.append(word)
+    made.append(word)
   })
-  if (!line) element.append(document.createElement("br")) // keeps an empty line's height
-  return { key, element, words }
+  if (!line) made.append(element("br")) // keeps an empty line's height
+  return { key, element: made, words }
 }

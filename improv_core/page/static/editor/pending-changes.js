@@ -1,10 +1,11 @@
 // @ts-check
 // New starts of robots: the page asks for their lines one after the other, each for the text after the previous one.
 
-/** @import { Request } from "../net/requests.js" */
+import { send } from "../net/send.js"
+
 /** @import { Edit } from "./edits.js" */
+/** @import { Change } from "../score/changes.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @typedef {Extract<Request, { type: "change" }>["change"]} Change */
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it
@@ -14,19 +15,14 @@
  */
 
 export class PendingChanges {
-  #send
   #text
   /** @type {Change[]} */
   #waiting = []
   #asked = -1 // the number of the text in the question to the server
   #saves = false // whether the text is to be saved after all of them
 
-  /**
-   * @param {(request: Request) => void} send
-   * @param {Text} text
-   */
-  constructor(send, text) {
-    this.#send = send
+  /** @param {Text} text */
+  constructor(text) {
     this.#text = text
   }
 
@@ -46,7 +42,7 @@ export class PendingChanges {
     const number = this.#text.known()
     if (!this.open || number === null || number === this.#asked) return
     this.#asked = number
-    this.#send({ type: "change", number, change: this.#waiting[0] })
+    send({ type: "change", number, change: this.#waiting[0] })
   }
 
   /** @param {Messages["change"]} message */

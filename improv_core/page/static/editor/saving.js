@@ -3,25 +3,23 @@
 
 import { Draft } from "./draft.js"
 import { find } from "../base/elements.js"
+import { notices } from "../base/notices.js"
+import { keptToml } from "../net/backend.js"
+import { send } from "../net/send.js"
 
 /** @import { Work } from "./draft.js" */
-/** @import { Request } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Page
  * @property {() => string} getText
  * @property {(text: string) => void} set puts another program's text in
  * @property {(text: string) => void} replace puts a text in that somebody has chosen
- * @property {() => string | undefined} getToml the improv.toml that this browser keeps with the program; none behind a server
- * @property {(toml: string) => void} setToml
  * @property {() => void} wrote the text is about to be saved
  * @property {() => boolean} changes whether the text is about to change by itself: it is saved after that
  */
 
 export class Saving {
-  #send
   #page
-  #connected = false
   /** @type {Draft | null} */
   #draft = null // from when the server says that the program may be written here
   #number = 0 // of texts that were saved
@@ -32,13 +30,8 @@ export class Saving {
   /** @type {Work | null} */
   #brought = null // the text that replaced the one on the page
 
-  /**
-   * `send` asks the server for something.
-   * @param {(request: Request) => void} send
-   * @param {Page} page
-   */
-  constructor(send, page) {
-    this.#send = send
+  /** @param {Page} page */
+  constructor(page) {
     this.#page = page
     find("write").addEventListener("click", () => this.write())
     find("use-file").addEventListener("click", () => this.#choose("file"))
@@ -73,9 +66,9 @@ export class Saving {
     return this.#page.getText()
   }
 
-  /** The text on the page. */
+  /** That text and, on a website, its improv.toml. */
   get #work() {
-    return { text: this.#page.getText(), toml: this.#page.getToml() }
+    return { text: this.text, toml: keptToml.get() }
   }
 
   /**
@@ -94,18 +87,18 @@ export class Saving {
 
   /** @param {Work} work */
   #put({ text, toml }) {
-    if (toml !== undefined && toml !== this.#page.getToml()) this.#page.setToml(toml)
+    if (toml !== undefined && toml !== keptToml.get()) keptToml.set(toml)
     this.#page.replace(text)
   }
 
   get isSaved() {
-    return this.#draft?.isSaved(this.#page.getText()) ?? true
+    return this.#draft?.isSaved(this.text) ?? true
   }
 
   /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
     if (this.#draft) {
-      const text = this.#draft.take(source, this.#page.getText(), this.#writing?.text ?? null)
+      const text = this.#draft.take(source, this.text, this.#writing?.text ?? null)
       if (text !== null) this.#page.set(text)
       this.show()
       return false
@@ -114,7 +107,7 @@ export class Saving {
     document.body.classList.add("editing")
     find("file-name").textContent = source.path.split(/[\\/]/).at(-1) ?? ""
     find("file-name").title = source.path
-    this.#page.set(this.#draft.begin(this.#page.getToml()))
+    this.#page.set(this.#draft.begin(keptToml.get()))
     this.show()
     return true
   }
@@ -130,9 +123,8 @@ export class Saving {
     if (this.#again) this.write()
   }
 
-  /** @param {boolean} connected */
-  connect(connected) {
-    this.#connected = connected
+  /** The connection has changed: what was being saved gets no answer. */
+  reconnect() {
     this.#writing = null
     this.show()
   }
@@ -145,7 +137,7 @@ export class Saving {
 
   /** Saves the text, and has it played. */
   write() {
-    if (!this.#draft || !this.#connected || this.#page.changes()) return
+    if (!this.#draft || !notices.isOpen || this.#page.changes()) return
     if (this.#draft.changed) {
       find("use-file").focus()
       return
@@ -154,7 +146,7 @@ export class Saving {
     if (this.#again) return
     this.#writing = this.#work
     this.#problem = ""
-    this.#send({ type: "write", number: ++this.#number, text: this.#writing.text, revision: this.#draft.base.revision })
+    send({ type: "write", number: ++this.#number, text: this.#writing.text, revision: this.#draft.base.revision })
     this.#page.wrote()
     this.show()
   }
@@ -175,7 +167,7 @@ export class Saving {
     const state = this.#writing !== null ? "saving…" : saved ? "saved" : unsaved
     find("file-state").textContent = this.#problem || state
     find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !draft.isKept))
-    find("write").setAttribute("aria-disabled", String(!this.#connected))
+    find("write").setAttribute("aria-disabled", String(!notices.isOpen))
     const { changed } = draft
     const other = draft.other(work)
     find("versions").hidden = !changed && !other

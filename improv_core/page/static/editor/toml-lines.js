@@ -3,30 +3,13 @@
 
 import { find } from "../base/elements.js"
 
-export class TomlLines {
-  #id
-
-  /**
-   * The elements have this id, and `-lines` and `-copy` after it.
-   * @param {string} id
-   */
-  constructor(id) {
-    this.#id = id
-    find(`${id}-copy`).addEventListener("click", () => this.#copy())
-  }
-
-  /**
-   * Shows lines, or nothing if there are none.
-   * @param {string} lines
-   */
-  show(lines) {
-    find(this.#id).hidden = !lines
-    find(`${this.#id}-lines`).textContent = lines
-  }
-
-  async #copy() {
-    const button = find(`${this.#id}-copy`)
-    const lines = find(`${this.#id}-lines`)
+/**
+ * Returns a function that shows lines, or nothing if there are none.
+ * @param {string} id of the element; those in it have this id with `-lines` and `-copy` after it
+ */
+export function tomlLines(id) {
+  const [lines, button] = [find(`${id}-lines`), find(`${id}-copy`)]
+  button.addEventListener("click", async () => {
     try {
       await navigator.clipboard.writeText(lines.textContent ?? "")
       button.textContent = "Copied"
@@ -35,5 +18,9 @@ export class TomlLines {
       button.textContent = "Selected"
     }
     setTimeout(() => (button.textContent = "Copy"), 1500)
+  })
+  return (/** @type {string} */ text) => {
+    find(id).hidden = !text
+    lines.textContent = text
   }
 }

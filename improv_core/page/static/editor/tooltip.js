@@ -1,7 +1,7 @@
 // @ts-check
 // The meaning of the word below the pointer, in words and as a picture of its path.
 
-import { find } from "../base/elements.js"
+import { element, find, svgAddress } from "../base/elements.js"
 import { placeBeside } from "./completions.js"
 
 const HOVER_DELAY = 300 // milliseconds for which the pointer rests before the page asks
@@ -34,13 +34,9 @@ export class Tooltip {
    */
   show(text, picture) {
     if (!this.#place) return
-    const about = document.createElement("p")
-    about.textContent = text
-    this.#box.replaceChildren(about)
+    this.#box.replaceChildren(element("p", { textContent: text }))
     if (picture) {
-      const image = document.createElement("img")
-      image.alt = ""
-      image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(picture)}`
+      const image = element("img", { alt: "", src: svgAddress(picture) })
       this.#box.append(image)
       const place = this.#place
       image.addEventListener("load", () => placeBeside(this.#box, place))

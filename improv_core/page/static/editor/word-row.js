@@ -2,30 +2,25 @@
 // A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: words that
 // fit here come first, then those that are always there.
 
-import { find } from "../base/elements.js"
+import { element, find } from "../base/elements.js"
 
 export const WORDS = ["forward", "left", "right", "backward", "repeat", "(", ")", "[", "]", "$", "||", "=", "rest", "fast", "slow"]
 
-export class WordRow {
-  /** @param {HTMLTextAreaElement} control gets the words, as if they had been typed */
-  constructor(control) {
-    const always = find("word-always")
-    always.replaceChildren(...WORDS.map((word) => wordButton(word)))
-    find("word-row").addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
-    always.addEventListener("click", ({ target }) => {
-      if (!(target instanceof HTMLButtonElement)) return
-      control.focus()
-      document.execCommand("insertText", false, spaced(control.value, control.selectionStart, target.textContent ?? ""))
-    })
-  }
+/** @param {HTMLTextAreaElement} control gets the words, as if they had been typed */
+export function offerWords(control) {
+  const always = find("word-always")
+  always.replaceChildren(...WORDS.map((word) => wordButton(word)))
+  find("word-row").addEventListener("pointerdown", (event) => event.preventDefault()) // the keyboard stays
+  always.addEventListener("click", ({ target }) => {
+    if (!(target instanceof HTMLButtonElement)) return
+    control.focus()
+    document.execCommand("insertText", false, spaced(control.value, control.selectionStart, target.textContent ?? ""))
+  })
 }
 
 /** @param {string} word */
 export function wordButton(word) {
-  const button = document.createElement("button")
-  button.type = "button"
-  button.textContent = word
-  return button
+  return element("button", { type: "button", textContent: word })
 }
 
 /**

@@ -1,14 +1,14 @@
 // @ts-check
 // Aids for writing and passing on a program, besides the editor: words to tap, dances to begin with, links, files.
 
-import { Class, isClass } from "../website/class.js"
+import { isClass, joinClass } from "../website/class.js"
 import { findA } from "../base/elements.js"
-import { Examples } from "../website/examples.js"
-import { Guide } from "../website/guide.js"
+import { offerExamples } from "../website/examples.js"
+import { offerGuide } from "../website/guide.js"
 import { isWebsite } from "../net/backend.js"
-import { Share } from "../website/share.js"
+import { offerSharing } from "../website/share.js"
 import { offerStarters } from "../website/starters.js"
-import { WordRow } from "./word-row.js"
+import { offerWords } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
 
@@ -17,15 +17,15 @@ import { WordRow } from "./word-row.js"
  * @param {() => number} getBeat where the dance stands, if somebody has paused it
  */
 export function offerHelp(saving, getBeat) {
-  new WordRow(findA("text", HTMLTextAreaElement))
+  offerWords(findA("text", HTMLTextAreaElement))
   if (isWebsite) {
     const play = (/** @type {string} */ text, toml = "") => {
       saving.replace(text, toml)
       saving.write()
     }
-    new Examples(play)
-    new Guide(play)
-    new Share(saving, getBeat)
+    offerExamples(play)
+    offerGuide(play)
+    offerSharing(saving, getBeat)
   } else offerStarters(saving)
-  if (isClass) new Class(saving)
+  if (isClass) joinClass(saving)
 }

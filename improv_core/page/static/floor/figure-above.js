@@ -2,11 +2,11 @@
 // The head and the arms of a robot from above, on its disc.
 
 import { places } from "../bodies/body.js"
+import { DARK, disc } from "./robots.js"
 
 /** @import { Figure } from "../bodies/body.js" */
 /** @import { Pen } from "../base/pen.js" */
 
-const DARK = "#1c2330"
 const REACH = 3.1 // radii of the disc for a length of 1 of the figure
 const HEAD = 0.5 // of the disc's radius
 const EYES = 0.62 // radians to each side
@@ -42,18 +42,4 @@ export function drawLimbs(pen, { head, arms }, radius, color, shade) {
     }
   }
   pen.restore()
-}
-
-/**
- * @param {Pen} pen
- * @param {number} x
- * @param {number} y
- * @param {number} radius
- * @param {string} color
- */
-function disc(pen, x, y, radius, color) {
-  pen.beginPath()
-  pen.arc(x, y, radius, 0, 2 * Math.PI)
-  pen.fillStyle = color
-  pen.fill()
 }

@@ -2,26 +2,26 @@
 // Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
+import { redraw } from "../base/frames.js"
 import { RADIUS } from "../score/robot-list.js"
-import { mix, readColors } from "../base/colors.js"
+import { colors, mix } from "../base/colors.js"
 import { Ground, paintTail } from "./ground.js"
-import { Labels } from "./labels.js"
+import { LabelPlaces } from "./labels.js"
 import { drawLimbs } from "./figure-above.js"
 import { drawMark } from "./meetings.js"
 import { drawReturnPath } from "./out-of-place.js"
 import { penOn } from "../base/pen.js"
-import { drawLost, drawRing, placeRings } from "./rings.js"
+import { drawFacing, drawLost, drawRing, placeRings } from "./rings.js"
 import { picture, REACH } from "./robots.js"
+import { drawText, textPicture } from "./texts.js"
 
-/** @import { Colors } from "../base/colors.js" */
-/** @import { Pen } from "../base/pen.js" */
 /** @import { Point } from "./camera.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @import { Mark } from "./meetings.js" */
 /** @import { Placed } from "./rings.js" */
 /** @import { Scene } from "./view.js" */
 /** @typedef {Scene["robots"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
-/** @typedef {Omit<Scene, "robots"> & { robots: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
+/** @typedef {Omit<Scene, "robots"> & { robots: Drawn[], camera: Camera, ratio: number }} GroundScene */
 
 const LEAST_PIXELS = 12 // pixels: a robot's radius,
 const LEAST_SHARE = 0.034 // of the stage's shorter side,
@@ -30,39 +30,26 @@ const LEAST_STRIP = 48 // pixels for the scale
 const MOST_NAMES = 200 // in view: more robots are named only if somebody points at them
 const LINE_HEIGHT = 1.15 // of a name's size, to the next line
 const PAINT_BUDGET = 3 // milliseconds of each frame
-const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
 export class Floor {
   #canvas
   #pen
   #ground = new Ground()
-  /** @type {Map<string, ImageBitmap>} */
-  #labels = new Map()
-  /** @type {ImageBitmap | null} */
+  /** @type {{ color: string, image: ImageBitmap } | null} */
   #shadow = null
   #ratio = 1
   #strip = { foot: 0, width: 0 } // at the bottom, for the scale, in pixels
-  #names = new Labels()
+  #names = new LabelPlaces()
   /** @type {Drawn[]} */
   #robots = [] // of the latest frame
-  /** @type {string[]} */
-  names = [] // that are shown
   /** @type {string | null} */
   pointed = null // the robot whose name is shown in any case
   camera = new Camera()
-  colors = readColors()
 
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.#canvas = canvas
     this.#pen = penOn(canvas, { alpha: false })
-  }
-
-  readTheme() {
-    this.colors = readColors()
-    this.#labels.clear()
-    this.#ground.reset()
-    this.#shadow = null
   }
 
   /**
@@ -80,14 +67,6 @@ export class Floor {
     this.#canvas.width = Math.round(width * this.#ratio)
     this.#canvas.height = Math.round(height * this.#ratio)
     this.#ground.reset()
-  }
-
-  /**
-   * The color of the robot with this index in the list of robots.
-   * @param {number} index
-   */
-  color(index) {
-    return this.colors.robots[index % this.colors.robots.length]
   }
 
   /**
@@ -110,12 +89,12 @@ export class Floor {
       place: camera.toScreen(robot.pose),
       size: Math.max(robot.radius * scale, least),
     }))
-    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio, colors: this.colors }, PAINT_BUDGET)
+    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio }, PAINT_BUDGET)
     const pen = this.#pen
-    const painted = this.#ground.draw(pen, camera, this.colors)
+    const painted = this.#ground.draw(pen, camera)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of robots) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
+    if (scene.trail > 0) for (const robot of robots) paintTail(pen, { ...scene, camera, ratio: this.#ratio }, robot, painted.get(robot.name))
     const named = [...robots]
     this.#robots = robots.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of robots) this.#drawFields(robot)
@@ -123,14 +102,21 @@ export class Floor {
     for (const robot of robots) this.#drawIdeal(robot)
     for (const robot of robots) this.#drawRobot(robot)
     const rings = placeRings(scene.rings, camera)
-    for (const ring of rings) drawRing(pen, ring, this.colors)
-    const colors = new Map(robots.map(({ name, color }) => [name, color]))
-    for (const path of scene.returnPaths) drawReturnPath(pen, path, camera, colors.get(path.name) ?? this.colors.ink, this.colors)
+    for (const ring of rings) drawRing(pen, ring)
+    for (const path of scene.returnPaths) {
+      drawReturnPath(pen, path, camera, robots.find(({ name }) => name === path.name)?.color ?? colors().ink)
+    }
     this.#drawNames(named, rings, text)
     for (const mark of scene.meetings?.marks(camera) ?? []) this.#drawMeeting(mark, robots)
     this.#drawBumps(scene)
     if (robots.length) this.#drawScale()
     return turning || painting
+  }
+
+  /** Shows the name of the robot that somebody points at in any case. @param {string | null} name */
+  point(name) {
+    if (name !== this.pointed) redraw()
+    this.pointed = name
   }
 
   /** The drawn places of robots. */
@@ -182,29 +168,24 @@ export class Floor {
    */
   #drawIdeal({ ideal, size, pose }) {
     if (!ideal || Math.hypot(ideal.x - pose.x, ideal.y - pose.y) * this.camera.sight.scale < 1) return
-    const pen = this.#pen
-    const { x, y } = this.camera.toScreen(ideal)
-    pen.beginPath()
-    pen.arc(x, y, size, 0, 2 * Math.PI)
-    pen.moveTo(x + size * Math.cos(ideal.heading), y - size * Math.sin(ideal.heading))
-    pen.lineTo(x + size * 1.38 * Math.cos(ideal.heading), y - size * 1.38 * Math.sin(ideal.heading))
-    pen.strokeStyle = this.colors.ink
-    pen.lineWidth = 1.5
-    pen.stroke()
+    this.#pen.strokeStyle = colors().ink
+    this.#pen.lineWidth = 1.5
+    drawFacing(this.#pen, this.camera.toScreen(ideal), ideal.heading, size, size, size * 1.38)
   }
 
   /** @param {Drawn} robot */
   #drawRobot({ kind, figure, pose, place, size, color, silent, lost }) {
     const pen = this.#pen
-    const shade = mix(color, this.colors.shadow, 0.28)
+    const shade = mix(color, colors().shadow, 0.28)
     const made = picture(kind, color, shade, Math.round(size), this.#ratio)
     const height = Math.min(Math.max(pose.z, -2), 4)
     const lift = Math.max(height, 0) * size * 0.8
     const scale = 1 + height * 0.12
     const reach = size * 1.35 * Math.max(scale, 1)
     pen.globalAlpha = silent || lost ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
-    this.#shadow ??= shadow(this.colors.below) // in the dark theme a light, as no shadow would be visible
-    pen.drawImage(this.#shadow, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
+    const { below } = colors() // in the dark theme a light, as no shadow would be visible
+    if (this.#shadow?.color !== below) this.#shadow = { color: below, image: shadow(below) }
+    pen.drawImage(this.#shadow.image, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
     pen.globalAlpha = silent || lost ? 0.4 : 1
     pen.save()
     pen.translate(place.x, place.y)
@@ -214,7 +195,7 @@ export class Floor {
     if (figure) drawLimbs(pen, figure, size * scale, color, shade)
     pen.restore()
     pen.globalAlpha = 1
-    if (lost) drawLost(pen, place, size, this.colors)
+    if (lost) drawLost(pen, place, size)
   }
 
   /**
@@ -234,14 +215,13 @@ export class Floor {
     const shown = seen.length > MOST_NAMES ? seen.filter(({ name }) => name === this.pointed) : seen
     const labeled = shown.map((each) => ({ ...each, lines: this.#lines(each.words, text, each.off) })).map((each) => ({
       ...each,
-      wide: Math.max(...each.lines.map(({ label, size }) => label.width / this.#ratio - size / 2)),
+      wide: Math.max(...each.lines.map(({ picture, size }) => picture.width - size / 2)),
       high: text * LINE_HEIGHT * each.lines.length,
     }))
     const boxes = this.#names.place(labeled, this.pointed, floor)
-    this.names = [...boxes.keys()]
     for (const { name, lines } of labeled.sort((one, other) => Number(one.name === this.pointed) - Number(other.name === this.pointed))) {
       const box = boxes.get(name)
-      if (box) lines.forEach(({ label }, index) => this.#drawLabel(label, (box.left + box.right) / 2, box.top + text * LINE_HEIGHT * (index + 0.5)))
+      if (box) lines.forEach(({ picture }, index) => drawText(this.#pen, picture, (box.left + box.right) / 2, box.top + text * LINE_HEIGHT * (index + 0.5)))
     }
   }
 
@@ -252,9 +232,9 @@ export class Floor {
    * @param {string} [off] how far off the robot is, less prominent
    */
   #lines(words, text, off) {
-    const lines = words.map((words) => ({ words, size: text, color: this.colors.ink }))
-    if (off) lines.splice(1, 0, { words: off, size: Math.round(text * 0.85), color: this.colors.quiet })
-    return lines.map(({ words, size, color }) => ({ size, label: this.#label(words, size, color) }))
+    const lines = words.map((words) => ({ words, size: text, color: colors().ink }))
+    if (off) lines.splice(1, 0, { words: off, size: Math.round(text * 0.85), color: colors().quiet })
+    return lines.map(({ words, size, color }) => ({ size, picture: textPicture(words, size, color, this.#ratio) }))
   }
 
   /**
@@ -277,7 +257,7 @@ export class Floor {
       pen.lineWidth = 2
       pen.stroke()
     }
-    drawMark(pen, place, this.colors)
+    drawMark(pen, place)
   }
 
   /** @param {Scene} scene */
@@ -289,7 +269,7 @@ export class Floor {
       const place = this.camera.toScreen({ x, y })
       const reach = (still ? 26 : 16 + 20 * Math.sqrt(age)) * unit
       pen.globalAlpha = still ? 1 : 1 - age ** 2
-      pen.strokeStyle = this.colors.bump
+      pen.strokeStyle = colors().bump
       pen.beginPath()
       for (let i = 0; i < 8; i++) {
         const [cos, sin] = [Math.cos((i * Math.PI) / 4), Math.sin((i * Math.PI) / 4)]
@@ -315,64 +295,10 @@ export class Floor {
     pen.lineTo(x, y)
     pen.lineTo(x + length, y)
     pen.lineTo(x + length, y - 7)
-    pen.strokeStyle = this.colors.quiet
+    pen.strokeStyle = colors().quiet
     pen.lineWidth = 2.5
     pen.stroke()
-    this.#drawLabel(this.#label(`${meters} m`, Math.round(text), this.colors.quiet), x + length / 2, y - text * 0.85)
-  }
-
-  /**
-   * Draws a text around a point, as a picture: text with an edge is slow to draw.
-   * @param {ImageBitmap} label
-   * @param {number} x
-   * @param {number} y
-   */
-  #drawLabel(label, x, y) {
-    const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
-    this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
-  }
-
-  /**
-   * @param {string} name
-   * @param {number} size
-   * @param {string} color
-   */
-  #label(name, size, color) {
-    const key = `${name} ${size} ${color}`
-    let label = this.#labels.get(key)
-    if (!label) {
-      if (this.#labels.size > 300) this.#labels.clear()
-      const pen = this.#pen
-      pen.font = `600 ${size}px ${FONT}`
-      const width = Math.ceil(pen.measureText(name).width + size)
-      const canvas = new OffscreenCanvas(width * this.#ratio, size * 1.8 * this.#ratio)
-      const own = penOn(canvas)
-      own.scale(this.#ratio, this.#ratio)
-      this.#write(name, width / 2, size * 0.9, size, color, own)
-      label = canvas.transferToImageBitmap()
-      this.#labels.set(key, label)
-    }
-    return label
-  }
-
-  /**
-   * @param {string} text
-   * @param {number} x
-   * @param {number} y
-   * @param {number} size
-   * @param {string} color
-   * @param {Pen} pen
-   */
-  #write(text, x, y, size, color, pen) {
-    pen.font = `600 ${size}px ${FONT}`
-    pen.textAlign = "center"
-    pen.textBaseline = "middle"
-    pen.lineJoin = "round"
-    pen.lineWidth = size * 0.3
-    pen.strokeStyle = this.colors.ground // an edge that keeps it legible over trails
-    pen.strokeText(text, x, y)
-    pen.fillStyle = color
-    pen.fillText(text, x, y)
+    drawText(pen, textPicture(`${meters} m`, Math.round(text), colors().quiet, this.#ratio), x + length / 2, y - text * 0.85)
   }
 }
 

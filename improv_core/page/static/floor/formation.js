@@ -2,8 +2,9 @@
 // Formations: a button for each, which has its line written into the program, or offers those for improv.toml.
 
 import { find, findA } from "../base/elements.js"
-import { TomlLines } from "../editor/toml-lines.js"
+import { tomlLines } from "../editor/toml-lines.js"
 import { LIMITS } from "../net/requests.js"
+import { changes } from "../score/changes.js"
 
 /** @import { Messages } from "../net/messages.js" */
 
@@ -16,18 +17,14 @@ const CHOICES = {
 }
 const WIDTHS = 5 // between robots, unless somebody says otherwise
 
-/** @typedef {typeof CHOICES[string] & { distance: number }} Chosen */
-
 export class Formation {
   #distance = findA("formation-distance", HTMLInputElement)
-  #tomlLines = new TomlLines("formation-toml")
+  #showToml = tomlLines("formation-toml")
   #chosen = "" // of CHOICES
-  /** Has a formation written into the program; null if nobody can. @type {((chosen: Chosen) => void) | null} */
-  write = null
 
   constructor() {
     for (const name of Object.keys(CHOICES)) {
-      find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !this.write ? "" : name))
+      find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !changes.write ? "" : name))
     }
     ;[this.#distance.min, this.#distance.max] = LIMITS.arrange.distance.map(String)
     this.#distance.addEventListener("input", () => this.#choose(this.#chosen))
@@ -45,7 +42,7 @@ export class Formation {
   /** Somebody has chosen. @param {string} name */
   #take(name) {
     this.#choose(name)
-    if (name && this.#distance.checkValidity()) this.write?.({ ...CHOICES[name], distance: this.#distance.valueAsNumber })
+    if (name && this.#distance.checkValidity()) changes.write?.({ type: "arrange", ...CHOICES[name], distance: this.#distance.valueAsNumber })
   }
 
   /** @param {string} name */
@@ -53,7 +50,7 @@ export class Formation {
     this.#chosen = name
     for (const each of Object.keys(CHOICES)) find(`form-${each}`).setAttribute("aria-pressed", String(each === name))
     const valid = name && this.#distance.checkValidity()
-    this.#tomlLines.show(valid && !this.write ? this.#lines(CHOICES[name]) : "")
+    this.#showToml(valid && !changes.write ? this.#lines(CHOICES[name]) : "")
   }
 
   /** @param {typeof CHOICES[string]} choice */

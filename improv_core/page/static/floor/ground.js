@@ -3,9 +3,10 @@
 // little of it on a separate sheet, so that no frame is late, and copies the last finished sheet.
 
 import { roundLength } from "./camera.js"
-import { mix } from "../base/colors.js"
+import { colors, mix } from "../base/colors.js"
 import { poseAfter, trace } from "../base/path.js"
 import { penOn } from "../base/pen.js"
+import { measured } from "./measured.js"
 import { paintWorld } from "./world.js"
 
 /** @import { Point, Sight } from "./camera.js" */
@@ -75,16 +76,15 @@ export class Ground {
    * Copies the last finished sheet, moved to where the camera looks now. Returns how far trails are painted on it.
    * @param {Pen} pen
    * @param {GroundScene["camera"]} camera
-   * @param {GroundScene["colors"]} colors
    */
-  draw(pen, camera, colors) {
+  draw(pen, camera) {
     if (!this.#shown) throw new Error("nothing has been painted yet")
     const { image, view, middle, ratio, painted } = this.#shown
     pen.setTransform(1, 0, 0, 1, 0, 0)
     if (camera.view !== view) {
       const { x, y } = camera.toScreen(view)
       const factor = camera.sight.scale / view.scale
-      pen.fillStyle = colors.ground
+      pen.fillStyle = colors().ground
       pen.fillRect(0, 0, image.width, image.height)
       pen.setTransform(factor, 0, 0, factor, (x - middle.x * factor) * ratio, (y - middle.y * factor) * ratio)
     }
@@ -92,7 +92,7 @@ export class Ground {
     return painted
   }
 
-  /** Discards everything: the size has changed, or the theme. */
+  /** Discards everything: the size has changed. */
   reset() {
     this.#canvas = this.#shown = this.#making = null
   }
@@ -144,37 +144,22 @@ export class Ground {
 }
 
 /**
- * The place of a world point on a sheet, in CSS pixels.
- * @param {{ view: Sight, middle: Point }} sheet
- * @param {Point} point
- */
-function onSheet({ view, middle }, { x, y }) {
-  return { x: middle.x + (x - view.x) * view.scale, y: middle.y - (y - view.y) * view.scale }
-}
-
-/**
  * @param {Pen} pen
  * @param {SheetScene} scene
  * @param {Sheet["painted"]} painted
  */
 function* paintAll(pen, scene, painted) {
-  const { colors, robots, ratio, size } = scene
-  const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
-  flat()
-  pen.fillStyle = colors.ground
+  const { robots, ratio, size } = scene
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+  pen.fillStyle = colors().ground
   pen.fillRect(0, 0, size.width, size.height)
   paintGrid(pen, scene)
+  inWorld(pen, scene)
   yield
-  if (scene.world) {
-    inWorld(pen, scene)
-    paintWorld(pen, scene.world, scene.view.scale, scene.colors.wall)
-    flat()
-    yield
-  }
+  if (scene.world) paintWorld(pen, scene.world, scene.view.scale, colors().wall)
+  yield
   for (const robot of scene.ahead ? robots : []) {
-    inWorld(pen, scene)
     paintAhead(pen, scene, robot)
-    flat()
     yield
   }
   for (const robot of robots) {
@@ -184,8 +169,9 @@ function* paintAll(pen, scene, painted) {
 }
 
 /**
+ * Has a pen draw in meters.
  * @param {Pen} pen
- * @param {SheetScene} scene
+ * @param {Pick<SheetScene, "view" | "middle" | "ratio">} scene
  */
 function inWorld(pen, { view, middle, ratio }) {
   const scale = view.scale * ratio
@@ -197,9 +183,9 @@ function inWorld(pen, { view, middle, ratio }) {
  * @param {SheetScene} scene
  */
 function paintGrid(pen, scene) {
-  const { view, size, colors } = scene
+  const { view, middle, size } = scene
   const spacing = roundLength(44 / view.scale) * view.scale
-  const origin = onSheet(scene, { x: 0, y: 0 })
+  const origin = { x: middle.x - view.x * view.scale, y: middle.y + view.y * view.scale } // in CSS pixels
   const lines = (/** @type {string} */ color, /** @type {() => void} */ put) => {
     pen.beginPath()
     put()
@@ -217,11 +203,11 @@ function paintGrid(pen, scene) {
     pen.moveTo(0, y)
     pen.lineTo(size.width, y)
   }
-  lines(colors.grid, () => {
+  lines(colors().grid, () => {
     for (let i = Math.ceil(-origin.x / spacing); i <= (size.width - origin.x) / spacing; i++) upright(i)
     for (let i = Math.ceil(-origin.y / spacing); i <= (size.height - origin.y) / spacing; i++) level(i)
   })
-  lines(colors["grid-strong"], () => {
+  lines(colors()["grid-strong"], () => {
     upright(0)
     level(0)
   })
@@ -232,14 +218,14 @@ function paintGrid(pen, scene) {
  * @param {SheetScene} scene
  * @param {Drawn} robot
  */
-function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, color }) {
+function paintAhead(pen, { view, size, beat, until }, { path, moved, color }) {
   if (!path) return
   const first = path.findIndex(({ end }) => end > beat)
   if (first < 0) return
+  pen.save()
   if (moved) {
-    const cos = Math.cos(moved.heading)
-    const sin = Math.sin(moved.heading)
-    pen.transform(cos, sin, -sin, cos, moved.x, moved.y)
+    pen.translate(moved.x, moved.y)
+    pen.rotate(moved.heading)
   }
   pen.beginPath()
   for (let i = first; i < path.length && path[i].start < until; i++) {
@@ -250,9 +236,10 @@ function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, col
     if (i === first) pen.moveTo(from.x, from.y)
     trace(pen, from, velocity, seconds * (1 - done))
   }
-  pen.strokeStyle = mix(colors.ground, color, AHEAD_OPACITY)
+  pen.strokeStyle = mix(colors().ground, color, AHEAD_OPACITY)
   pen.lineWidth = (trailWidth(view, size) * 0.5) / view.scale
   pen.stroke()
+  pen.restore()
 }
 
 /**
@@ -263,27 +250,24 @@ function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, col
  * @returns {Reached}
  */
 function paintTrail(pen, scene, { name, color, pose, seen }) {
-  const { colors, view, size, trail, trails, measured } = scene
+  const { view, size, trail, trails } = scene
   const at = Math.min(scene.at, seen)
   if (measured.has(name)) {
-    inWorld(pen, scene)
-    if (trail > 0) measured.paint(pen, name, { from: 0, since: at - trail, ...strokes(scene, view, color) })
-    pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
+    if (trail > 0) measured.paint(pen, name, { from: 0, since: at - trail, ...strokes(size, view, color) })
     return reached(scene, name)
   }
-  const pieces = trail > 0 ? [...trails.pieces(name, at - trail, at, pose)] : []
-  if (!pieces.length) return reached(scene, name)
-  const oldest = pieces[0].at
+  const segments = trail > 0 ? [...trails.segments(name, at - trail, at, pose)] : []
+  if (!segments.length) return reached(scene, name)
+  const oldest = segments[0].at
   const shade = (at - oldest) / SHADES || 1 // seconds
   let now = -1
   const finish = () => {
     if (now < 0) return
-    pen.strokeStyle = mix(colors.ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
+    pen.strokeStyle = mix(colors().ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
     pen.stroke()
   }
-  inWorld(pen, scene)
   pen.lineWidth = trailWidth(view, size) / view.scale
-  for (const { pose: from, velocity, at: start, end } of pieces) {
+  for (const { pose: from, velocity, at: start, end } of segments) {
     const long = Math.max(end - start, 1e-9)
     for (let time = start; time < end; ) {
       const step = Math.min(Math.floor((time - oldest) / shade + 1e-9), SHADES - 1)
@@ -300,28 +284,27 @@ function paintTrail(pen, scene, { name, color, pose, seen }) {
     }
   }
   finish()
-  pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
-  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view, size), colors.ground, mix(colors.ground, color, 0.7))
+  if (trail === Infinity) paintStart(pen, segments[0].pose, trailWidth(view, size) / view.scale, mix(colors().ground, color, 0.7))
   return reached(scene, name)
 }
 
 /**
  * The paint of a measured robot's lines: the thin one is its ideal path.
- * @param {{ colors: GroundScene["colors"], size: { width: number, height: number } }} scene
+ * @param {{ width: number, height: number }} size of the picture
  * @param {Sight} view
  * @param {string} color
  */
-function strokes({ colors, size }, view, color) {
-  return { color, ink: colors.ink, width: trailWidth(view, size) / view.scale, thin: 1.5 / view.scale }
+function strokes(size, view, color) {
+  return { color, ink: colors().ink, width: trailWidth(view, size) / view.scale, thin: 1.5 / view.scale }
 }
 
 /**
  * The painted length of trails.
- * @param {Pick<GroundScene, "at" | "trails" | "measured">} scene
+ * @param {Pick<GroundScene, "at" | "trails">} scene
  * @param {string} name
  * @returns {Reached}
  */
-function reached({ at, trails, measured }, name) {
+function reached({ at, trails }, name) {
   const version = measured.has(name) ? measured.version : trails.version
   return { at, version, count: measured.count(name) }
 }
@@ -329,24 +312,22 @@ function reached({ at, trails, measured }, name) {
 /**
  * Paints the part of a trail that is too new to be on the sheet.
  * @param {Pen} pen
- * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "measured" | "colors" | "at">} scene
+ * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "at">} scene
  * @param {Drawn} robot
  * @param {Reached | undefined} from
  */
-export function paintTail(pen, { camera, ratio, trails, measured, colors, at: now }, { name, pose, color, seen }, from) {
+export function paintTail(pen, { camera, ratio, trails, at: now }, { name, pose, color, seen }, from) {
   const real = measured.has(name)
   const at = Math.min(now, seen)
   if (!from || from.version !== (real ? measured : trails).version) return
   if (real ? from.count === measured.count(name) : from.at >= at) return
-  const origin = camera.toScreen({ x: 0, y: 0 })
-  const scale = camera.sight.scale * ratio
-  pen.setTransform(scale, 0, 0, -scale, origin.x * ratio, origin.y * ratio)
-  if (real) measured.paint(pen, name, { from: from.count, since: -Infinity, ...strokes({ colors, size: camera.size }, camera.sight, color) })
+  inWorld(pen, { view: camera.sight, middle: camera.toScreen(camera.sight), ratio })
+  if (real) measured.paint(pen, name, { from: from.count, since: -Infinity, ...strokes(camera.size, camera.sight, color) })
   else {
     pen.beginPath()
-    for (const piece of trails.pieces(name, from.at, at, pose)) {
-      pen.moveTo(piece.pose.x, piece.pose.y)
-      trace(pen, piece.pose, piece.velocity, 1)
+    for (const segment of trails.segments(name, from.at, at, pose)) {
+      pen.moveTo(segment.pose.x, segment.pose.y)
+      trace(pen, segment.pose, segment.velocity, 1)
     }
     pen.strokeStyle = color
     pen.lineWidth = trailWidth(camera.sight, camera.size) / camera.sight.scale
@@ -359,13 +340,12 @@ export function paintTail(pen, { camera, ratio, trails, measured, colors, at: no
  * @param {Pen} pen
  * @param {Point} place
  * @param {number} width
- * @param {string} ground
  * @param {string} color
  */
-function paintStart(pen, { x, y }, width, ground, color) {
+function paintStart(pen, { x, y }, width, color) {
   pen.beginPath()
   pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)
-  pen.fillStyle = ground
+  pen.fillStyle = colors().ground
   pen.fill()
   pen.strokeStyle = color
   pen.lineWidth = width * 0.75

@@ -15,7 +15,7 @@ const SIDES = [
   ({ place: { x, y }, size, wide }) => ({ x: x - GAP * size - wide / 2, y }),
 ]
 
-export class Labels {
+export class LabelPlaces {
   /** @type {Map<string, Side>} */
   #sides = new Map() // of the latest frame: a label stays there as long as there is room
 

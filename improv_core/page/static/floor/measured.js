@@ -190,6 +190,8 @@ export class Measured {
   }
 }
 
+export const measured = new Measured()
+
 /**
  * @param {number[]} numbers
  * @returns {Place}

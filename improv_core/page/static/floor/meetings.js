@@ -1,10 +1,11 @@
 // @ts-check
 // Meetings of robots with each other, or with something in the world: marks that lead to their beats.
 
+import { colors } from "../base/colors.js"
+import { redraw } from "../base/frames.js"
 import { formatPosition } from "../score/clock.js"
 
 /** @import { Camera, Point } from "./camera.js" */
-/** @import { Colors } from "../base/colors.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {{ beat: number, robots: string[], poses: Point[], words: string }} Meeting */
@@ -92,6 +93,19 @@ export class Meetings {
   }
 
   /**
+   * Shows the meeting that somebody points at, if there is one.
+   * @param {HTMLCanvasElement} canvas
+   * @param {Point} point of the canvas
+   * @param {Camera} camera
+   */
+  point(canvas, point, camera) {
+    const meeting = this.at(point, camera)
+    if (meeting !== this.pointed) redraw()
+    this.pointed = meeting
+    Object.assign(canvas, { title: meeting?.words ?? "" }).style.cursor = meeting ? "pointer" : ""
+  }
+
+  /**
    * The one whose mark is at a point of the canvas.
    * @param {Point} point
    * @param {Camera} camera
@@ -107,16 +121,15 @@ export class Meetings {
  * Draws a mark: a diamond, with an exclamation point if it is large.
  * @param {Pen} pen
  * @param {Point} place
- * @param {Colors} colors
  * @param {number} [size] pixels
  */
-export function drawMark(pen, { x, y }, colors, size = SIZE) {
+export function drawMark(pen, { x, y }, size = SIZE) {
   pen.beginPath()
   for (const [across, up] of [[size, 0], [0, size], [-size, 0], [0, -size]]) pen.lineTo(x + across, y + up)
   pen.closePath()
-  pen.fillStyle = colors.bump
+  pen.fillStyle = colors().bump
   pen.fill()
-  pen.strokeStyle = pen.fillStyle = colors.ground
+  pen.strokeStyle = pen.fillStyle = colors().ground
   pen.lineWidth = 1.5
   pen.stroke()
   if (size < SIZE) return

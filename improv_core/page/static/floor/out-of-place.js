@@ -1,14 +1,17 @@
 // @ts-check
 // Robots that are not in their places, so the dance doesn't begin: what to do, and arrows that show it.
 
-import { find } from "../base/elements.js"
+import { colors } from "../base/colors.js"
+import { element, find } from "../base/elements.js"
+import { refit } from "../base/frames.js"
+import { announce } from "../base/notices.js"
+import { send } from "../net/send.js"
+import { drawFacing } from "./rings.js"
 
-/** @import { Camera, Point } from "./camera.js" */
-/** @import { Colors } from "../base/colors.js" */
+/** @import { Camera } from "./camera.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Pose } from "../base/path.js" */
-/** @import { Request } from "../net/requests.js" */
 /** @typedef {{ name: string, from: Pose | null, to: Pose }} ReturnPath from where a robot stands to its place; null if nobody knows where that is */
 
 const HEAD = 11 // pixels: an arrow's head
@@ -22,14 +25,8 @@ export class Misplaced {
   #title = find("misplaced-title")
   #list = find("misplaced-list")
   #anyway = find("anyway")
-  #announce
 
-  /**
-   * @param {(request: Request) => void} send
-   * @param {(text: string) => void} announce
-   */
-  constructor(send, announce) {
-    this.#announce = announce
+  constructor() {
     find("in-place").addEventListener("click", () => send({ type: "resume" }))
     this.#anyway.addEventListener("click", () => send({ type: "resume", anyway: true }))
   }
@@ -40,13 +37,14 @@ export class Misplaced {
     this.returnPaths = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
     const lines = found.slice(0, MOST_LINES).map(([, { line }]) => line)
     if (found.length > MOST_LINES) lines.push(`… and ${found.length - MOST_LINES} more`)
-    this.#list.replaceChildren(...lines.map(item))
+    this.#list.replaceChildren(...lines.map((line) => element("li", { textContent: line })))
     const title = found.length ? "Not in place" : "All robots are in place"
-    if (waits && this.#title.textContent !== title) this.#announce(`${title}: ${lines.join(", ")}`)
+    if (waits && this.#title.textContent !== title) announce(`${title}: ${lines.join(", ")}`)
     this.#title.textContent = waits ? title : ""
     this.#panel.hidden = !waits
     this.#anyway.hidden = !found.length
     document.body.classList.toggle("misplaced", waits)
+    refit()
   }
 
   /** The place of a drawn thing. */
@@ -61,28 +59,27 @@ export class Misplaced {
  * @param {ReturnPath} path
  * @param {Pick<Camera, "toScreen">} camera
  * @param {string} color
- * @param {Colors} colors
  */
-export function drawReturnPath(pen, { name, from, to }, camera, color, colors) {
+export function drawReturnPath(pen, { name, from, to }, camera, color) {
   const end = camera.toScreen(to)
   const { x, y } = from ? camera.toScreen(from) : end
   pen.font = "600 14px system-ui, sans-serif"
   pen.textAlign = "center"
   pen.textBaseline = "top"
   pen.lineWidth = 4
-  pen.strokeStyle = colors.ground
-  pen.fillStyle = colors.ink
+  pen.strokeStyle = colors().ground
+  pen.fillStyle = colors().ink
   pen.strokeText(name, x, y + 1.5 * SIZE)
   pen.fillText(name, x, y + 1.5 * SIZE)
-  for (const [width, style] of /** @type {const} */ ([[6, colors.ground], [2.5, color]])) {
+  for (const [width, style] of /** @type {const} */ ([[6, colors().ground], [2.5, color]])) {
     pen.lineWidth = width
     pen.strokeStyle = style
     pen.setLineDash([5, 4])
-    facing(pen, end, to.heading)
+    drawFacing(pen, end, to.heading, SIZE, 0.6 * SIZE, 1.5 * SIZE)
     pen.setLineDash([])
     if (!from) continue
     const begin = camera.toScreen(from)
-    facing(pen, begin, from.heading)
+    drawFacing(pen, begin, from.heading, SIZE, 0.6 * SIZE, 1.5 * SIZE)
     const far = Math.hypot(end.x - begin.x, end.y - begin.y)
     if (far < 1) continue
     const [across, down] = [(end.x - begin.x) / far, (end.y - begin.y) / far]
@@ -96,26 +93,4 @@ export function drawReturnPath(pen, { name, from, to }, camera, color, colors) {
     }
     pen.stroke()
   }
-}
-
-/**
- * A circle with a line where its front is.
- * @param {Pen} pen
- * @param {Point} place
- * @param {number} heading
- */
-function facing(pen, { x, y }, heading) {
-  const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
-  pen.beginPath()
-  pen.arc(x, y, SIZE, 0, 2 * Math.PI)
-  pen.moveTo(x + 0.6 * SIZE * cos, y + 0.6 * SIZE * sin)
-  pen.lineTo(x + 1.5 * SIZE * cos, y + 1.5 * SIZE * sin)
-  pen.stroke()
-}
-
-/** @param {string} line */
-function item(line) {
-  const element = document.createElement("li")
-  element.textContent = line
-  return element
 }

@@ -1,8 +1,9 @@
 // @ts-check
 // The rings where robots start: where they are on the screen, how large, and which one is under a hand.
 
+import { colors } from "../base/colors.js"
+
 /** @import { Camera, Point } from "./camera.js" */
-/** @import { Colors } from "../base/colors.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {{ name: string, x: number, y: number, heading: number, color: string, chosen: boolean }} Ring in meters and radians */
 /** @typedef {Ring & { place: Point, tip: Point, size: number }} Placed a ring, and the tip of its arrow, in pixels */
@@ -53,13 +54,12 @@ export function nearestRing(point, rings) {
 /**
  * @param {Pen} pen
  * @param {Placed} ring
- * @param {Colors} colors
  */
-export function drawRing(pen, { heading, place, tip, size, color, chosen }, colors) {
+export function drawRing(pen, { heading, place, tip, size, color, chosen }) {
   const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
   const [back, side] = [0.56 * size, 0.44 * size]
   const width = Math.max((chosen ? 5 : 3) * (size / SIZE), chosen ? 2.5 : 1.5)
-  for (const [stroke, more] of /** @type {const} */ ([[colors.ground, 4], [color, 0]])) {
+  for (const [stroke, more] of /** @type {const} */ ([[colors().ground, 4], [color, 0]])) {
     pen.strokeStyle = stroke
     pen.lineWidth = width + more * (size / SIZE)
     pen.beginPath()
@@ -74,17 +74,34 @@ export function drawRing(pen, { heading, place, tip, size, color, chosen }, colo
 }
 
 /**
+ * Draws a circle with a line at its front.
+ * @param {Pen} pen
+ * @param {Point} place
+ * @param {number} heading
+ * @param {number} size
+ * @param {number} near pixels from the middle to the line's beginning
+ * @param {number} far and to its end
+ */
+export function drawFacing(pen, { x, y }, heading, size, near, far) {
+  const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
+  pen.beginPath()
+  pen.arc(x, y, size, 0, 2 * Math.PI)
+  pen.moveTo(x + near * cos, y + near * sin)
+  pen.lineTo(x + far * cos, y + far * sin)
+  pen.stroke()
+}
+
+/**
  * Draws around a robot that it was last seen there.
  * @param {Pen} pen
  * @param {Point} place
  * @param {number} size of the robot, in pixels
- * @param {Colors} colors
  */
-export function drawLost(pen, { x, y }, size, colors) {
+export function drawLost(pen, { x, y }, size) {
   pen.beginPath()
   pen.setLineDash([size / 3, size / 4])
   pen.arc(x, y, size * 1.25, 0, 2 * Math.PI)
-  pen.strokeStyle = colors.bump
+  pen.strokeStyle = colors().bump
   pen.lineWidth = 2.5
   pen.stroke()
   pen.setLineDash([])

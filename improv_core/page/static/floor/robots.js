@@ -8,10 +8,9 @@ import { penOn } from "../base/pen.js"
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {keyof typeof KINDS} Kind */
 
-
-const DARK = "#1c2330"
+export const DARK = "#1c2330"
 const MOST_PICTURES = 300 // pictures
-const REACH = 1.75 // how far a picture extends from its middle, in radii
+export const REACH = 1.75 // how far a picture extends from its middle, in radii
 
 /** @type {Map<string, ImageBitmap>} */
 const pictures = new Map()
@@ -41,8 +40,6 @@ export function picture(kind, color, shade, radius, ratio) {
   }
   return made
 }
-
-export { REACH }
 
 /**
  * The kind of picture that suits a profile.
@@ -195,7 +192,7 @@ function eyes(pen, x, y, radius) {
  * @param {number} radius
  * @param {string} color
  */
-function disc(pen, x, y, radius, color) {
+export function disc(pen, x, y, radius, color) {
   pen.beginPath()
   pen.arc(x, y, radius, 0, 2 * Math.PI)
   fill(pen, color)

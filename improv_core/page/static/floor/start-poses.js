@@ -2,15 +2,17 @@
 // Starts of robots: dragged on the stage or typed, then written into the program or, if nobody can, offered as lines for
 // improv.toml.
 
-import { find, findA } from "../base/elements.js"
-import { TomlLines } from "../editor/toml-lines.js"
+import { element, find, findA, robotElement } from "../base/elements.js"
+import { redraw } from "../base/frames.js"
+import { tomlLines } from "../editor/toml-lines.js"
+import { changes } from "../score/changes.js"
+import { robotList } from "../score/robot-list.js"
 import { nearestRing, placeRings } from "./rings.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "../score/robot-list.js" */
 /** @import { StartPose } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
-
 
 const LONG_NAME = 9 // letters: a longer name takes two smaller lines
 const PRECISION = 0.001 // meters and degrees, as they are written
@@ -21,54 +23,35 @@ const FIELDS = { x: { most: MOST_DISTANCE, step: 0.1 }, y: { most: MOST_DISTANCE
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
-  #tomlLines = new TomlLines("start-poses-toml")
-  #changed
+  #showToml = tomlLines("start-poses-toml")
   #telling = 0 // the timer that has what was typed written
   /** @type {Set<string>} */
   #moved = new Set() // robots that were moved, which is not written yet
   /** @type {Point[]} */
   #room = [] // where the rings were when one was grabbed: the view must not move under a hand
   #held = false
-  /** @type {Robot[]} */
-  #robots = []
   /** @type {Map<string, StartPose>} */
   #poses = new Map()
-  /** @type {Map<string, StartPose>} */
-  #told = new Map() // according to the score
   /** @type {Record<string, StartPose>} */
   #written = {} // according to the text on this page, if it can be written
   /** @type {string | null} */
   #chosen = null
-  /** Has starts written into the program; null if nobody can. @type {((starts: Record<string, StartPose>) => void) | null} */
-  #write = null
 
-  /** @param {() => void} changed is called when there is something to draw */
-  constructor(changed) {
-    this.#changed = changed
+  constructor() {
     for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
     find("start-poses-list").addEventListener("change", () => this.tell())
-  }
-
-  /** From now on, this has starts written into the program. @param {(starts: Record<string, StartPose>) => void} write */
-  set write(write) {
-    this.#write = write
-    find("start-poses-writes").hidden = false
-    this.#showLines()
   }
 
   /**
    * Shows the start poses of a score. Moved ones stay until they are written, or for good if nobody can.
    * @param {Messages["score"]} score
-   * @param {Robot[]} robots
    */
-  show(score, robots) {
+  show(score) {
     const before = this.#poses
-    this.#robots = robots
-    this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
     const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.#written[name])
-    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(kept(name) ?? pose) }]))
-    find("start-poses-rows").replaceChildren(...robots.map(({ name, color }) => this.#fields(name, color)))
-    this.#showLines()
+    this.#poses = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, { ...(kept(name) ?? degrees(start_pose)) }]))
+    find("start-poses-rows").replaceChildren(...robotList.playing.map((robot) => this.#fields(robot)))
+    this.showLines()
   }
 
   /** Takes where robots start according to the text on this page. @param {Record<string, StartPose>} starts */
@@ -79,7 +62,7 @@ export class StartPoses {
       this.#poses.set(name, rounded(pose))
       this.#showFields(name)
     }
-    this.#showLines()
+    this.showLines()
   }
 
   /** The rings, which have to be in view. */
@@ -91,7 +74,7 @@ export class StartPoses {
   /** The rings to draw on the stage: none unless the card is open. */
   get rings() {
     if (!this.#card.open) return []
-    return this.#robots.map(({ name, color }) => {
+    return robotList.playing.map(({ name, color }) => {
       const { x, y, heading } = this.#pose(name)
       return { name, x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
     })
@@ -139,7 +122,7 @@ export class StartPoses {
   /** Somebody has moved a robot. @param {string} name */
   #move(name) {
     this.#moved.add(name)
-    this.#showLines()
+    this.showLines()
     clearTimeout(this.#telling)
     if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), WRITE_DELAY)
   }
@@ -153,42 +136,36 @@ export class StartPoses {
   /** Has what was moved written now, all at once. */
   tell() {
     clearTimeout(this.#telling)
-    if (!this.#write || !this.#moved.size || find("start-poses-list").querySelector(":invalid")) return
-    const starts = Object.fromEntries([...this.#moved].map((name) => [name, this.#pose(name)]))
+    if (!changes.write || !this.#moved.size || find("start-poses-list").querySelector(":invalid")) return
+    const start_poses = Object.fromEntries([...this.#moved].map((name) => [name, this.#pose(name)]))
     this.#moved.clear()
-    this.#write(starts)
+    changes.write({ type: "place", start_poses })
   }
 
-  #showLines() {
+  /** Shows the lines to copy, if nobody can write them. */
+  showLines() {
+    find("start-poses-writes").hidden = changes.write === null
     const lines = [...this.#moved].map((name) => {
       const { x, y, heading } = this.#pose(name)
       return `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`
     })
-    this.#tomlLines.show(this.#write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
-    this.#changed()
+    this.#showToml(changes.write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
+    redraw()
   }
 
-  /**
-   * @param {string} name
-   * @param {string} color
-   */
-  #fields(name, color) {
-    const set = document.createElement("fieldset")
-    set.dataset.robot = name
-    set.style.setProperty("--robot", color)
-    const legend = document.createElement("legend")
-    legend.textContent = legend.title = name
-    legend.classList.toggle("long", name.length > LONG_NAME)
-    set.append(legend)
+  /** @param {Robot} robot */
+  #fields(robot) {
+    const { name } = robot
+    const className = name.length > LONG_NAME ? "long" : ""
+    const set = robotElement("fieldset", robot, element("legend", { className, textContent: name, title: name }))
     for (const key of KEYS) {
       const { most, step } = FIELDS[key]
-      const field = document.createElement("label")
-      const input = document.createElement("input")
-      Object.assign(input, { type: "number", required: true, min: String(-most), max: String(most), step: "any", value: String(this.#pose(name)[key]) })
+      const input = element("input", { type: "number", required: true, min: String(-most), max: String(most), step: "any" })
+      input.value = String(this.#pose(name)[key])
       input.dataset.key = key
       input.addEventListener("focus", () => {
         this.#chosen = name
-        this.#changed()
+        redraw()
       })
       input.addEventListener("input", () => {
         if (!input.checkValidity()) return
@@ -205,11 +182,8 @@ export class StartPoses {
         input.value = String(neat(within(next, most), step))
         input.dispatchEvent(new Event("input"))
       })
-      const word = document.createElement("span")
-      word.className = "unseen" // the head of the list says it for all
-      word.textContent = key
-      field.append(word, input)
-      set.append(field)
+      const word = element("span", { className: "unseen", textContent: key }) // the head of the list says it for all
+      set.append(element("label", {}, word, input))
     }
     return set
   }

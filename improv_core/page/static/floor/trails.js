@@ -1,16 +1,17 @@
 // @ts-check
 // Trails of robots: the places that the server sends, which arcs join, and before a seek the path of the score.
 
+import { partitionPoint } from "../base/search.js"
 import { pointsAlong, poseAfter, velocityBetween } from "../base/path.js"
 import { bounds } from "./camera.js"
 
 /** @import { Point } from "./camera.js" */
-/** @import { Lookahead, Stretch } from "../score/lookahead.js" */
+/** @import { Lookahead, Segment } from "../score/lookahead.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
 /** @typedef {{ x: number, y: number }} Spot */
 /** @typedef {Pose & { at: number }} Place a pose at a time of the performance, in seconds */
-/** @typedef {{ pose: Pose, velocity: Velocity, at: number, end: number }} Piece an arc that takes one unit of time to draw */
+/** @typedef {{ pose: Pose, velocity: Velocity, at: number, end: number }} TrailSegment an arc that takes one unit of time to draw */
 
 const NEAR = 0.01 // meters
 const SHARPEST = 1 // radians between two places: below half a turn, only one arc joins two poses
@@ -89,9 +90,9 @@ export class Trails {
     this.#known = lookahead.version
     const { beat, poses } = this.#sought
     for (const [name, [first]] of this.#places) {
-      const stretches = lookahead.robots.get(name) ?? []
+      const segments = lookahead.robots.get(name) ?? []
       const there = first && isNear(first, poses[name]) // otherwise the places are from before the seek
-      this.#before.set(name, there ? [...leading(stretches, beat, first.at)] : [])
+      this.#before.set(name, there ? [...leading(segments, beat, first.at)] : [])
     }
     this.version++
   }
@@ -120,22 +121,16 @@ export class Trails {
    * @param {number} since
    * @param {number} until
    * @param {Pose} pose
-   * @returns {Generator<Piece>}
+   * @returns {Generator<TrailSegment>}
    */
-  *pieces(name, since, until, pose) {
+  *segments(name, since, until, pose) {
     const from = Math.max(since, this.#cleared)
     const before = this.#before.get(name) ?? []
     const places = this.#places.get(name) ?? []
     const count = before.length + places.length
     const place = (/** @type {number} */ i) => (i < before.length ? before[i] : places[i - before.length])
-    let low = 0
-    let high = count
-    while (low < high) {
-      const middle = (low + high) >> 1
-      if (place(middle).at <= from) low = middle + 1
-      else high = middle
-    }
-    for (let i = Math.max(low - 1, 0); i < count && place(i).at <= until; i++) {
+    const first = partitionPoint(count, (i) => place(i).at <= from)
+    for (let i = Math.max(first - 1, 0); i < count && place(i).at <= until; i++) {
       const one = place(i)
       const isLast = i + 1 >= count || place(i + 1).at > until
       if (isLast && this.#placed !== this.#shown) return
@@ -174,13 +169,13 @@ function isNear(one, other) {
 
 /**
  * The places of a path up to a beat, which is reached at a time.
- * @param {Stretch[]} stretches
+ * @param {Segment[]} segments
  * @param {number} beat
  * @param {number} reached
  * @returns {Generator<Place>}
  */
-function* leading(stretches, beat, reached) {
-  for (const { start, end, seconds, pose, velocity } of stretches) {
+function* leading(segments, beat, reached) {
+  for (const { start, end, seconds, pose, velocity } of segments) {
     if (!pose || start >= beat) return
     const perBeat = seconds / (end - start)
     const until = Math.min(end, beat)

@@ -1,23 +1,25 @@
 // @ts-check
 // The stage, frame by frame: decides when to draw, and collects what to show.
 
+import { colors } from "../base/colors.js"
+import { due, redraw } from "../base/frames.js"
 import { figureOf } from "../bodies/body.js"
+import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
+import { robotList } from "../score/robot-list.js"
 import { bounds } from "./camera.js"
+import { measured } from "./measured.js"
 import { outline } from "./world.js"
 
 /** @import { Positions } from "../bodies/body.js" */
 /** @import { Bumps } from "./bumps.js" */
 /** @import { Point } from "./camera.js" */
-/** @import { RobotList } from "../score/robot-list.js" */
-/** @import { Clock } from "../score/clock.js" */
 /** @import { Figures } from "../bodies/figures.js" */
-/** @import { Measured } from "./measured.js" */
 /** @import { Meetings } from "./meetings.js" */
 /** @import { Misplaced } from "./out-of-place.js" */
 /** @import { Motion } from "./motion.js" */
 /** @import { Panels } from "../controls/panels.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
-/** @import { Program } from "../score/program.js" */
 /** @import { Senses } from "../controls/senses.js" */
 /** @import { Floor } from "./floor.js" */
 /** @import { StartPoses } from "./start-poses.js" */
@@ -30,7 +32,6 @@ const stillness = matchMedia("(prefers-reduced-motion: reduce)")
 
 export class View {
   #parts
-  #stale = true // something has changed since the last drawing
   #drawn = 0
   #known = "" // the state of the paths, in short
   /** @type {Point[]} */
@@ -42,10 +43,9 @@ export class View {
   robots = {}
   /** @type {Record<string, Positions>} */
   joints = {}
-  frames = 0
 
   /**
-   * @param {{ clock: Clock, figures: Figures, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, robotList: RobotList, program: Program, floor: Floor, panels: Panels,
+   * @param {{ figures: Figures, motion: Motion, trails: Trails, bumps: Bumps, floor: Floor, panels: Panels,
    *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: StatusWall }} parts
    */
   constructor(parts) {
@@ -56,17 +56,12 @@ export class View {
     return stillness.matches
   }
 
-  /** Has the next frame draw. */
-  touch() {
-    this.#stale = true
-  }
-
   clearTrails() {
-    const { trails, measured, motion } = this.#parts
+    const { trails, motion } = this.#parts
     const { at } = motion.present(performance.now() / 1000)
     trails.clear(at)
     measured.clear(at)
-    this.touch()
+    redraw()
   }
 
   /**
@@ -75,8 +70,7 @@ export class View {
    * @param {number} beat
    */
   draw(now, beat) {
-    const { robotList, figures, motion, trails, bumps, program, floor } = this.#parts
-    this.frames++
+    const { figures, motion, trails, bumps, floor } = this.#parts
     const present = motion.present(now)
     this.robots = present.robots
     this.joints = robotList.posed(present.joints)
@@ -86,10 +80,12 @@ export class View {
     this.#lookAtPaths(until)
     const bumping = bumps.show(present.at, now)
     const moving = present.moving || bumping.length > 0
-    if (this.#stale || moving) {
+    if (due.draw || moving) {
+      due.draw = false
       const more = figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
       const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
-      this.#stale = floor.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving || more
+      const drawsOn = floor.draw(this.scene(present, beat, until, bumping, seconds), seconds)
+      if (drawsOn || moving || more) redraw()
     }
     this.#drawn = now
   }
@@ -102,20 +98,19 @@ export class View {
    * @param {number} beat
    */
   #asked(robot, part, axis, beat) {
-    const { clock, program } = this.#parts
     if (!clock.playing || clock.isSilent(robot)) return 0
-    const stretch = program.current?.at(robot, part, beat)
-    return stretch && stretch.start <= beat ? stretch.velocity[axis] : 0
+    const segment = program.current?.at(robot, part, beat)
+    return segment && segment.start <= beat ? segment.velocity[axis] : 0
   }
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { program, floor, trails, measured } = this.#parts
+    const { floor, trails } = this.#parts
     const { current, anchor } = program
-    const known = [current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
+    const known = [colors().ground, current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
     if (known === this.#known) return
     this.#known = known
-    this.touch()
+    redraw()
     if (!current) return
     const points = [...current.points(until)]
     const { world } = current.score
@@ -133,9 +128,9 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { clock, trails, measured, robotList, program, floor, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
+    const { trails, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
     const { muted, soloed } = clock.transport
-    const robots = robotList.list(program.current, (index) => floor.color(index)).map((robot) => {
+    const robots = robotList.all.map((robot) => {
       const { name } = robot
       const lost = wall.lost(name)
       const silent = clock.isSilent(name)
@@ -160,7 +155,6 @@ export class View {
       bumps,
       room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room, ...misplaced.room],
       trails,
-      measured,
       trail: panels.trail,
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
@@ -182,7 +176,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   #whereabouts(name, lost, at, seconds) {
-    const pose = this.#parts.measured.pose(name, seconds) ?? this.robots[name]
+    const pose = measured.pose(name, seconds) ?? this.robots[name]
     if (!lost) this.#lost.delete(name)
     else if (!this.#lost.has(name)) this.#lost.set(name, { pose, seen: at })
     return this.#lost.get(name) ?? { pose, seen: Infinity }

@@ -21,4 +21,4 @@ export const fetchSong = isWebsite ? songs.fetchFromGallery : songs.fetchSong
 export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime
 
 /** The improv.toml that this browser keeps with the program: none behind a server, which has a file. */
-export const toml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: () => false }
+export const keptToml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: () => false }

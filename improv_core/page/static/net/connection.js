@@ -13,16 +13,14 @@ const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
 
 /**
- * Keeps a connection. `onChange` gets "refused" if the server expects another token. `onStop` gets whether a stop has
- * been waiting for a while to be confirmed, and the names of those that have yet to obey it, if known. Returns a
- * function that sends a request; while there is no connection, it sends only stops, until one is confirmed.
+ * Keeps a connection. `onChange` gets "refused" if the server expects another token. Returns a function that sends a
+ * request; while there is no connection, it sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean, who: string) => void} onStop
  * @returns {(request: Request) => void}
  */
-export function connect(onMessage, onChange, onStop) {
-  const stops = new Stops(onStop)
+export function connect(onMessage, onChange) {
+  const stops = new Stops()
   const address = withToken("live", { page: stops.page, ...(framed && { framed: "true" }) })
   address.protocol = address.protocol.replace("http", "ws")
   /** @type {WebSocket} */

@@ -1,6 +1,7 @@
 // @ts-check
 // The stops of this page: each is sent again, over a connection of its own, until it is confirmed that it was obeyed.
 
+import { notices } from "../base/notices.js"
 import { randomName } from "../base/random.js"
 import { withToken } from "./token.js"
 
@@ -11,18 +12,12 @@ const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop 
 
 export class Stops {
   page = randomName()
-  #onWait
   #pressed = 0 // stops so far
   #confirmed = 0
   #asked = 0 // how many wait for an answer
   #ended = false // true once nobody answers anymore
   #again = 0 // the timer
   #late = 0 // the timer
-
-  /** @param {(waits: boolean, who: string) => void} onWait gets whether a stop has been waiting for a while, and the names that have yet to obey it */
-  constructor(onWait) {
-    this.#onWait = onWait
-  }
 
   /** The number of the latest stop if it is not confirmed; otherwise 0. */
   get waiting() {
@@ -31,7 +26,7 @@ export class Stops {
 
   /** Somebody stops the robots. The number of this stop. */
   press() {
-    if (!this.waiting) this.#late = window.setTimeout(() => this.#onWait(true, ""), NOTICE_DELAY)
+    if (!this.waiting) this.#late = window.setTimeout(() => notices.waitForStop(true, ""), NOTICE_DELAY)
     this.#pressed++
     if (this.#ended) this.end()
     else this.#send()
@@ -62,7 +57,7 @@ export class Stops {
     this.#asked--
     const who = answer?.status === 202 ? await answer.text().catch(() => "") : ""
     if (answer?.status === 204) this.#confirm(number)
-    else if (who && number === this.waiting) this.#onWait(true, who)
+    else if (who && number === this.waiting) notices.waitForStop(true, who)
   }
 
   /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
@@ -71,6 +66,6 @@ export class Stops {
     if (this.waiting) return
     clearTimeout(this.#again)
     clearTimeout(this.#late)
-    this.#onWait(false, "")
+    notices.waitForStop(false, "")
   }
 }

@@ -3,6 +3,7 @@
 
 import { isClass } from "../website/class.js"
 import { openProgram, path, storeProgram } from "../website/local-program.js"
+import { notices } from "../base/notices.js"
 import { read } from "./messages.js"
 
 /** @import { Message } from "./messages.js" */
@@ -25,16 +26,12 @@ let program
 let beat = 0 // at which the program begins when it is first played as it was opened
 
 /**
- * Keeps a worker. `onStop` gets whether a stop has been waiting for a while to be obeyed, and `onLoad` a line about what
- * is still being loaded, or one about what is wrong with the link that was opened. Returns a function that sends a
- * request.
+ * Keeps a worker. Returns a function that sends a request.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @param {(waits: boolean, who: string) => void} onStop
- * @param {(line: string) => void} onLoad
  * @returns {(request: Request) => void}
  */
-export function connect(onMessage, onChange, onStop, onLoad) {
+export function connect(onMessage, onChange) {
   let pressed = 0
   let obeyed = 0
   let timers = /** @type {number[]} */ ([])
@@ -46,7 +43,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     ready = false
     worker = new Worker(new URL(address, document.baseURI), { type: "module" })
     worker.onmessage = (event) => take(event.data)
-    worker.onerror = () => onLoad("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
+    worker.onerror = () => notices.load("This browser can't run Improv: open this page in a current version of Firefox, Chrome, or Safari.")
     const { text, revision, toml } = program
     worker.postMessage({ program: { text, revision, toml, beat } })
   }
@@ -64,18 +61,18 @@ export function connect(onMessage, onChange, onStop, onLoad) {
       if (message) onMessage(message.type === "write" && !isKept ? { ...message, problem: NO_ROOM } : message)
     } else if ("ready" in said) {
       ready = true
-      if (!isClass) keepSite(onLoad) // the server of a class has it only as long as the class
+      if (!isClass) keepSite() // the server of a class has it only as long as the class
       onChange("open")
-      if (problem) onLoad(problem)
-    } else if ("loaded" in said) onLoad(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
+      if (problem) notices.load(problem)
+    } else if ("loaded" in said) notices.load(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
     else if ("obeyed" in said) confirm(said.obeyed)
     else if ("drawn" in said) waiting.shift()?.(said.drawn)
-    else onLoad(said.problem)
+    else notices.load(said.problem)
   }
 
   function press() {
     pressed++
-    if (!timers.length) timers = [window.setTimeout(() => onStop(true, ""), NOTICE_DELAY), window.setTimeout(replace, STOP_TIMEOUT)]
+    if (!timers.length) timers = [window.setTimeout(() => notices.waitForStop(true, ""), NOTICE_DELAY), window.setTimeout(replace, STOP_TIMEOUT)]
     return pressed
   }
 
@@ -85,7 +82,7 @@ export function connect(onMessage, onChange, onStop, onLoad) {
     if (obeyed < pressed) return
     timers.forEach(clearTimeout)
     timers = []
-    onStop(false, "")
+    notices.waitForStop(false, "")
   }
 
   function replace() {
@@ -111,12 +108,11 @@ export function connect(onMessage, onChange, onStop, onLoad) {
 
 /**
  * Has the browser keep the website, so that it needs no network next time, where browsers allow that. A newer version
- * takes the place of the kept one from here on: not before, because parts of both would be loaded. `say` gets a line then.
- * @param {(line: string) => void} say
+ * takes the place of the kept one from here on: not before, because parts of both would be loaded.
  */
-async function keepSite(say) {
+async function keepSite() {
   const { serviceWorker } = navigator
-  if (serviceWorker?.controller) serviceWorker.addEventListener("controllerchange", () => say(NEWER), { once: true })
+  if (serviceWorker?.controller) serviceWorker.addEventListener("controllerchange", () => notices.load(NEWER), { once: true })
   try {
     const site = await serviceWorker?.register(new URL("service-worker.js", document.baseURI))
     const takeOver = () => site?.waiting?.postMessage("take over")

@@ -11,6 +11,8 @@ import { clockOffset, withAnswer } from "../net/clock-offset.js"
 export class Clock {
   /** @type {number | null} */
   bar = null // how many beats a bar has, if the program says it
+  /** @type {Messages["armed"] | null} */
+  armed = null // everything is ready, and waits for a person or a time
   /** @type {Transport} */
   transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, poses: undefined, muted: [], soloed: [] }
 
@@ -59,6 +61,22 @@ export class Clock {
   /** True if nothing plays and the next performance begins at the start. */
   get atStart() {
     return ["stopped", "ended", "waiting"].includes(this.transport.state)
+  }
+
+  /** @param {Messages["armed"]} message */
+  takeArmed(message) {
+    this.armed = message.armed ? message : null
+  }
+
+  /** The beats that are counted before beat 0, which is at a Unix time; null if none are. */
+  get count() {
+    const { begins, count } = this.armed ?? {}
+    return begins && count ? { begins, ...count } : null
+  }
+
+  /** The beat that is counted now before beat 0, from 1 on, and how much of it has passed; the number is 0 if none is. */
+  get counted() {
+    return countIn(this.count, this.now())
   }
 
   /** The server's Unix time, in seconds. */
@@ -113,15 +131,18 @@ export class Clock {
   }
 }
 
+/** The time, which is kept only here. */
+export const clock = new Clock()
+
 /**
  * The beat that is counted before beat 0, from 1 on, and how much of it has passed; the number is 0 if none is counted.
- * @param {Messages["armed"] | null} armed
+ * @param {Clock["count"]} count
  * @param {number} now the server's Unix time, in seconds
  */
-export function countIn(armed, now) {
-  if (!armed?.begins || !armed.count) return { number: 0, passed: 0 }
-  const { beats, period } = armed.count
-  const left = Math.max((armed.begins - now) / period - 1e-6, 0)
+export function countIn(count, now) {
+  if (!count) return { number: 0, passed: 0 }
+  const { begins, beats, period } = count
+  const left = Math.max((begins - now) / period - 1e-6, 0)
   return left > beats ? { number: 0, passed: 0 } : { number: Math.min(beats - Math.ceil(left) + 1, beats), passed: 1 - (left % 1) }
 }
 

@@ -1,17 +1,19 @@
 // @ts-check
-// The next part of a score: its stretches, fetched from the server piece by piece as time passes.
+// The next part of a score: its segments, fetched from the server piece by piece as time passes.
 
+import { partitionPoint } from "../base/search.js"
 import { pointsAlong, poseAfter, poseOf } from "../base/path.js"
+import { ProgramText } from "./program-text.js"
 
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
 /**
- * @typedef {object} Stretch one robot's motion at one velocity
+ * @typedef {object} Segment one robot's motion at one velocity
  * @property {number} start in beats
  * @property {number} end in beats
  * @property {number} seconds
  * @property {Velocity} velocity
- * @property {[start: number, end: number][]} words offsets in the program
+ * @property {[start: number, end: number][]} words places in the program
  * @property {Pose | null} pose at the start, if it is known
  */
 
@@ -37,9 +39,10 @@ export class Lookahead {
   #renewed = null // the beat from which on everything may have changed
   #renews = false // whether the requested piece replaces what is known
   score
-  /** @type {Map<string, Stretch[]>} */
+  text
+  /** @type {Map<string, Segment[]>} */
   robots = new Map() // the moves of their bases
-  /** @type {Map<string, Stretch[]>} */
+  /** @type {Map<string, Segment[]>} */
   #body = new Map() // the moves of body parts, by robot and part
   version = 0 // changes with what is known
 
@@ -50,6 +53,7 @@ export class Lookahead {
    */
   constructor(score, ask) {
     this.score = score
+    this.text = new ProgramText(score.text, score.words)
     this.#ask = ask
   }
 
@@ -130,24 +134,17 @@ export class Lookahead {
    * @param {number} beat
    */
   at(name, part, beat) {
-    const stretches = this.track(name, part)
-    return stretches[this.indexAt(stretches, beat)]
+    const segments = this.track(name, part)
+    return segments[this.indexAt(segments, beat)]
   }
 
   /**
-   * The index of the stretch that plays at a beat; where none does, the number of stretches.
-   * @param {Stretch[]} stretches
+   * The index of the segment that plays at a beat; where none does, the number of segments.
+   * @param {Segment[]} segments
    * @param {number} beat
    */
-  indexAt(stretches, beat) {
-    let low = 0
-    let high = stretches.length
-    while (low < high) {
-      const middle = (low + high) >> 1
-      if (stretches[middle].end <= beat) low = middle + 1
-      else high = middle
-    }
-    return low
+  indexAt(segments, beat) {
+    return partitionPoint(segments.length, (i) => segments[i].end <= beat)
   }
 
   /**
@@ -157,12 +154,12 @@ export class Lookahead {
    * @returns {Pose | null}
    */
   poseAt(name, beat) {
-    const stretches = this.robots.get(name)
-    if (!stretches?.length || beat < stretches[0].start - NEAR) return null
-    const stretch = stretches[Math.min(this.indexAt(stretches, beat), stretches.length - 1)]
-    if (!stretch.pose) return null
-    const part = Math.min(Math.max((beat - stretch.start) / (stretch.end - stretch.start), 0), 1)
-    return poseAfter(stretch.pose, stretch.velocity, stretch.seconds * part)
+    const segments = this.robots.get(name)
+    if (!segments?.length || beat < segments[0].start - NEAR) return null
+    const segment = segments[Math.min(this.indexAt(segments, beat), segments.length - 1)]
+    if (!segment.pose) return null
+    const part = Math.min(Math.max((beat - segment.start) / (segment.end - segment.start), 0), 1)
+    return poseAfter(segment.pose, segment.velocity, segment.seconds * part)
   }
 
   /**
@@ -178,47 +175,47 @@ export class Lookahead {
    * @param {number} until
    */
   *points(until) {
-    for (const [name, stretches] of this.robots) {
+    for (const [name, segments] of this.robots) {
       if (Object.keys(this.score.robots[name].senses).length) continue
-      if (stretches[0]?.pose) yield stretches[0].pose
-      for (const { start, pose, velocity, seconds } of stretches) {
+      if (segments[0]?.pose) yield segments[0].pose
+      for (const { start, pose, velocity, seconds } of segments) {
         if (pose && start < until) yield* pointsAlong(pose, velocity, seconds)
       }
     }
   }
 
   /**
-   * @param {Map<string, Stretch[]>} tracks
+   * @param {Map<string, Segment[]>} tracks
    * @param {string} name
    * @param {number[] | null} pose
    * @param {Messages["window"]["robots"][string]["moments"]} moments
    */
   #add(tracks, name, pose, moments) {
-    const stretches = tracks.get(name) ?? []
-    /** @type {Stretch | undefined} */
-    let last = stretches.at(-1)
+    const segments = tracks.get(name) ?? []
+    /** @type {Segment | undefined} */
+    let last = segments.at(-1)
     let next = last ? last.pose && poseAfter(last.pose, last.velocity, last.seconds) : pose && poseOf(pose)
     for (const [start, beats, x, y, z, yaw, words] of moments) {
       const end = start + beats
-      if (last && end <= last.end + NEAR) continue // this stretch was at the end of the piece before, whole
+      if (last && end <= last.end + NEAR) continue // this segment was at the end of the piece before, whole
       const velocity = { x, y, z, yaw }
       const seconds = (beats * 60) / this.score.tempo
-      last = { start, end, seconds, velocity, pose: next, words: this.#spans(words) }
+      last = { start, end, seconds, velocity, pose: next, words: words.flatMap((word) => this.spans(word)) }
       next = next && poseAfter(next, velocity, seconds)
-      stretches.push(last)
+      segments.push(last)
       this.#count++
     }
-    tracks.set(name, stretches)
+    tracks.set(name, segments)
   }
 
   /**
-   * @param {[number, number, number][]} words
-   * @returns {[number, number][]}
+   * The place of a word in the program: none if its statement is no longer there.
+   * @param {[statement: number, start: number, end: number]} word as the server counts
+   * @returns {[start: number, end: number][]}
    */
-  #spans(words) {
-    return words
-      .filter(([statement]) => statement in this.score.offsets)
-      .map(([statement, start, end]) => [this.score.offsets[statement] + start, this.score.offsets[statement] + end])
+  spans([statement, start, end]) {
+    const offset = this.score.offsets[statement]
+    return offset === undefined ? [] : [[this.text.toUnits(offset + start), this.text.toUnits(offset + end)]]
   }
 
   /** @param {number} from */
@@ -235,8 +232,8 @@ export class Lookahead {
   #forgetBefore(beat) {
     this.#count = 0
     for (const tracks of [this.robots, this.#body]) {
-      for (const [name, stretches] of tracks) {
-        const kept = stretches.slice(this.indexAt(stretches, beat))
+      for (const [name, segments] of tracks) {
+        const kept = segments.slice(this.indexAt(segments, beat))
         tracks.set(name, kept)
         this.#count += kept.length
       }

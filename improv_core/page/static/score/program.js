@@ -3,16 +3,14 @@
 
 import { Anchor } from "./anchor.js"
 import { Lookahead } from "./lookahead.js"
+import { clock } from "./clock.js"
 import { fetchPicture } from "../net/backend.js"
+import { send } from "../net/send.js"
 
-/** @import { Clock } from "./clock.js" */
-/** @import { Request } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pose } from "../base/path.js" */
 
 export class Program {
-  #clock
-  #send
   /** @type {Promise<string | null> | null} */
   #picture = null // of its paths, as SVG
   /** @type {{ poses: Record<string, Pose>, beat: number } | null} */
@@ -22,27 +20,26 @@ export class Program {
   /** @type {Lookahead | null} */
   next = null
   anchor = new Anchor()
+  name = "" // of its file
+  folder = ""
 
-  /**
-   * @param {Clock} clock
-   * @param {(request: Request) => void} send
-   */
-  constructor(clock, send) {
-    this.#clock = clock
-    this.#send = send
+  /** Takes the name of the program. @param {Messages["program"]} message */
+  take({ name, folder }) {
+    this.name = name
+    this.folder = folder
   }
 
   /** Takes a score. Returns whether it plays already. @param {Messages["score"]} message */
   takeScore(message) {
     const { generation } = message
-    this.next = new Lookahead(message, (from, to) => this.#send({ type: "window", generation, from, to }))
-    return this.#turnTo(this.#clock.transport.generation)
+    this.next = new Lookahead(message, (from, to) => send({ type: "window", generation, from, to }))
+    return this.#turnTo(clock.transport.generation)
   }
 
   /** Takes a transport. Returns whether another program has taken over. @param {Messages["transport"]} message */
   takeTransport({ generation, poses, beat }, /** @type {boolean} */ jumped) {
     const turned = this.#turnTo(generation)
-    if (jumped && this.#clock.atStart) this.anchor.clear()
+    if (jumped && clock.atStart) this.anchor.clear()
     else if (jumped && this.current && poses) this.#moved = { poses, beat }
     return turned
   }
@@ -73,10 +70,15 @@ export class Program {
     if (this.#moved) this.anchor.set(this.current, this.#moved.poses, this.#moved.beat)
     this.#moved = null
     this.#picture ??= fetchPicture() // kept for when the stage is gone
-    const beat = newest && this.#clock.beatAt(newest.at)
+    const beat = newest && clock.beatAt(newest.at)
     if (newest && beat !== undefined) {
-      this.anchor.look(this.current, newest.poses, beat, now, (name) => this.#clock.isSilent(name))
+      this.anchor.look(this.current, newest.poses, beat, now, (name) => clock.isSilent(name))
     }
+  }
+
+  /** The name of files that are saved, without an ending. */
+  get stem() {
+    return this.name.replace(/\.[^.]*$/, "") || "improv"
   }
 
   /** The paths as SVG, or null. */
@@ -93,3 +95,6 @@ export class Program {
     return true
   }
 }
+
+/** The program, which is kept only here. */
+export const program = new Program()

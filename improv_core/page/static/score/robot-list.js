@@ -1,11 +1,13 @@
 // @ts-check
 // The robots: those of the score in its order, then others that are still there.
 
+import { robotColor } from "../base/colors.js"
 import { kindOf } from "../floor/robots.js"
+import { program } from "./program.js"
 
-/** @import { Lookahead, Stretch } from "./lookahead.js" */
+/** @import { Segment } from "./lookahead.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @typedef {ReturnType<RobotList["list"]>[number]} Robot */
+/** @typedef {RobotList["all"][number]} Robot */
 
 export const RADIUS = 0.3 // meters, until the stage says otherwise
 
@@ -47,25 +49,31 @@ export class RobotList {
     )
   }
 
-  /**
-   * All robots, and what is known of each.
-   * @param {Lookahead | null} lookahead
-   * @param {(index: number) => string} colorOf
-   */
-  list(lookahead, colorOf) {
-    const about = lookahead?.score.robots ?? {}
+  /** All robots, and what is known of each. */
+  get all() {
+    const { current } = program
+    const about = current?.score.robots ?? {}
     return [...new Set([...Object.keys(about), ...this.#radii.keys()])].map((name, index) => ({
       name,
-      color: colorOf(index),
+      color: robotColor(index),
       kind: kindOf(about[name]?.profile ?? "", about[name]?.motions, about[name]?.body),
       body: about[name]?.body ?? [],
       radius: this.#radii.get(name) ?? about[name]?.radius ?? RADIUS,
-      path: pathOf(lookahead?.robots.get(name)),
+      path: pathOf(current?.robots.get(name)),
     }))
+  }
+
+  /** The robots of the score. */
+  get playing() {
+    const { robots } = program.current?.score ?? {}
+    return this.all.filter(({ name }) => robots && Object.hasOwn(robots, name))
   }
 }
 
-/** @param {Stretch[] | undefined} stretches */
-function pathOf(stretches) {
-  return stretches?.[0]?.pose ? stretches : null
+/** The robots, which are kept only here. */
+export const robotList = new RobotList()
+
+/** @param {Segment[] | undefined} segments */
+function pathOf(segments) {
+  return segments?.[0]?.pose ? segments : null
 }

@@ -1,23 +1,16 @@
 // @ts-check
 // Plays a song and clicks with Web Audio, as music.js decides. Loaded only if there is something to play.
 
+import { notices } from "../base/notices.js"
+import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
 import { align } from "./grains.js"
 import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } from "./music.js"
 
 /** @import { Act, BeatLine, ClickAct, Clicks, Hearing, Plays } from "./music.js" */
 /** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
 /** @typedef {{ buffer: AudioBuffer, firstBeat: number, volume: number }} Song */
-/**
- * The page's state of the performance.
- * @typedef {object} Performance
- * @property {{ state: string, beat: number, beats: number | null, tempo: number, wall: number }} transport
- * @property {number} ahead by how many seconds the server's Unix time is ahead of the page's `performance.now()`
- * @property {number} tempo the score's own
- * @property {number | null} bar
- * @property {{ begins: number, beats: number, period: number } | null} counting beats that are counted before beat 0, which is at this Unix time
- * @property {boolean} clicks whether to click
- * @property {Song | null} song
- */
+/** @typedef {{ clicks: boolean, song: Song | null }} Sounds that people want */
 
 const SURE_AFTER = 2 // looks after which the delay of the sound is known,
 const BEGINNING = 1 // or seconds of the context: hidden pages look rarely
@@ -47,15 +40,15 @@ export class Audio {
   /** @type {Float32Array} */
   #samples = new Float32Array()
   #timer = 0
-  #look
+  #wanted
 
   /**
-   * `look` returns what the page knows now, and `changed` is called when the browser turns sound on or off.
-   * @param {() => Performance} look
+   * `changed` is called when the browser turns sound on or off.
+   * @param {() => Sounds} wanted
    * @param {() => void} changed
    */
-  constructor(look, changed) {
-    this.#look = look
+  constructor(wanted, changed) {
+    this.#wanted = wanted
     this.#context.addEventListener("statechange", changed)
     this.#volume.connect(this.#context.destination)
   }
@@ -92,13 +85,16 @@ export class Audio {
     if (!latest) return
     this.#hearings = heard(this.#hearings, latest)
     if (this.#hearings.length < SURE_AFTER && context.currentTime < BEGINNING) return
-    const { transport, ahead, tempo, bar, counting, clicks, song } = this.#look()
-    const lead = shift(this.#hearings) - ahead
-    const line = beatLine(transport, lead)
+    const { clicks, song } = this.#wanted()
+    const { tempo = 60, bar = null } = program.current?.score ?? {}
+    const lead = shift(this.#hearings) - clock.ahead
+    const { transport } = clock
+    const line = notices.isOpen ? beatLine(transport, lead - (transport.behind ?? 0)) : null // real robots are ahead
+    const count = notices.isOpen ? countLine(clock.count, lead) : null
     const now = this.#context.currentTime + LEAD
     const until = now + (document.hidden ? HIDDEN_AHEAD : SCHEDULE_AHEAD)
     this.#followSong(song, line, tempo, now, until)
-    const [next, acts] = click(this.#clicks, clicks ? (line ?? countLine(counting, lead)) : null, { now, ahead: until, bar })
+    const [next, acts] = click(this.#clicks, clicks ? (line ?? count) : null, { now, ahead: until, bar })
     this.#clicks = next
     for (const act of acts) this.#doClick(act)
   }

@@ -2,58 +2,43 @@
 // The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
 
 import { find, findA } from "../base/elements.js"
+import { announce, notices } from "../base/notices.js"
+import { settings } from "../base/storage.js"
 import { fetchSong } from "../net/backend.js"
-import { settings } from "../base/keys.js"
-import { TomlLines } from "../editor/toml-lines.js"
+import { keepAsking } from "../net/server-time.js"
+import { changes } from "../score/changes.js"
+import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
+import { tomlLines } from "../editor/toml-lines.js"
 import { LEAST_TAPS, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
-/** @import { Audio, Performance, Song } from "./audio.js" */
-/** @import { Clock } from "../score/clock.js" */
+/** @import { Audio, Song } from "./audio.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
 const UNLOCK_TIMEOUT = 300 // milliseconds in which a browser turns sound on, if it does without a click
 const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
-const NOTHING_PLAYS = { state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
 
 export class Sound {
-  #clock
-  #page
-  #tomlLines = new TomlLines("sound-toml")
+  #showToml = tomlLines("sound-toml")
   #waveform = new Waveform((firstBeat) => this.#moveSong(firstBeat), () => this.#tellFirstBeat())
   /** @type {number[]} */
   #taps = []
   /** The place to which people have moved the song, and the score's place then. @type {{ name: string, firstBeat: number, told: number } | null} */
   #placed = null
-  /** Has beat 0 written into improv.toml, and a tempo into the program; null if nobody can. @type {{ firstBeat: (seconds: number) => void, tempo: (tempo: number) => void } | null} */
-  write = null
   /** @type {Promise<Audio> | null} */
   #audio = null
   /** @type {Audio | null} */
   #loaded = null
-  #open = false // true while the page is connected
-  /** @type {Pick<Messages["score"], "tempo" | "bar" | "generation"> | null} */
-  #score = null
-  /** @type {Music | null} */
-  #music = null // of the score
+  #generation = 0 // of the score whose song was asked for
   /** @type {{ file: string, tag: string, buffer: AudioBuffer } | null} */
   #served = null
   /** @type {{ name: string, buffer: AudioBuffer } | null} */
   #dropped = null
   #clicks = false
-  /** @type {Performance["counting"]} */
-  #counting = null
 
-  /**
-   * `say` tells people, also those who listen, `resize` makes room for a song, or for what was below it, and `askTime`
-   * keeps asking what time it is.
-   * @param {Clock} clock
-   * @param {{ say: (line: string) => void, resize: () => void, askTime: (on: boolean) => void }} page
-   */
-  constructor(clock, page) {
-    this.#clock = clock
-    this.#page = page
+  constructor() {
     find("tap").addEventListener("click", () => this.#tap())
     find("use-tempo").addEventListener("click", () => this.#useTempo())
     for (const gesture of ["click", "keydown", "pointerup"]) addEventListener(gesture, () => this.#turnOn(), true)
@@ -82,22 +67,21 @@ export class Sound {
     return this.#loaded
   }
 
-  /** Takes the state of the connection: without the server, nobody knows whether robots still dance. @param {boolean} open */
-  connect(open) {
-    this.#open = open
-    if (open && this.#music) this.#load(this.#music)
-    this.#run()
+  /** The connection has changed: without the server, nobody knows whether robots still dance. */
+  reconnect() {
+    if (notices.isOpen && this.#music) this.#load(this.#music)
+    this.run()
   }
 
-  /** Takes the song, the tempo, and the bar of a score. @param {Messages["score"]} score */
-  show(score) {
-    const isNew = score.generation !== this.#score?.generation
-    this.#score = score
-    this.#music = score.music
-    if (score.music?.file !== this.#served?.file) this.#served = null
-    if (score.music?.file && isNew) this.#load(score.music)
+  /** Takes the song of the score. */
+  show() {
+    const { generation = 0 } = program.current?.score ?? {}
+    const music = this.#music
+    if (music?.file !== this.#served?.file) this.#served = null
+    if (music?.file && generation !== this.#generation) this.#load(music)
+    this.#generation = generation
     this.#showSong()
-    this.#run()
+    this.run()
   }
 
   /** Draws the song under the timeline. @param {{ left: number, scale: number, beat: number, width: number }} shown */
@@ -105,20 +89,14 @@ export class Sound {
     this.#waveform.draw(shown)
   }
 
-  /** Takes whether beats are counted before beat 0. @param {Messages["armed"]} message */
-  takeArmed({ armed, begins, count }) {
-    this.#counting = armed && begins && count ? { begins, ...count } : null
-    this.#run()
-  }
-
-  /** The transport has changed. */
-  take() {
-    this.#run()
-  }
-
   /** True if there is something to play. */
   get #has() {
     return this.#clicks || this.#song !== null
+  }
+
+  /** The song of the score. */
+  get #music() {
+    return program.current?.score.music ?? null
   }
 
   /** @returns {Song | null} */
@@ -137,15 +115,6 @@ export class Sound {
     return this.#placed?.name === this.#name && this.#placed.told === told ? this.#placed.firstBeat : told
   }
 
-  /** @returns {Performance} */
-  #performance() {
-    const { transport: shown, ahead } = this.#clock
-    const transport = this.#open ? { ...shown, wall: shown.wall - (shown.behind ?? 0) } : NOTHING_PLAYS // real robots are ahead
-    const { tempo = 60, bar = null } = this.#score ?? {}
-    const counting = this.#open ? this.#counting : null
-    return { transport, ahead, tempo, bar, counting, clicks: this.#clicks, song: this.#song }
-  }
-
   /** Gets the song from the server, unless it is here already. @param {Music} music */
   async #load({ file }) {
     const audio = await this.#ready()
@@ -157,7 +126,7 @@ export class Sound {
     if (buffer) this.#served = { file, tag: answer.tag, buffer }
     this.#showLine(buffer ? "" : answer.problem || `${file} can't be played: this browser doesn't know its format.`)
     this.#showSong()
-    this.#run()
+    this.run()
   }
 
   /** Takes a file that somebody has dropped onto the page, or chosen. It stays in this browser. @param {File} file */
@@ -173,7 +142,7 @@ export class Sound {
     const problem = file.size > MOST_BYTES ? `has more than ${MOST_BYTES / 1024 ** 2} MB` : "can't be played: this browser doesn't know its format"
     this.#showLine(buffer ? "" : `${file.name} ${problem}.`)
     this.#showSong()
-    this.#run()
+    this.run()
   }
 
   /** @param {boolean} clicks */
@@ -182,13 +151,13 @@ export class Sound {
     settings.set("clicks", clicks)
     find("metronome").setAttribute("aria-pressed", String(clicks))
     if (clicks) await this.#ready()
-    this.#run()
+    this.run()
   }
 
   /** Sound itself, loaded once it is needed. */
   #ready() {
     this.#audio ??= import("./audio.js").then(({ Audio }) => {
-      this.#loaded = new Audio(() => this.#performance(), () => this.#showOff())
+      this.#loaded = new Audio(() => ({ clicks: this.#clicks, song: this.#song }), () => this.#showOff())
       setTimeout(() => this.#showOff(), UNLOCK_TIMEOUT)
       return this.#loaded
     })
@@ -200,10 +169,11 @@ export class Sound {
     this.#showOff()
   }
 
-  #run() {
-    const runs = this.#has && this.#open && (this.#clock.playing || this.#counting !== null)
+  /** Plays, or doesn't, now that something has changed. */
+  run() {
+    const runs = this.#has && notices.isOpen && (clock.playing || clock.count !== null)
     this.#loaded?.run(runs)
-    this.#page.askTime(runs)
+    keepAsking(runs)
     this.#showOff()
   }
 
@@ -216,14 +186,13 @@ export class Sound {
   #showLine(line) {
     find("song-line").hidden = !line
     find("song-line").textContent = line
-    if (line) this.#page.say(line)
+    if (line) announce(line)
   }
 
   #showSong() {
-    const { tempo = 60, bar = null } = this.#score ?? {}
+    const { tempo = 60, bar = null } = program.current?.score ?? {}
     find("song-name").textContent = this.#name || "none: drop a file onto this page, or"
-    const changes = this.#waveform.show(this.#song?.buffer ?? null, this.#name, { firstBeat: this.#firstBeat, tempo, bar })
-    if (changes) this.#page.resize()
+    this.#waveform.show(this.#song?.buffer ?? null, this.#name, { firstBeat: this.#firstBeat, tempo, bar })
   }
 
   /** Has beat 0 elsewhere in the song. @param {number} firstBeat in seconds */
@@ -236,7 +205,7 @@ export class Sound {
   /** Has that written, or shows the line to copy. */
   #tellFirstBeat() {
     if (this.#dropped) settings.set(`first beat of ${this.#dropped.name}`, this.#firstBeat)
-    if (this.write && this.#music && !this.#dropped) this.write.firstBeat(this.#firstBeat)
+    if (changes.write && this.#music && !this.#dropped) changes.write({ type: "tune", key: "first_beat", value: this.#firstBeat })
     else this.#showLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
   }
 
@@ -253,14 +222,14 @@ export class Sound {
   #useTempo() {
     const tempo = tempoOf(this.#taps)
     if (tempo === null) return
-    if (this.write) this.write.tempo(tempo)
+    if (changes.write) changes.write({ type: "tune", key: "beat", value: tempo })
     else this.#showLines("Copy this line into the program, in place of the one with beat.", `beat ${tempo}`)
   }
 
   /** @param {string} where @param {string} lines */
   #showLines(where, lines) {
     find("sound-toml-where").textContent = where
-    this.#tomlLines.show(lines)
+    this.#showToml(lines)
   }
 }
 

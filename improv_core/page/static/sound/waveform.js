@@ -1,12 +1,12 @@
 // @ts-check
 // The song under the timeline, with the lines of its beats. Dragged, or moved with arrow keys, it fits the beats.
 
-import { readColors } from "../base/colors.js"
+import { colors } from "../base/colors.js"
 import { find, findA } from "../base/elements.js"
+import { refit } from "../base/frames.js"
 import { penOn } from "../base/pen.js"
 import { firstBeatAfter, loudness, rounded, shapeOf } from "./wave.js"
 
-/** @import { Colors } from "../base/colors.js" */
 /** @import { Fit, Shape } from "./wave.js" */
 /** @typedef {Fit & { bar: number | null }} Fitting */
 
@@ -27,8 +27,6 @@ export class Waveform {
   #fit = { firstBeat: 0, tempo: 60, bar: null }
   #scale = 1
   #drawn = ""
-  /** @type {Colors} */
-  #colors = readColors()
   /** @type {{ x: number, from: Fitting } | null} */
   #held = null
 
@@ -56,10 +54,6 @@ export class Waveform {
       this.#move(rounded(this.#fit.firstBeat + by))
       this.#moved()
     })
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-      this.#colors = readColors()
-      this.#drawn = ""
-    })
   }
 
   /**
@@ -78,7 +72,7 @@ export class Waveform {
     find("song-first").textContent = `beat 0 at ${fit.firstBeat.toFixed(3)} s`
     this.#line.setAttribute("aria-valuenow", String(fit.firstBeat))
     this.#drawn = ""
-    return changes
+    if (changes) refit() // there is a row more, or less
   }
 
   /**
@@ -91,27 +85,27 @@ export class Waveform {
     const ratio = Math.min(devicePixelRatio, 2)
     const height = this.#line.clientHeight
     const playhead = Math.round((beat - left) * scale)
-    const look = [left, scale, playhead, width, height, ratio].join()
+    const look = [left, scale, playhead, width, height, ratio, colors().panel].join()
     if (look === this.#drawn) return
     this.#drawn = look
     this.#canvas.width = Math.round(width * ratio)
     this.#canvas.height = Math.round(height * ratio)
     const pen = this.#pen
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
-    pen.fillStyle = this.#colors.panel
+    pen.fillStyle = colors().panel
     pen.fillRect(0, 0, width, height)
-    pen.fillStyle = this.#colors["grid-strong"]
+    pen.fillStyle = colors()["grid-strong"]
     const step = this.#fit.bar ?? 1
     const every = step * 2 ** Math.max(Math.ceil(Math.log2(6 / (scale * step))), 0)
     for (let line = Math.ceil(left / every) * every; (line - left) * scale < width; line += every) {
       pen.fillRect(Math.round((line - left) * scale), 0, this.#fit.bar ? 2 : 1, height)
     }
-    pen.fillStyle = this.#colors.quiet
+    pen.fillStyle = colors().quiet
     for (const [x, loud] of loudness(this.#shape, this.#fit, { left, scale, width }).entries()) {
       const high = loud < 0 ? 0 : Math.max(loud * (height - 4), SILENT)
       if (high) pen.fillRect(x, (height - high) / 2, 1, high)
     }
-    pen.fillStyle = this.#colors.ink
+    pen.fillStyle = colors().ink
     pen.fillRect(playhead - 1, 0, 2, height)
   }
 

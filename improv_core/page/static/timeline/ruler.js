@@ -1,26 +1,16 @@
 // @ts-check
 // The timeline's ruler: its beats or bars, and the names of its scenes.
 
+import { FONT } from "../base/pen.js"
 import { formatPosition } from "../score/clock.js"
 
 /** @import { Colors } from "../base/colors.js" */
 /** @import { Pen } from "../base/pen.js" */
+/** @import { TimelineView } from "./timesheet.js" */
 /** @typedef {{ beat: number, number: number, name: string }} Scene counted from 1 */
 /** @typedef {{ x: number, wide: number, text: string }} Label in pixels */
-/**
- * @typedef {object} Ruler
- * @property {number} left the beat at the left edge
- * @property {number} last the last beat that is marked
- * @property {number | null} bar how many beats a bar has, if the program says it
- * @property {Scene[]} scenes
- * @property {number} scale pixels per beat
- * @property {number} letter pixels
- * @property {number} head pixels
- * @property {number} height pixels
- * @property {Colors} colors
- */
+/** @typedef {Pick<TimelineView, "left" | "scale" | "letter" | "head"> & { bar: number | null, scenes: Scene[], last: number, height: number, colors: Colors }} Ruler up to a last beat */
 
-export const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 const LEAST_BEAT = 6 // pixels between the lines of beats within a bar
 
 /**

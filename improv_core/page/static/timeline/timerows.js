@@ -6,6 +6,7 @@ import { partsOf } from "../score/lookahead.js"
 /** @import { Robot } from "../score/robot-list.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {Robot & { part: string | null }} TimelineRow of a robot, or of one of its body parts */
+/** @typedef {{ robot: TimelineRow, y: number, row: number }} RowPlace where a row begins, and how high it is, in pixels */
 /** @typedef {{ head: number, row: number, top: number }} Heights in pixels: above all rows, of a robot's row, and scrolled out of view */
 
 const PART_HEIGHT = 0.62 // of the height of a robot's row, for a body part: as in panels.css
@@ -33,30 +34,12 @@ export class TimelineRows {
    * The rows that can be seen.
    * @param {Heights} heights
    * @param {number} height of the canvas, in pixels
-   * @returns {Generator<[number, TimelineRow]>}
+   * @returns {Generator<RowPlace>}
    */
   *visible({ head, row, top }, height) {
-    for (const [index, each] of this.rows.entries()) {
-      if (this.#tops[index + 1] * row > top && this.#tops[index] * row - top < height - head) yield [index, each]
+    for (const [index, robot] of this.rows.entries()) {
+      const [begin, end] = [this.#tops[index] * row - top, this.#tops[index + 1] * row - top]
+      if (end > 0 && begin < height - head) yield { robot, y: head + begin, row: end - begin }
     }
-  }
-
-  /**
-   * The start of a row, in pixels.
-   * @param {Heights} heights
-   * @param {number} index
-   */
-  y({ head, row, top }, index) {
-    return head + this.#tops[index] * row - top
-  }
-
-  /**
-   * The view, with the height of one row.
-   * @template {Heights} T
-   * @param {T} view
-   * @param {number} index
-   */
-  inRow(view, index) {
-    return { ...view, row: view.row * (this.#tops[index + 1] - this.#tops[index]) }
   }
 }

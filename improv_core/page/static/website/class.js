@@ -13,50 +13,46 @@ const SEND_PERIOD = 1100 // milliseconds: one dance in a second
 /** True if this page belongs to a class. */
 export const isClass = document.querySelector('meta[name="improv-class"]') !== null
 
-export class Class {
-  #dialog = findA("class", HTMLDialogElement)
-  #name = findA("class-name", HTMLInputElement)
-  #code = findA("class-code", HTMLInputElement)
-  #saving
-  #secret = sessionStorage.getItem(KEY) ?? ""
+/** @param {Saving} saving has the text on the page */
+export function joinClass(saving) {
+  const dialog = findA("class", HTMLDialogElement)
+  const name = findA("class-name", HTMLInputElement)
+  const code = findA("class-code", HTMLInputElement)
+  let secret = sessionStorage.getItem(KEY) ?? ""
 
-  /** @param {Saving} saving has the text on the page */
-  constructor(saving) {
-    this.#saving = saving
-    find("hand-in").hidden = false
-    find("hand-in").addEventListener("click", () => (this.#secret ? this.#send() : this.#dialog.showModal()))
-    find("class-join").addEventListener("click", () => this.#join())
-    find("class-close").addEventListener("click", () => this.#dialog.close())
-    this.#dialog.addEventListener("keydown", (event) => event.key === "Enter" && event.target !== find("class-close") && this.#join())
-    const code = IN_LINK.exec(decoded(location.hash))?.[1]
-    if (!code) return
-    this.#code.value = code
-    history.replaceState(null, "", location.pathname)
-    if (!this.#secret) this.#dialog.showModal()
-  }
-
-  async #join() {
-    const answer = await post("join", JSON.stringify({ code: this.#code.value, name: this.#name.value }))
+  async function join() {
+    const answer = await post("join", JSON.stringify({ code: code.value, name: name.value }))
     find("class-line").textContent = answer.problem ?? ""
     if (!answer.secret) return
-    this.#secret = answer.secret
-    sessionStorage.setItem(KEY, answer.secret)
-    this.#dialog.close()
+    secret = answer.secret
+    sessionStorage.setItem(KEY, secret)
+    dialog.close()
     say(`You are in the class as ${answer.name}.`)
   }
 
-  async #send() {
-    let answer = await post("send", this.#saving.text, this.#secret)
+  async function send() {
+    let answer = await post("send", saving.text, secret)
     if (answer.status === 429) {
       await new Promise((done) => setTimeout(done, SEND_PERIOD))
-      answer = await post("send", this.#saving.text, this.#secret)
+      answer = await post("send", saving.text, secret)
     }
     say(answer.problem ?? `Sent at ${new Date().toLocaleTimeString()}.`)
     if (answer.status !== 403) return
-    this.#secret = ""
+    secret = ""
     sessionStorage.removeItem(KEY)
-    this.#dialog.showModal()
+    dialog.showModal()
   }
+
+  find("hand-in").hidden = false
+  find("hand-in").addEventListener("click", () => (secret ? send() : dialog.showModal()))
+  find("class-join").addEventListener("click", join)
+  find("class-close").addEventListener("click", () => dialog.close())
+  dialog.addEventListener("keydown", (event) => event.key === "Enter" && event.target !== find("class-close") && join())
+  const linked = IN_LINK.exec(decoded(location.hash))?.[1]
+  if (!linked) return
+  code.value = linked
+  history.replaceState(null, "", location.pathname)
+  if (!secret) dialog.showModal()
 }
 
 /** @param {string} line */

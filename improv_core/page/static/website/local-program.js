@@ -1,6 +1,7 @@
 // @ts-check
 // The program of a website's page: there is no file, so this browser keeps it. A link may bring another one.
 
+import { store, stored } from "../base/storage.js"
 import { REPLACED } from "../editor/draft.js"
 import { workIn } from "./link.js"
 
@@ -26,19 +27,19 @@ export const path = "dance.improv"
  */
 export async function openProgram() {
   addEventListener("hashchange", async () => (await workIn(location.hash)) !== null && location.reload())
-  const stored = storedProgram()
+  const before = storedProgram()
   const work = await workIn(location.hash)
-  if (work === null) return { program: stored ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
+  if (work === null) return { program: before ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
   history.replaceState(null, "", location.pathname + location.search)
-  const stay = (/** @type {string} */ problem) => ({ program: stored ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
+  const stay = (/** @type {string} */ problem) => ({ program: before ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
   if (typeof work === "string") return stay(work)
-  const revision = String(Number(stored?.revision ?? 0) + 1)
-  const own = stored && !stored.linked ? stored : null
+  const revision = String(Number(before?.revision ?? 0) + 1)
+  const own = before && !before.linked ? before : null
   const isSame = own?.text === work.text && own.toml === work.toml
   const program = { text: work.text, revision, toml: work.toml, linked: !isSame }
   if (own && !isSame) {
-    const before = { path, ...own, others: [], time: Date.now() }
-    if (!store(`${REPLACED} ${own.revision}`, before)) return stay(NO_ROOM)
+    const replaced = { path, ...own, others: [], time: Date.now() }
+    if (!store(`${REPLACED} ${own.revision}`, replaced)) return stay(NO_ROOM)
   }
   storeProgram(program)
   return { program, beat: work.beat, problem: "" }
@@ -49,23 +50,9 @@ export function storeProgram(saved) {
   return store(KEY, saved)
 }
 
-/** @param {string} key @param {unknown} value */
-function store(key, value) {
-  try {
-    localStorage.setItem(key, JSON.stringify(value))
-    return true
-  } catch {
-    return false
-  }
-}
-
 /** @returns {Program | null} */
 function storedProgram() {
-  try {
-    const { text, revision, toml = "", linked = false } = JSON.parse(localStorage.getItem(KEY) ?? "null")
-    const fits = typeof text === "string" && typeof toml === "string" && /^\d{1,15}$/.test(revision)
-    return fits ? { text, revision, toml, linked: linked === true } : null
-  } catch {
-    return null
-  }
+  const { text, revision, toml = "", linked = false } = stored(KEY) ?? {}
+  const fits = typeof text === "string" && typeof toml === "string" && /^\d{1,15}$/.test(revision)
+  return fits ? { text, revision, toml, linked: linked === true } : null
 }

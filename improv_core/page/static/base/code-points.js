@@ -1,6 +1,8 @@
 // @ts-check
 // Offsets in a text: the server counts code points, and JavaScript counts UTF-16 units, two for an emoji.
 
+import { partitionPoint } from "./search.js"
+
 const ASTRAL = /[\u{10000}-\u{10FFFF}]/gu
 
 /** Turns offsets in a text into those of the other kind. */
@@ -22,20 +24,14 @@ export class CodePoints {
   toUnits(points) {
     return points + partitionPoint(this.#astral.length, (i) => this.#astral[i] - i < points)
   }
-}
 
-/**
- * The count of the first numbers that fit, if all that fit come first.
- * @param {number} length
- * @param {(index: number) => boolean} fits
- */
-export function partitionPoint(length, fits) {
-  let low = 0
-  let high = length
-  while (low < high) {
-    const middle = (low + high) >> 1
-    if (fits(middle)) low = middle + 1
-    else high = middle
+  /**
+   * A place that counts in code points, in units.
+   * @template {{ start: number, end: number }} T
+   * @param {T} place
+   * @returns {T}
+   */
+  inUnits(place) {
+    return { ...place, start: this.toUnits(place.start), end: this.toUnits(place.end) }
   }
-  return low
 }

@@ -26,8 +26,8 @@ from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
-from improv_core.session.session import RunningStage
-from improv_core.session.start import Options, SinkName, start_stage
+from improv_core.session.start import Options, RunningStage, start_stage
+from improv_core.session.state import Output
 from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.process import SystemClock, report_sent
 from improv_core.stage.stdio import arrival
@@ -43,9 +43,7 @@ def running() -> set[threading.Thread]:
     return {thread for thread in threading.enumerate() if thread.name == NAME}
 
 
-async def start_on_thread(
-    sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops
-) -> RunningStage | None:
+async def start_on_thread(sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> RunningStage | None:
     """Like `start_stage`, for the simulator."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(USED, StageOnThread)

@@ -171,7 +171,8 @@ class TerminalSession:
     @property
     def _page(self) -> Ready | None:
         """The first message of the process with the page."""
-        return next((ready for ready in self.playback.state.stages.values() if "page" in ready), None)
+        state = self.playback.state
+        return state.stages[state.pages[0]].ready if state.pages else None
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from improv_core.protocol.commands import PageRequest, Pause, Stop, Watched, is_stop
@@ -144,12 +144,17 @@ class Stops:
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
         """Send a message that makes robots move, unless a stop has come since the count was `asked`. Returns whether it
         was sent."""
+        return self.send_all([(stage, message)], asked)
+
+    def send_all(self, messages: Iterable[tuple[Receiver, ToStage]], asked: int) -> bool:
+        """Send stages messages that make robots move, all or none of them, as `send` does."""
         with self._lock:
             if self._counted() != asked:
                 return False
-            if message["type"] == "load":
-                message["asleep"] = self._slept
-            stage.send(message)
+            for stage, message in messages:
+                if message["type"] == "load":
+                    message["asleep"] = self._slept
+                stage.send(message)
             return True
 
     def _counted(self) -> int:

@@ -5,26 +5,38 @@ Acts decide nothing; `Playback` does them, in their order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal, TypedDict
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.commands import Editing, Watched
-from improv_core.protocol.messages import ToStage
+from improv_core.protocol.messages import Pressed, ToStage
 from improv_core.score.score import OutsideClock
 from improv_core.score.takeover import Takeover
-from improv_core.session.start import SinkName
-from improv_core.session.state import PlayScore
+from improv_core.session.state import PlayScore, SessionState, StageKey
 
 News = Heard | Watched
 """The news for a listener: a message from a stage, its end, or an opened page."""
 
 
 @dataclass(frozen=True, slots=True)
+class Now:
+    """Further facts for a decision: the monotonic time and Unix time, the count of stops at the request, the emergency
+    stops that are on, and the number of presses of them that people know of."""
+
+    at: float = 0.0
+    wall: float = 0.0
+    stops: int = 0
+    pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
+    known: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Send:
     """Send a message to a stage, `after` this many seconds; not if a stop has come since the count was `unless`."""
 
-    name: SinkName
+    to: StageKey
     message: ToStage
     after: float = 0.0
     unless: int | None = None
@@ -32,16 +44,21 @@ class Send:
 
 @dataclass(frozen=True, slots=True)
 class SendScore:
-    """Have a stage play a score: the `whole` score, or the parts that it lacks. With `entry`, it follows another stage.
+    """Have stages play a score: the `whole` score, or the parts that they lack. With `entry`, they follow another
+    stage; they take over `at` a monotonic time or later. `stops` are the presses of emergency stops that each stage may
+    have received before somebody asked for the score. With `gathers`, beat 0 waits until all are ready.
 
     If it is `asked` for, `Loaded` comes back, unless a stop has come since somebody asked: then it is not sent.
     """
 
-    name: SinkName
+    to: Sequence[StageKey]
     play: PlayScore
     entry: Takeover | None = None
+    at: float | None = None
+    stops: Mapping[StageKey, int] = field(default_factory=dict)
     asked: bool = False
     whole: bool = False
+    gathers: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +72,10 @@ class Announce:
 
 
 @dataclass(frozen=True, slots=True)
-class StartAgain:
+class Start:
     """Start a stage in place of one that has died. `Ready` or `Failed` comes back."""
 
-    name: SinkName
+    stage: StageKey
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +87,12 @@ class HearClock:
     tempo: float = 120.0
 
 
-Act = Send | SendScore | Announce | StartAgain | HearClock
+Act = Send | SendScore | Announce | Start | HearClock
+Decided = tuple[SessionState, list[Act]]
 
 
 class Loaded(TypedDict):
-    """A score that somebody asked for has been sent to the leading stage."""
+    """A score that somebody asked for has been sent to the leading stages."""
 
     type: Literal["loaded"]
     play: PlayScore
@@ -85,3 +103,13 @@ class Failed(TypedDict):
 
     type: Literal["failed"]
     message: str
+
+
+def warning(line: str) -> Announce:
+    """Return a line for people, no matter which stage it is about."""
+    return Announce({"type": "warning", "message": line})
+
+
+def send(host: str, message: ToStage) -> Send:
+    """Return a message to the stage of real robots on a host."""
+    return Send(StageKey(host, "ros"), message)

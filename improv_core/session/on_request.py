@@ -3,114 +3,116 @@ only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from improv_core.ipc.stage_process import StageError
-from improv_core.protocol.commands import COMMANDS, PageRequest, Resume, Watched
+from improv_core.protocol.commands import COMMANDS, PageRequest, Resume, Stop, Watched
 from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
 from improv_core.protocol.page_messages import for_pages
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.session.acts import Act, Announce, Send, SendScore
-from improv_core.session.state import Change, PlayScore, SessionState
+from improv_core.session import on_hosts
+from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScore, send, warning
+from improv_core.session.halting import await_obeyed
+from improv_core.session.state import HERE, Change, PlayScore, SessionState, StageKey
 
 StageRequest = Change | Resume | ProgramMessage | ProgramSource | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
-Decided = tuple[SessionState, list[Act]]
+Request = PlayScore | StageRequest | PageRequest | Watched
 
 
-@dataclass(frozen=True, slots=True)
-class Now:
-    """Further facts for a decision: the monotonic time, the count of stops at the request, and the emergency stops that
-    are on."""
-
-    at: float = 0.0
-    stops: int = 0
-    pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
-
-
-def asked(state: SessionState, request: PlayScore | StageRequest | PageRequest | Watched, now: Now) -> Decided:
+def on_request(state: SessionState, request: Request, now: Now) -> Decided:
     """Return the state after a request, and the acts that follow. Raises StageError if nothing can play it.
 
-    A request goes to all stages from here, so they never disagree. A stop has already been obeyed when it arrived.
+    A request goes to all stages from here, so they never disagree. Stages have been sent stops and pauses already.
     """
     if isinstance(request, PlayScore):
         return _play(state, request, now)
-    if request["type"] == "program" or request["type"] == "source" or request["type"] == "answer":
-        return _inform(state, request)
-    if request["type"] == "watched":
-        return state, [Announce(request)]
-    if request["type"] == "editing":
-        return state, [Announce(request, stops=now.stops)]
-    if request["type"] == "restart":
-        again = state.played and replace(
-            state.played,
-            when="restart",
-            beats_per_bar=BEATS_PER_BAR,
-            stops=now.stops,
-            arming=None,
-            by=request.get("by"),
-        )
-        return _send_score(state, again) if again and state.leader else (state, [])
-    if request["type"] == "resume":
-        resume = request.copy()
-        resume["at"] = now.at
-        twin = None if state.armed else state.twin  # the twin begins with the leader
-        return state, [Send(name, resume, unless=now.stops) for name in (state.leader, twin) if name]
-    if request["type"] == "stop" and "mark" in request:
-        return _await_obeyed(state, request["mark"])
-    if request["type"] == "stop" or request["type"] == "pause":
-        return state, []
-    return _change(state, request, now)
+    match request["type"]:
+        case "program" | "source" | "answer":
+            return _inform(state, request)
+        case "watched":
+            return state, [Announce(request)]
+        case "editing":
+            return state, [Announce(request, stops=now.stops)]
+        case "restart":
+            if not state.played or not state.leader:
+                return state, []
+            by = request.get("by")
+            again = replace(
+                state.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops, arming=None, by=by
+            )
+            return _send_score(state, again, now)
+        case "resume":
+            return _resume(state, request, now)
+        case "stop":
+            return _stop(state, request, now)
+        case "pause":
+            return on_hosts.pause(state), []
+        case _:
+            return _change(state, request, now)
 
 
-def _await_obeyed(state: SessionState, mark: str) -> Decided:
-    """Inform pages about the stages that have yet to obey a stop, unless that is the simulator, which confirms it
-    itself."""
-    if not state.real:
-        return state, []
-    return replace(state, unobeyed=state.unobeyed | {mark}), obeyed(state, mark, ["the real robots"])
+def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:
+    """Send all stages of real robots the emergency stops that are on."""
+    return [send(host, on_hosts.pressed_of(state, host, pressed)) for host in state.alive]
 
 
-def obeyed(state: SessionState, mark: str, waits_for: Sequence[str] = ()) -> list[Act]:
-    """Inform pages that all stages have obeyed a stop, except those that it waits for."""
-    message = for_pages({"type": "obeyed", "mark": mark, "waits_for": waits_for})
-    return [Send(name, message) for name, ready in state.stages.items() if "page" in ready]
+def _stop(state: SessionState, stop: Stop, now: Now) -> Decided:
+    state, acts = on_hosts.stop(state, now)
+    state, more = await_obeyed(state, stop["mark"]) if "mark" in stop else (state, [])
+    return state, [*acts, *more]
+
+
+def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
+    twin = None if state.armed else state.twin  # the twin begins with the leader
+    timed = message.copy()
+    timed["at"] = now.at
+    acts: list[Act] = []
+    for output in (state.leader, twin):
+        if output == "ros" and state.is_spread:
+            state, acts = on_hosts.resume(state, timed, now)
+        elif output:
+            acts.append(Send(StageKey(HERE, output), timed))
+    return state, [replace(act, unless=now.stops) if isinstance(act, Send) else act for act in acts]
 
 
 def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
     first, on = state.idle or state.leader, now.pressed["topics"]
-    assert first
-    if on and state.stages[first]["real"] and not play.simulated:
+    if on and first == "ros" and not play.simulated:
         line = refused_by(on, play.score.safety.stop)
         # Another stage may have received the press: this one has to receive the release.
-        return state, [Send(first, now.pressed), Announce({"type": "error", "message": line})]
-    state, acts = _let_lead(state, play.simulated)
-    state, more = _send_score(state, play)
+        return state, [*tell_pressed(state, now.pressed), Announce({"type": "error", "message": line})]
+    state, acts = _let_lead(state, play.simulated, now)
+    state, more = _send_score(state, play, now)
     return state, [*acts, *more]
 
 
-def _let_lead(state: SessionState, simulated: bool) -> Decided:
+def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
     """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
-    assert state.leader
     # Whichever led: simulated robots, too, must not keep dancing while real ones get ready.
-    stop: list[Act] = [Send(state.leader, {"type": "stop"})]
+    stop: Stop = {"type": "stop"}
     if simulated and state.twin:
-        return replace(state, leader=state.twin, idle_score=state.played.score if state.played else None), stop
+        state, acts = _stop(replace(state, leader=state.twin), stop, now)
+        return state, [*(send(host, stop) for host in state.robots), *acts]
     if simulated and state.is_real:
         raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
     if not simulated and state.idle:
-        return replace(state, leader=state.idle), stop
+        return replace(state, leader=state.idle), [Send(StageKey(HERE, "simulator"), stop)]
     return state, []
 
 
-def _send_score(state: SessionState, play: PlayScore) -> Decided:
-    assert state.leader
+def _send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
+    leader = state.leader
+    assert leader
     generation = state.generation + 1
     editions, score = state.editions.number(play.score, generation)
     play = replace(play, score=score, generation=generation)
-    return replace(state, editions=editions), [SendScore(state.leader, play, asked=True)]
+    state = replace(state, editions=editions)
+    if state.is_real and state.is_spread:
+        return state, on_hosts.play(state, play, now)[1]  # what follows from it counts once it has been sent
+    key = StageKey(HERE, leader)
+    return state, [SendScore([key], play, stops={key: now.known}, asked=True)]
 
 
 def _change(state: SessionState, change: Change, now: Now) -> Decided:
@@ -120,21 +122,22 @@ def _change(state: SessionState, change: Change, now: Now) -> Decided:
     if row.kept:
         state = state.keeping(change)
     elif change["type"] == "seek" and not state.played:
-        line = "nothing has been played yet: save a program before you seek"
-        return state, [Announce({"type": "warning", "message": line})]
+        return state, [warning("nothing has been played yet: save a program before you seek")]
     timed, later = change.copy(), change.copy()
     timed["at"], later["at"] = now.at, now.at + state.behind
-    acts = [Send(state.leader, timed)] if state.leader else []
-    if state.idle and row.kept:
-        acts.append(Send(state.idle, timed))  # the change holds for the next score of that stage
+    acts: list[Act] = []
+    if state.is_real or (state.idle and row.kept):  # it holds for the next score of idle robots
+        state, acts = on_hosts.change(state, timed, now)
+    if state.leader == "simulator":
+        acts = [Send(StageKey(HERE, "simulator"), timed), *acts]
     if state.twin and not row.as_sensed:
-        acts.append(Send(state.twin, later, state.behind))
-    return state, [*acts]
+        acts.append(Send(StageKey(HERE, state.twin), later, state.behind))
+    return state, acts
 
 
 def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answer) -> Decided:
     """Send a message to pages, and to those that are opened later unless it is an answer."""
     if message["type"] != "answer":
         state = state.keeping(message)
-    for_all = message["type"] == "program"
-    return state, [Send(name, for_pages(message)) for name, ready in state.stages.items() if for_all or "page" in ready]
+    to = [key for key in state.stages if key.host == HERE] if message["type"] == "program" else state.pages
+    return state, [Send(key, for_pages(message)) for key in to]

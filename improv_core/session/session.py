@@ -1,5 +1,5 @@
-"""The parent's side of stages: starts them, and carries out decisions about them (`asked`, `heard`). Standard library
-only."""
+"""The parent's side of stages: starts them, and carries out decisions about them (`on_request`, `on_report`). Standard
+library only."""
 
 from __future__ import annotations
 
@@ -7,31 +7,48 @@ import asyncio
 import math
 import secrets
 import time
-from collections.abc import Awaitable, Callable, Iterable
+from collections import deque
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, cast
 from urllib.parse import urlsplit
 
 from improv_core.ipc.stage_process import Heard, StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
-from improv_core.protocol.commands import Editing, PageRequest, Stop
-from improv_core.protocol.messages import Load, Problem, Ready, ToStage
+from improv_core.protocol.commands import Editing, Pause, Stop
+from improv_core.protocol.messages import Problem, ToStage
 from improv_core.protocol.tickets import issue
 from improv_core.safety import stage_stops
 from improv_core.safety.halts import KNOWN
 from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host, OutsideClock
-from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.session.acts import Act, Announce, Failed, HearClock, Loaded, News, Send, SendScore, StartAgain
-from improv_core.session.on_request import Decided, Now, StageRequest, asked
-from improv_core.session.on_stage_message import heard, heard_clock
-from improv_core.session.start import Options, SinkName, start_stage
-from improv_core.session.state import PlayScore, SessionState
+from improv_core.session import on_hosts
+from improv_core.session.acts import (
+    Act,
+    Announce,
+    Decided,
+    Failed,
+    HearClock,
+    Loaded,
+    News,
+    Now,
+    Send,
+    SendScore,
+    Start,
+)
+from improv_core.session.loads import Loads
+from improv_core.session.on_report import on_clock, on_close, on_report, on_time
+from improv_core.session.on_request import Request, on_request
+from improv_core.session.reaching import keep_reaching, wait_for_stages
+from improv_core.session.start import Options, RunningStage, StartStage, start_stage
+from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
+from improv_core.session.stop_line import stop_line
+from improv_core.session.together import host_of
 
 LOST = "the stage ended before it had stopped its robots"
 """The reason why another one has to stop them."""
@@ -48,25 +65,6 @@ Edit = Callable[[Editing, int], None]
 """Handles a request from a page about the program; also gets the count of stops at that moment."""
 
 
-class RunningStage(Protocol):
-    """The part of stage_process.Stage that a playback uses."""
-
-    @property
-    def ready(self) -> Ready: ...
-
-    def send(self, message: ToStage) -> None: ...
-
-    def moving(self, robots: Iterable[str]) -> list[str]:
-        """Return which of these robots move, by the latest report. Callable from any thread."""
-
-    async def close(self) -> None: ...
-
-
-Hear: TypeAlias = Callable[[RunningStage, Heard, int], None]
-Start: TypeAlias = Callable[[SinkName, Options, str, Hear, Stops], Awaitable[RunningStage | None]]
-"""The type of start.start_stage."""
-
-
 class RunningClock(Protocol):
     """The part of clock_process.ClockProcess that a playback uses."""
 
@@ -78,10 +76,11 @@ ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None
 
 
 class Playback:
-    """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
+    """Plays scores on the chosen backend: one leading stage or, on several machines, several that play as one; and if
+    these move real robots, the simulator as their twin.
 
     `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
-    `stops` and `stop`. Without `edit`, no page can change the program.
+    `stops`, `stop`, and `send`. Without `edit`, no page can edit the program.
     """
 
     def __init__(
@@ -89,7 +88,7 @@ class Playback:
         options: Options,
         listen: Callable[[News, bool], None],
         stops: Stops,
-        start: Start = start_stage,
+        start: StartStage = start_stage,
         edit: Edit | None = None,
         listen_to: ListenTo = ClockProcess,
     ) -> None:
@@ -106,13 +105,18 @@ class Playback:
         self._listen_to = listen_to
         self._clock: RunningClock | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._stages: dict[SinkName, RunningStage] = {}
-        self._written: dict[SinkName, RowsWritten] = {}  # the movements that each stage has
+        self._stages: dict[StageKey, RunningStage] = {}
+        self._loads = Loads()
+        self._asleep = 0.0  # the seconds that the machine had slept when somebody asked for the latest score
+        self._stopped: deque[Stop | Pause] = deque()  # stops and pauses that robots were sent, and nothing knows of
+        self._timer: asyncio.TimerHandle | None = None
+        self._reaching: dict[StageKey, asyncio.Task[None]] = {}  # the hosts that are tried again
+        self._ending = False
         self._opening = asyncio.Lock()
         self._show: Path | None = None  # the path with which the names of the stages' stop sockets begin
         with suppress(StopSocketError):  # then real robots have no `improv stop` either, and don't move
             self._show = new_show()
-        self._osc = OscLink(options.osc, stops, self._ask_for, self._say, show=self._show)
+        self._osc = OscLink(options.osc, stops, self.ask, self._warn, show=self._show)
         self._beginning: list[str] = []  # programs that wait for the stages to start
         self._ends = 0  # the number of times that everything had to end
         self._replacing: set[asyncio.Task[None]] = set()
@@ -145,26 +149,32 @@ class Playback:
             await self._close()
             self._hosts = hosts
             backend = self.options.backend
-            sinks: list[SinkName] = ["ros"] if backend != "sim" else []
+            outputs: list[Output] = ["ros"] if backend != "sim" else []
             if backend != "ros":
-                sinks.append("simulator")
+                outputs.append("simulator")
             elif self.options.page:
-                sinks.append("page")
-            starting = [asyncio.create_task(self._start_stage(sink)) for sink in sinks]
+                outputs.append("page")
+            away = sorted(host.name for host in hosts)
+            self.state = self.state.opening([HERE, *away] if away else [])
+            keys = [*(StageKey(HERE, output) for output in outputs), *(StageKey(host, "ros") for host in away)]
+            starting = {key: asyncio.create_task(self._start_stage(key)) for key in keys}
             try:
-                # Wait for both even if one fails, so that no stage is left running unnoticed.
-                await asyncio.wait(starting)
-                for each in starting:
-                    each.result()
-                self.state = self.state.opened(sinks)
+                # Wait for all even if one fails, so that no stage is left running unnoticed.
+                for key in await wait_for_stages(starting, lambda: bool(self.state.alive), self._warn):
+                    self._reach(key, starting[key])
+                self.state = self.state.opened(outputs)
                 if self.state.is_real and self.stops.unreachable:
                     raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
             except BaseException:
-                for each in starting:
+                for each in starting.values():
                     each.cancel()
-                await asyncio.gather(*starting, return_exceptions=True)
+                await asyncio.gather(*starting.values(), return_exceptions=True)
                 await self._close()
                 raise
+
+    def _reach(self, key: StageKey, first: asyncio.Task[bool] | None = None) -> None:
+        start = partial(self._start_stage, key)
+        self._reaching[key] = asyncio.create_task(keep_reaching(key.host, start, self._warn, first))
 
     async def play(self, play: PlayScore) -> int | None:
         """Play a program's score, and return its generation; None if a stop has come since somebody asked for it, or if
@@ -183,13 +193,24 @@ class Playback:
         if self._ends != ends:
             return None
         before = self.state.generation
-        self._do(asked(self.state, play, self._now(play.stops)))
+        self._decide(lambda state: on_request(state, play, self._now(play.stops)))
         return self.state.generation if self.state.generation != before else None
 
-    def ask(self, wish: StageRequest, stops: int = 0) -> None:
+    def ask(self, request: Request, stops: int = 0) -> None:
         """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
         after a stop since then, they don't."""
-        self._do(asked(self.state, wish, self._now(stops)))
+        self._decide(lambda state: on_request(state, request, self._now(stops)))
+
+    def send(self, message: ToStage) -> None:
+        """Send all stages of real robots a stop or a pause, on any thread, for `Stops`."""
+        timed = on_hosts.in_time(self.state, message, self._now())
+        self._stopped.append(cast(Stop | Pause, message))  # first, because an answer to an unknown stop is ignored
+        for key, stage in [*self._stages.items()]:
+            if key.output == "ros":
+                stage.send(timed)
+        if self._loop:
+            with suppress(RuntimeError):  # the loop was closed
+                self._loop.call_soon_threadsafe(self._decide, lambda state: (state, []))
 
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
@@ -209,8 +230,8 @@ class Playback:
             if not lost:
                 self._forget()
                 return
-            for name in lost:
-                self._heard(name, {"type": "gone", "message": LOST})
+            for key in lost:
+                self._hear(key, {"type": "gone", "message": LOST})
         await asyncio.gather(*self._replacing)
         if not self.state.obeys:
             robots = [robot for each in lost.values() for robot in each]
@@ -228,67 +249,64 @@ class Playback:
         self._stages.clear()
         if self._show:
             stage_stops.forget(self._show)
-        self._hear_clock(None)
-        self._do((self.state.closed(), []))
+        self._decide(lambda state: (state.closed(), [HearClock(None)]))
 
-    async def _end_stages(self) -> dict[SinkName, list[str]]:
-        """End all stages. Returns the real robots of those that were killed before they could stop them."""
+    async def _end_stages(self) -> dict[StageKey, list[str]]:
+        """End all stages. Returns the real robots of those here that were killed before they could stop them."""
+        self._ending = True
+        if self.state.is_spread:
+            self.send({"type": "stop"})
+        for each in self._reaching.values():
+            each.cancel()
+        await asyncio.gather(*self._reaching.values(), return_exceptions=True)
+        self._reaching.clear()
         stages = [*self._stages.items()]
         await asyncio.gather(*(stage.close() for _, stage in stages))
+        self.stops.discard(self)
         for _, stage in stages:
             self.stops.discard(stage)
-        return {name: robots for name, stage in stages if (robots := self._moving(stage))}
+        self._ending = False
+        if self.state.is_spread:
+            self._decide(on_close)
+            return {}
+        return {key: robots for key, stage in stages if (robots := self._moving(key, stage))}
 
     def stop(self, stop: Stop) -> str:
         """Obey `improv stop`, on any thread. Returns the line of the answer."""
         asked, state = stop.get("at"), self.state
         was_on = state.is_on or (asked is not None and self._went_off >= asked)  # stages may have obeyed it by now
-        moving = [robot for stage in [*self._stages.values()] for robot in self._moving(stage)]
-        names = [name for name in (self.begins_with, *self._beginning) if name][-1:]
+        moving = [robot for key, stage in [*self._stages.items()] for robot in self._moving(key, stage)]
+        begins = [name for name in (self.begins_with, *self._beginning) if name][-1:]
         self.stops.stop(stop)
-        lost = state.real is not None and not state.obeys
-        if state.played and (was_on or moving or lost):
-            names = [state.played.name]
-        if not names:
-            return IDLE
-        if self._loop:
+        line = stop_line(state, begins, len(moving), was_on)
+        if line != IDLE and self._loop:
             with suppress(RuntimeError):  # the loop has been closed
-                line: News = {"type": "warning", "message": "stopped by `improv stop`"}
-                self._loop.call_soon_threadsafe(self._listen, line, True)
-        if lost:
-            return f"{names[0]}: robots may still be moving, since their stage has failed: look at them"
-        if not (was_on or moving):
-            return f"stopped {names[0]} before it began"
-        if not moving:  # how many moved when somebody asked is not known
-            return f"stopped {names[0]} on {state.status}"
-        count = "1 robot was" if len(moving) == 1 else f"{len(moving)} robots were"
-        return f"stopped {names[0]} on {state.status}: {count} moving"
+                self._loop.call_soon_threadsafe(self._warn, "stopped by `improv stop`")
+        return line
 
-    def _moving(self, stage: RunningStage) -> list[str]:
+    def _moving(self, key: StageKey, stage: RunningStage) -> list[str]:
         """Return the real robots that a stage moves, by its reports and not by its score; also those that it moved when
         it was killed."""
-        played = self.state.played
-        return stage.moving(played.score.moving().parts if played and stage.ready["real"] else ())
+        state = self.state
+        robots = state.played.score.moving().parts if state.played and key.output == "ros" else ()
+        return stage.moving(robot for robot in robots if host_of(state, robot) == key.host)
 
-    def _now(self, stops: int) -> Now:
-        return Now(time.monotonic(), stops, self.stops.pressed)
+    def _now(self, stops: int = 0) -> Now:
+        return Now(time.monotonic(), time.time(), stops, self.stops.pressed, self.stops.known)
 
-    def _ask_for(self, request: PageRequest, stops: int) -> None:
-        """Obey an OSC message as if it were a page's request."""
-        self._do(asked(self.state, request, self._now(stops)))
-
-    def _say(self, line: str) -> None:
+    def _warn(self, line: str) -> None:
         self._listen({"type": "warning", "message": line}, True)
 
-    def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
-        if message["type"] == "pressed":
-            self.stops.pressed = message
-            asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
-        else:
-            self._heard(name, message, stops)
+    def _hear(self, key: StageKey, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+        if message["type"] == "gone" and self.state.is_spread and key.output == "ros":
+            self._stages.pop(key, None)
+        self._decide(lambda state: on_report(state, key, message, self._now(stops)))
 
-    def _heard(self, name: SinkName, message: Heard | Loaded | Failed, stops: int = 0) -> None:
-        self._do(heard(self.state, name, message, self._now(stops)))
+    def _decide(self, decide: Callable[[SessionState], Decided]) -> None:
+        """Decide about something, after the stops and pauses that came before it."""
+        while self._stopped:
+            self._do(on_request(self.state, self._stopped.popleft(), self._now()))
+        self._do(decide(self.state))
 
     def _do(self, decided: Decided) -> None:
         was_on = self.state.is_on
@@ -298,101 +316,110 @@ class Playback:
         (self._still.set if self.state.still else self._still.clear)()
         for act in acts:
             self._do_one(act)
+        if self._timer:
+            self._timer.cancel()
+            self._timer = None
+        at = on_hosts.due(self.state, self._now()) if self.state.is_spread else math.inf
+        if at < math.inf:
+            wake = partial(self._decide, lambda state: on_time(state, self._now()))
+            self._timer = asyncio.get_running_loop().call_at(at, wake)
 
     def _do_one(self, act: Act) -> None:
         match act:
-            case Send(name, message, after, unless):
+            case Send(to, message, after, unless):
+                if not (stage := self._stages.get(to)):
+                    return
                 if unless is not None:
-                    self.stops.send(message, self._stages[name], unless)
+                    self.stops.send(message, stage, unless)
                 elif after:
-                    asyncio.get_running_loop().call_later(after, self._stages[name].send, message)
+                    asyncio.get_running_loop().call_later(after, stage.send, message)
                 else:
-                    self._stages[name].send(message)
+                    stage.send(message)
             case SendScore():
                 self._send_score(act)
             case Announce(news, leads, stops):
-                if news["type"] == "editing":
-                    if self._edit:
-                        self._edit(news, stops)
-                    return
-                if leads and (news["type"] == "transport" or news["type"] == "sensed" or news["type"] == "armed"):
-                    self._osc.tell(news)
-                self._listen(news, leads)
-            case StartAgain(name):
-                task = asyncio.create_task(self._start_again(name))
+                self._tell(news, leads, stops)
+            case Start(key) if self.state.is_spread and key.output == "ros":
+                if not self._ending:
+                    self._reach(key)
+            case Start(key):
+                task = asyncio.create_task(self._start_again(key))
                 self._replacing.add(task)
                 task.add_done_callback(self._replacing.discard)
             case HearClock(clock, tempo):
-                self._hear_clock(clock, tempo)
+                if self._clock:
+                    self._clock.close()
+                hear: Callable[[HeardClock], None] = lambda message: self._decide(  # noqa: E731
+                    lambda state: on_clock(state, message, self._now())
+                )
+                self._clock = self._listen_to(clock, tempo, hear) if clock else None
 
-    def _hear_clock(self, clock: OutsideClock | None, tempo: float = 0.0) -> None:
-        """Listen to a clock of music, and no longer to another one."""
-        if self._clock:
-            self._clock.close()
-        self._clock = None
-        if clock:
-            self._clock = self._listen_to(clock, tempo, lambda message: self._do(heard_clock(self.state, message)))
+    def _tell(self, news: News | Editing, leads: bool, stops: int) -> None:
+        if news["type"] == "pressed":
+            self.stops.pressed = news
+            asyncio.get_running_loop().call_later(KNOWN, self.stops.know, news["count"])
+        elif news["type"] == "editing":
+            if self._edit:
+                self._edit(news, stops)
+        else:
+            if leads and (news["type"] == "transport" or news["type"] == "sensed" or news["type"] == "armed"):
+                self._osc.tell(news)
+            self._listen(news, leads)
 
     def _send_score(self, act: SendScore) -> None:
-        name, play, stage = act.name, act.play, self._stages[act.name]
-        written = self._written[name] = RowsWritten() if act.whole else self._written[name].renewed()
-        load: Load = {
-            "type": "load",
-            "generation": play.generation,
-            "score": to_json(play.score, written),
-            "when": play.when,
-            "backend": self.state.status,
-            "beats_per_bar": play.beats_per_bar,
-        }
-        if act.entry:
-            load["entry"] = act.entry
+        act = replace(act, to=[key for key in act.to if key in self._stages])
+        loads = [(self._stages[key], load) for key, load in self._loads.of(self.state, act).items()]
         if not act.asked:
-            stage.send(load)
-            return
-        load["stops"] = self.stops.known  # if the number has changed since somebody asked for it, it is not sent
-        if play.senses is not None:
-            load["senses"] = play.senses
-        if play.anyway:
-            load["anyway"] = True
-        if play.arming is not None:
-            load["arming"] = play.arming
-        if play.by:
-            load["by"] = play.by
-        if self.stops.send(load, stage, play.stops):
-            self._osc.plays(play.score, play.generation)
-            self._heard(name, {"type": "loaded", "play": play})
+            for stage, load in loads:
+                if act.stops:  # it joins: somebody has asked for this before
+                    load["asleep"] = self._asleep
+                stage.send(load)
+        elif self.stops.send_all(loads, act.play.stops):
+            self._asleep = next((load["asleep"] for _, load in loads), self._asleep)
+            self._osc.plays(act.play.score, act.play.generation)
+            self._hear(StageKey(HERE, self.state.leader or "ros"), {"type": "loaded", "play": act.play})
         else:
-            self._written[name] = RowsWritten()  # the stage lacks this score
+            self._loads.forget(act.to)  # they lack this score
 
-    async def _start_stage(self, name: SinkName) -> bool:
+    async def _start_stage(self, key: StageKey) -> bool:
         """Start a stage. Returns whether there is one."""
-        hosts = sorted(self._hosts, key=lambda host: host.name)
-        options = replace(self.options, port=self._port, hosts=hosts, show=self._show)
-        if self._show and not self.state.halts(name):
-            stage_stops.forget(self._show, name)
-        stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
+        host = next((host for host in self._hosts if host.name == key.host), None)
+        # With hosts, robots may all be elsewhere: then it doesn't matter if there is no ROS here.
+        backend = "auto" if self._hosts else self.options.backend
+        options = replace(self.options, backend=backend, port=self._port, host=host, show=self._show)
+        dead = self.state.stages.get(key)
+        if self._show and not (dead and dead.died_moving):
+            stage_stops.forget(self._show, key.host or key.output)
+        stage = await self._start(
+            key.output, options, self._token, lambda _, heard, stops: self._hear(key, heard, stops), self.stops
+        )
         if not stage:
             return False
         if "page" in stage.ready:
             # Reuse the port, so a restarted stage serves the pages that are already open.
             self._port = urlsplit(stage.ready["page"]).port or 0
-        if dead := self._stages.get(name):
-            self.stops.discard(dead)  # not before: until then, no stage reports that its robots stand
-        self._stages[name], self._written[name] = stage, RowsWritten()
-        self._heard(name, stage.ready)
-        self.stops.add(stage, real=stage.ready["real"])
+        if before := self._stages.get(key):
+            self.stops.discard(before)
+        self._stages[key] = stage
+        self._loads.forget([key])
+        self._hear(key, stage.ready)
+        if key.output == "ros":
+            self.stops.add(self, real=True)  # until the end: while none moves them, no stage reports that robots stand
+        else:
+            self.stops.add(stage)
         return True
 
-    async def _start_again(self, name: SinkName) -> None:
+    async def _start_again(self, key: StageKey) -> None:
         async with self._opening:
-            if name not in self.state.gone:
+            dead = self.state.stages.get(key)
+            if not dead or dead.alive:
                 return
             why = "no Python has rclpy"
             try:
-                found = await self._start_stage(name)
+                found = await self._start_stage(key)
             except StageError as error:
                 found, why = False, str(error)
             if not found:
-                self._heard(name, {"type": "failed", "message": why})
+                self._hear(key, {"type": "failed", "message": why})
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._still.wait(), HALT_LIMIT)

@@ -5,30 +5,26 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Protocol, TypeAlias
 
-from improv_core.ipc.stage_process import Hear, Heard, Stage, StageError
+from improv_core.ipc.stage_process import Heard, Stage, StageError
 from improv_core.music.osc_link import Reach
 from improv_core.protocol.limits import FOLDER, STOP_SOCKETS
-from improv_core.safety import stage_stops
+from improv_core.protocol.messages import Ready, ToStage
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host
-from improv_core.session.group.multi_host_stage import MultiHostStage
-from improv_core.session.group.state import HERE
+from improv_core.session.state import Output
 
 REMOTE = FOLDER.parent / "hosts"
 """The path that Python gets to run a link to another machine."""
 PAGE = FOLDER.parent / "page"
 """The path that Python gets to run the page's server."""
-SinkName = Literal["simulator", "ros", "page"]
-"""The stages of a session. `page` only shows what the others play."""
 FindPython = Callable[[str | None], "RosPython | None"]
 """Finds a Python with rclpy, given the setting; None if there is none. Called on a thread. Raises StageError if the
 user named one that can't be used."""
-HearAny = Callable[[Stage | MultiHostStage, Heard, int], None]
 
 
 class RosPython(Protocol):
@@ -49,9 +45,9 @@ class Options:
     Python with rclpy. `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own,
     after `--ros-args`. With `report_sent`, stages report every velocity they send. With `page`, real robots have one
     even without the simulator. `takes_start_poses` is for a listener that handles `place` requests: only then does the
-    page have start poses written into the program. `hosts` are machines that have a stage of their own. `osc` has the
-    addresses for OSC messages. `show` is the path with which the names of the stages' stop sockets begin; without it,
-    they have none.
+    page have start poses written into the program. `host` is the machine of a stage, if it isn't this one. `osc` has
+    the addresses for OSC messages. `show` is the path with which the names of the stages' stop sockets begin; without
+    it, they have none.
     """
 
     backend: str = "auto"
@@ -65,42 +61,49 @@ class Options:
     takes_start_poses: bool = False
     node: str | None = None
     ros_arguments: Sequence[str] = ()
-    hosts: Sequence[Host] = ()
+    host: Host | None = None
     osc: Reach = "here"
     show: Path | None = None
 
 
-async def start_stage(
-    sink: SinkName, options: Options, token: str, hear: HearAny, stops: Stops
-) -> Stage | MultiHostStage | None:
+class RunningStage(Protocol):
+    """The part of stage_process.Stage that a playback uses."""
+
+    @property
+    def ready(self) -> Ready: ...
+
+    def send(self, message: ToStage) -> None: ...
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """Return which of these robots move, by the latest report. Callable from any thread."""
+
+    async def close(self) -> None: ...
+
+
+Hear: TypeAlias = Callable[[RunningStage, Heard, int], None]
+StartStage: TypeAlias = Callable[[Output, Options, str, Hear, Stops], Awaitable[RunningStage | None]]
+"""The type of `start_stage`."""
+
+
+async def start_stage(output: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Stage | None:
     """Start a stage and return it when it is ready. `token` opens the page. Raises StageError.
 
-    Real robots have several stages if some have hosts. None if the backend is auto and no Python has rclpy.
+    None if it is that of real robots here, the backend is auto, and no Python has rclpy.
     """
-    if sink != "ros":
-        simulating = ["--simulate", *_reporting(options)] if sink == "simulator" else []
-        taking = ["--takes-start-poses"] if options.takes_start_poses else []
-        arguments = [*simulating, "--port", str(options.port), *taking]
-        env = {**_with_sockets(os.environ, options), "IMPROV_PAGE_TOKEN": token}
-        return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
-    if not options.hosts:
-        return await _start_here(options, hear, stops, needed=options.backend != "auto")
-
-    async def start_member(host: str, hear_member: Hear) -> Stage | None:
-        if host == HERE:
-            return await _start_here(options, hear_member, stops, needed=False)
-        named = next(each for each in options.hosts if each.name == host)
-        return await _start_there(named, options, hear_member, stops)
-
-    def forget(host: str) -> None:
-        if options.show:
-            stage_stops.forget(options.show, host or stage_stops.HERE)
-
-    return await MultiHostStage.start([HERE, *(host.name for host in options.hosts)], start_member, hear, forget)
+    if output == "ros":
+        starting = (
+            _start_there(options.host, options, hear, stops) if options.host else _start_here(options, hear, stops)
+        )
+        return await starting
+    simulating = ["--simulate", *_reporting(options)] if output == "simulator" else []
+    taking = ["--takes-start-poses"] if options.takes_start_poses else []
+    arguments = [*simulating, "--port", str(options.port), *taking]
+    env = {**_with_sockets(os.environ, options), "IMPROV_PAGE_TOKEN": token}
+    return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
 
 
-async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: bool) -> Stage | None:
-    """Return the stage of the robots that this machine moves; None if it isn't needed and no Python has rclpy."""
+async def _start_here(options: Options, hear: Hear, stops: Stops) -> Stage | None:
+    """Return the stage of the robots that this machine moves."""
     if options.find_python and (found := await asyncio.to_thread(options.find_python, options.ros_python)):
         discovery = ["--discovery", options.discovery] if options.discovery else []
         alone = [] if options.standby else ["--no-standby"]
@@ -109,7 +112,7 @@ async def _start_here(options: Options, hear: Hear, stops: Stops, *, needed: boo
         arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
         env = _with_sockets(found.env, options)
         return await Stage.start([found.python, str(FOLDER), *arguments], env, hear, stops)
-    if not needed:
+    if options.backend == "auto":
         return None
     raise StageError(
         "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "

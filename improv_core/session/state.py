@@ -3,9 +3,12 @@ only."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple
 
+from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import (
     Automation,
     Cue,
@@ -19,16 +22,64 @@ from improv_core.protocol.commands import (
     Speed,
 )
 from improv_core.protocol.editing import ProgramSource
-from improv_core.protocol.messages import Arming, ProgramMessage, Ready, Sensed, TransportMessage, When
+from improv_core.protocol.messages import (
+    Arming,
+    MisplacedRobot,
+    Pressed,
+    ProgramMessage,
+    Ready,
+    SeenRobot,
+    Sensed,
+    TransportMessage,
+    When,
+)
+from improv_core.score.outside_clock import Following
 from improv_core.score.score import OutsideClock, Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session.part_versions import PartVersions
-from improv_core.session.start import SinkName
 
+HERE = ""
+"""The host of this machine."""
+Output = Literal["simulator", "ros", "page"]
+"""The outputs of stages. `page` only shows what the others play, and `ros` moves real robots."""
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force | OscSense
 """The changes that people can make to playback, apart from stopping, pausing, and resuming it."""
 Kept = Change | ProgramMessage | ProgramSource
 """The messages that stages that start later need, too."""
+Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
+"""`gathering` until all are ready for beat 0, `armed` while that waits for a person or a time, and `unplaced` if a
+robot that is not in its place has prevented it."""
+
+
+class StageKey(NamedTuple):
+    """A stage: its machine, and its output. Only real robots have stages on hosts, too."""
+
+    host: str
+    output: Output
+
+
+@dataclass(frozen=True, slots=True)
+class StageState:
+    """A stage, by its reports.
+
+    `ready` is its first message (None: it has yet to start), and `transport` its latest position. It is `armed` if it
+    is ready for beat 0, and a message takes at most `lag` seconds to reach it. `misplaced` are its robots that are not
+    in their places. It `may_move` until it has confirmed a stop. If it `died_moving`, its robots may move until another
+    one has stopped them; that one `only_halts` until it is sent a score to play. `pressed` is its latest report about
+    emergency stops, and `vitals` are the states of its robots.
+    """
+
+    ready: Ready | None = None
+    alive: bool = True
+    armed: bool = False
+    transport: TransportMessage | None = None
+    lag: float = 0.0
+    misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
+    may_move: bool = False
+    died_moving: bool = False
+    only_halts: bool = False
+    vitals: Mapping[str, Any] = field(default_factory=dict)
+    pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,24 +108,38 @@ class PlayScore:
 
 @dataclass(frozen=True, slots=True)
 class SessionState:
-    """The stages, and what they play. Only `asked`, `heard`, and the code that starts and ends stages make the next
-    one.
+    """The stages, and what they play. Only `on_request`, `on_report`, `waited`, and the code that starts and ends
+    stages make the next one.
 
-    `stages` are those that have started, by name, and `gone` are those of them that have died. One is the `leader`; all
-    others follow from that. `played` is the score that Restart plays again, and `latest` is the same if stages may
-    still need it: once one has died, they don't. `entered` is the first message about its playing, and `behind` the
+    The stages of one output is the `leader`; all others follow from that. `played` is the score that Restart plays
+    again, and `latest` is the same if stages may still need it: once one has died, they don't. `moving` is the latest
+    score that real robots were sent. `entered` is the first message about the playing of `latest`, and `behind` the
     seconds by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
-    leader. `halting` is a new stage that only has to stop the robots of a dead one, and `still` is true once they
-    stand. `idle_score` is the latest score of an idle stage's robots.
+    leader. `unobeyed` are the stops of pages, each with the hosts of real robots that have yet to obey it. `clock` is
+    the clock of music that the session listens to.
+
+    If real robots have stages on several machines, these play as one in a `mode`. `paused_by` are the hosts whose
+    stages have paused by themselves; the latest pause began with the one that `paused_first`. Those that are `joining`
+    have yet to be sent the score of the others. Those that are `entering` have been sent that score, of this
+    generation, and have yet to report that they play it. They play `since` a monotonic time: reports of a pause before
+    that are old. From `drifts` on, in monotonic seconds, their clocks may have drifted apart. Once it `settles`, in
+    monotonic seconds, the results of all requests to them are known. `unconfirmed_at` is the monotonic time at which a
+    line names the stages that have not confirmed a stop. `presses` has, for each total count of presses, the count of
+    each stage. `seen` are robots whose poses stages elsewhere have yet to get, from `passes_on` on, in monotonic
+    seconds.
+
+    Such stages don't follow a clock of music by themselves: all are `following` it together. `bent` is the latest bend
+    that they were sent, and from `looks` on they may be sent another one. They begin or continue when it `enters`, in
+    monotonic seconds, at the beat `enters_at`. A pause during which it `stands` ends when it continues.
     """
 
-    stages: Mapping[SinkName, Ready] = field(default_factory=dict)
-    gone: frozenset[SinkName] = frozenset()
-    leader: SinkName | None = None
+    stages: Mapping[StageKey, StageState] = field(default_factory=dict)
+    leader: Output | None = None
     is_on: bool = False
     """True if something plays, or is about to."""
     played: PlayScore | None = None
     latest: PlayScore | None = None
+    moving: PlayScore | None = None
     generation: int = 0
     editions: PartVersions = field(default_factory=PartVersions)
     entered: TransportMessage | None = None
@@ -82,64 +147,108 @@ class SessionState:
     waits_for: Sequence[str] = ()
     why_still: str = ""
     """The reason why real robots stand, for pages."""
-    armed: bool = False
-    """True if the leader waits for nothing but a person, or its time."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
-    halting: SinkName | None = None
-    still: bool = True
-    unobeyed: frozenset[str] = frozenset()
-    """The marks of pages' stops that the stage of real robots has yet to obey."""
-    idle_score: Score | None = None
+    unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     clock: OutsideClock | None = None
-    """The clock of music that the session follows."""
+
+    mode: Mode = "stopped"
+    paused_by: frozenset[str] = frozenset()
+    paused_first: str | None = None
+    since: float = -math.inf
+    drifts: float = math.inf
+    settles: float = -math.inf
+    joining: frozenset[str] = frozenset()
+    entering: Mapping[str, int] = field(default_factory=dict)
+    unconfirmed_at: float = math.inf
+    presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    seen: Mapping[str, SeenRobot] = field(default_factory=dict)
+    passes_on: float = -math.inf
+
+    following: Following | None = None
+    bent: BendMessage | None = None
+    looks: float = -math.inf
+    enters: float = math.inf
+    enters_at: float = 0.0
+    stands: bool = False
 
     @property
-    def twin(self) -> SinkName | None:
+    def twin(self) -> Output | None:
         """The simulator, alongside real robots."""
-        others = (name for name in self.stages if name not in (self.leader, "page"))
-        return next((name for name in others if not self.stages[name]["real"]), None)
+        return "simulator" if self.leader != "simulator" and StageKey(HERE, "simulator") in self.stages else None
 
     @property
-    def onlooker(self) -> SinkName | None:
+    def onlooker(self) -> StageKey | None:
         """The stage whose page shows what the leading one reports: the twin, or a page without a simulator."""
-        others = (name for name in self.stages if name != self.leader)
-        return next((name for name in others if "page" in self.stages[name]), None)
+        return next((key for key in self.pages if key.output != self.leader), None)
 
     @property
-    def idle(self) -> SinkName | None:
-        """The stage of real robots, while the simulator plays alone."""
-        return next((name for name, ready in self.stages.items() if name != self.leader and ready["real"]), None)
+    def idle(self) -> Output | None:
+        """The output to real robots, while the simulator plays alone."""
+        return self.real if self.leader != "ros" else None
 
     @property
-    def real(self) -> SinkName | None:
-        """The stage of real robots."""
-        return next((name for name, ready in self.stages.items() if ready["real"]), None)
+    def real(self) -> Output | None:
+        """The output to real robots."""
+        return "ros" if any(stage.ready for stage in self.robots.values()) else None
+
+    @property
+    def robots(self) -> dict[str, StageState]:
+        """The stages of real robots, by their hosts."""
+        return {key.host: stage for key, stage in self.stages.items() if key.output == "ros"}
+
+    @property
+    def alive(self) -> list[str]:
+        """The hosts whose stages of real robots are alive; this machine is the first one."""
+        return sorted(host for host, stage in self.robots.items() if stage.alive)
+
+    @property
+    def is_spread(self) -> bool:
+        """True if real robots have stages on several machines."""
+        return any(key.host != HERE for key in self.stages)
+
+    @property
+    def pages(self) -> list[StageKey]:
+        """The stages that have pages."""
+        return [key for key, stage in self.stages.items() if stage.ready and "page" in stage.ready]
+
+    @property
+    def still(self) -> bool:
+        """True unless a new stage has yet to stop the robots of a dead one."""
+        return not any(stage.alive and stage.died_moving for stage in self.stages.values())
 
     @property
     def obeys(self) -> bool:
         """True if real robots stand once their stage reports it: it isn't one that still stops those of a dead one."""
-        return self.real is not None and self.real not in self.gone and self.still
+        return bool(self.alive) and self.still
 
     @property
     def is_open(self) -> bool:
         """True if all stages run that are needed to play."""
-        return self.leader is not None and not self.gone
+        return self.leader is not None and not any(self.is_gone(key.output) for key in self.stages)
 
     @property
     def is_real(self) -> bool:
         """True if real robots play."""
-        return self.leader is not None and self.stages[self.leader]["real"]
+        return self.leader == "ros"
+
+    @property
+    def armed(self) -> bool:
+        """True if the leader waits for nothing but a person, or its time."""
+        if self.is_real and self.mode in ("gathering", "armed"):
+            return self.mode == "armed"
+        return any(stage.armed for key, stage in self.stages.items() if key.output == self.leader)
 
     @property
     def status(self) -> str:
         """The backend in words."""
-        about = self.stages[self.leader]["sink"] if self.leader else "nothing"
-        return f"{about}, with the simulator alongside" if self.leader and self.twin else about
+        ready = [(key.host, stage.ready) for key, stage in self.stages.items() if key.output == self.leader]
+        about = "; ".join(f"{each['sink']} on {host}" if host else each["sink"] for host, each in ready if each)
+        return f"{about}, with the simulator alongside" if self.leader and self.twin else about or "nothing"
 
     @property
     def page(self) -> str | None:
         """The address of the simulator's page."""
-        return next((ready["page"] for ready in self.stages.values() if "page" in ready), None)
+        return next((ready["page"] for key in self.pages if (ready := self.stages[key].ready)), None)
 
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
@@ -153,23 +262,36 @@ class SessionState:
         """Return it with a robot that stands because of a fault: the robot is muted until somebody unmutes it."""
         muted, soloed = self.silenced
         silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
-        return replace(self, kept={**self.kept, "silence": silence})
+        return self.keeping(silence)
 
-    def halts(self, name: SinkName) -> bool:
-        """Return whether a new stage has to stop the robots of a dead one first."""
-        return name in self.gone and name not in (self.twin, "page") and bool(self.editions.sent or self.idle_score)
+    def is_gone(self, output: Output) -> bool:
+        """Return whether no stage of an output is alive."""
+        return not any(stage.alive for key, stage in self.stages.items() if key.output == output)
 
-    def leads(self, name: SinkName) -> bool:
-        """Return whether this stage's reports count for all."""
-        return name == self.leader and name not in self.gone
+    def halts(self, key: StageKey) -> bool:
+        """Return whether a new stage has to stop the robots of a dead one first. If others play, it joins them."""
+        before = self.stages.get(key)
+        return before is not None and before.died_moving and self.mode == "stopped"
+
+    def leads(self, output: Output) -> bool:
+        """Return whether the reports of an output's stages count for all."""
+        return output == self.leader and not self.is_gone(output)
 
     def keeping(self, message: Kept) -> SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
-    def opened(self, names: Iterable[SinkName]) -> SessionState:
+    def opening(self, hosts: Iterable[str]) -> SessionState:
+        """Return it before the stages start, also those of these hosts."""
+        stages = {StageKey(host, "ros"): StageState(alive=False) for host in hosts}
+        return replace(self, stages={**self.stages, **stages})
+
+    def opened(self, outputs: Iterable[Output]) -> SessionState:
         """Return it after all stages that could be started have been: the first one of these leads."""
-        return replace(self, leader=next(name for name in names if name in self.stages))
+        return replace(self, leader=next(output for output in outputs if not self.is_gone(output)))
 
     def closed(self) -> SessionState:
         """Return it after all stages have ended. People's settings stay."""
         return SessionState(played=self.played, generation=self.generation, editions=self.editions, kept=self.kept)
+
+    def with_stage(self, key: StageKey, **changes: Any) -> SessionState:
+        return replace(self, stages={**self.stages, key: replace(self.stages[key], **changes)})

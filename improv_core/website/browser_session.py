@@ -26,8 +26,8 @@ from improv_core.protocol.editing import Analyze, EditorAnswer, Write
 from improv_core.robots.config import FILE_NAME, Robots, read_robots
 from improv_core.safety.stops import Stops
 from improv_core.session.session import Playback
-from improv_core.session.start import Options, SinkName
-from improv_core.session.state import PlayScore
+from improv_core.session.start import Options
+from improv_core.session.state import Output, PlayScore
 from improv_core.slices import on_checkpoint
 from improv_core.website.in_process_stage import Hear, InProcessStage
 
@@ -116,7 +116,7 @@ class BrowserBackend:
     def _command(self, command: PageRequest) -> None:
         self._stage.tell({"type": "request", "command": command})
 
-    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> InProcessStage:
+    async def _start(self, sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> InProcessStage:
         self._stage = InProcessStage(self._simulator, self._broadcast, hear, stops)
         return self._stage
 

@@ -19,6 +19,7 @@ import pytest
 from improv_core.classroom.children import Children, ChildrenError
 from improv_core.classroom.connections import MOST_OF_ONE
 from improv_core.ipc.stage_process import Stage
+from improv_core.session.state import HERE, StageKey
 from tests.classroom.conftest import Running
 from tests.classroom.test_class import WORST, a_class, make_site
 
@@ -121,7 +122,7 @@ def test_a_class_continues_when_its_stage_ends() -> None:
             performing = pages.held._performing
             await pages.send(await pages.join("Ada"), "r $ repeat forward")
             await pages.hear(lambda message: message["type"] == "child" and message["ok"])
-            stage = performing.playback._stages["simulator"]
+            stage = performing.playback._stages[StageKey(HERE, "simulator")]
             assert isinstance(stage, Stage)
             stage._child.kill()
             async with asyncio.timeout(LIMIT):

@@ -21,7 +21,8 @@ from improv_core.program.analysis import analyze
 from improv_core.protocol.messages import State, ToStage
 from improv_core.safety.stops import Stops
 from improv_core.session.session import Playback
-from improv_core.session.start import Options, SinkName
+from improv_core.session.start import Options
+from improv_core.session.state import Output
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, Ended, playing, run, written
 from tests.session.fakes import Fake, Hear
 
@@ -51,7 +52,7 @@ def test_the_exit_code_tells_how_it_ended(
             for state in told:
                 self.tell(state, 1.0)
 
-    async def start(sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Robots:
+    async def start(sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Robots:
         return Robots(sink, options, hear, stops)
 
     monkeypatch.setattr(terminal, "Playback", partial(Playback, start=start))

@@ -196,7 +196,7 @@ PLAYBACK = (
         "a stage whose parent hangs at once never expects a ping, and moves robots on",
     ),
     Fault(
-        "session/on_stage_message.py",
+        "session/on_report.py",
         '    if mode == "stopped":\n        return state, [*_to(state.twin, stop_of(transport)), *acts]\n',
         "",
         "the simulated robots dance on when the real ones were stopped",
@@ -209,7 +209,7 @@ PLAYBACK = (
     ),
     Fault(
         "session/session.py",
-        "        else:\n            self._written[name] = RowsWritten()  # the stage lacks this score\n",
+        "        else:\n            self._loads.forget(act.to)  # they lack this score\n",
         "",
         "a stage is sent a score that builds on one that it never got",
     ),

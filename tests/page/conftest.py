@@ -31,9 +31,9 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
-from improv_core.session.session import Playback, Start
-from improv_core.session.start import Options, start_stage
-from improv_core.session.state import PlayScore
+from improv_core.session.session import Playback
+from improv_core.session.start import Options, StartStage, start_stage
+from improv_core.session.state import HERE, PlayScore, StageKey
 from tests.needs import need
 from tests.open_page import CALMLY
 from tests.session import story
@@ -112,7 +112,7 @@ class Show:
     The stage is a process, unless it is started otherwise.
     """
 
-    def __init__(self, start: Start = start_stage) -> None:
+    def __init__(self, start: StartStage = start_stage) -> None:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
@@ -130,7 +130,7 @@ class Show:
 
     def tell(self, message: ToStage) -> None:
         """Send the stage a message, as if a stage of real robots led."""
-        self._playback._stages["simulator"].send(message)
+        self._playback._stages[StageKey(HERE, "simulator")].send(message)
 
     @property
     def url(self) -> str:
@@ -147,7 +147,7 @@ class Show:
     @property
     def stage(self) -> int:
         """The number of the process that plays, if it is one."""
-        stage = self._playback._stages["simulator"]
+        stage = self._playback._stages[StageKey(HERE, "simulator")]
         assert isinstance(stage, Stage)
         return stage._child.pid
 

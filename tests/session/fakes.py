@@ -14,9 +14,9 @@ from improv_core.protocol.messages import FromStage, Load, Ready, State, ToStage
 from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock
 from improv_core.session.acts import News
-from improv_core.session.session import Playback, RunningStage
-from improv_core.session.start import Options, SinkName
-from improv_core.session.state import PlayScore
+from improv_core.session.session import Playback
+from improv_core.session.start import Options, RunningStage
+from improv_core.session.state import Output, PlayScore
 from tests.session.story import DANCE, at
 
 LIMIT = 60.0
@@ -26,7 +26,7 @@ Hear = Callable[[RunningStage, Heard, int], None]
 
 
 class Fake:
-    def __init__(self, sink: SinkName, options: Options, hear: Hear, stops: Stops) -> None:
+    def __init__(self, sink: Output, options: Options, hear: Hear, stops: Stops) -> None:
         self._hear = hear
         self._stops = stops
         self.sink = sink
@@ -93,7 +93,7 @@ class Fakes:
         self.edits: list[tuple[Editing, int]] = []
         self.clocks: list[FakeClock] = []
         self.fails: set[str] = set()
-        self.held: set[SinkName] = set()  # these stages only start
+        self.held: set[Output] = set()  # these stages only start
         self.released = asyncio.Event()  # once this is set
         self.stops = Stops()
         self.playback = Playback(
@@ -111,7 +111,7 @@ class Fakes:
         self.clocks.append(FakeClock(clock, tempo, hear))
         return self.clocks[-1]
 
-    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
+    async def _start(self, sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
         if sink in self.held:
             await self.released.wait()
         if sink in self.fails:
@@ -126,7 +126,7 @@ class Fakes:
 
         await asyncio.wait_for(look(), LIMIT)
 
-    def latest(self, sink: SinkName) -> Fake:
+    def latest(self, sink: Output) -> Fake:
         return next(stage for stage in reversed(self.stages) if stage.sink == sink)
 
     async def begin(self) -> int | None:

@@ -11,14 +11,13 @@ from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest, Watched
 from improv_core.protocol.messages import Pressed, Ready, State, ToStage, TransportMessage
 from improv_core.score.score import Score
-from improv_core.session.acts import Act, Announce, Failed, HearClock, Send, SendScore, StartAgain
-from improv_core.session.on_request import Now, StageRequest, asked
-from improv_core.session.on_stage_message import heard
-from improv_core.session.start import SinkName
-from improv_core.session.state import PlayScore, SessionState
+from improv_core.session.acts import Act, Announce, Failed, HearClock, Now, Send, SendScore, Start
+from improv_core.session.on_report import on_report
+from improv_core.session.on_request import StageRequest, on_request
+from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
 
 DANCE = score_of(analyze("r $ repeat forward\n"))
-READY: Mapping[SinkName, Ready] = {
+READY: Mapping[Output, Ready] = {
     "ros": {"type": "ready", "protocol": 3, "sink": "ROS 2", "real": True},
     "simulator": {"type": "ready", "protocol": 3, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
     "page": {"type": "ready", "protocol": 3, "sink": "page", "real": False, "page": "http://127.0.0.1:8123/"},
@@ -28,7 +27,7 @@ FAILED: Failed = {"type": "failed", "message": "no ROS"}
 NOW = 1000.0
 """The time of all requests."""
 
-From = tuple[SinkName, Heard | Failed]
+From = tuple[Output, Heard | Failed]
 """A message of a stage; its start, or its end; or that it could not be started."""
 Event = From | PlayScore | StageRequest | PageRequest | Watched
 
@@ -62,7 +61,7 @@ def at(state: State, generation: int, beat: float = 0.0, monotonic: float = 500.
 class Story:
     """A session from when its stages have started. `acts` are those that followed from the latest event."""
 
-    def __init__(self, *names: SinkName) -> None:
+    def __init__(self, *names: Output) -> None:
         self.state = SessionState()
         self.acts: list[Act] = []
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
@@ -70,21 +69,21 @@ class Story:
 
     def __call__(self, event: Event, stops: int = 0) -> list[str]:
         """Return the acts that follow from an event, in words. Scores to send are sent."""
-        now = Now(NOW, stops, self.pressed)
+        now = Now(NOW, stops=stops, pressed=self.pressed)
         if isinstance(event, tuple):
             name, message = event
-            self.state, self.acts = heard(self.state, name, message, now)
+            self.state, self.acts = on_report(self.state, StageKey(HERE, name), message, now)
         else:
-            self.state, self.acts = asked(self.state, event, now)
+            self.state, self.acts = on_request(self.state, event, now)
         for act in [*self.acts]:
             if isinstance(act, SendScore) and act.asked:
-                self.state, more = heard(self.state, act.name, {"type": "loaded", "play": act.play}, now)
+                self.state, more = on_report(self.state, act.to[0], {"type": "loaded", "play": act.play}, now)
                 self.acts += more
         return [in_words(act) for act in self.acts]
 
-    def sent(self, name: SinkName) -> list[Any]:
+    def sent(self, name: Output) -> list[Any]:
         """The messages that the latest event sent to a stage."""
-        return [unpacked(act.message) for act in self.acts if isinstance(act, Send) and act.name == name]
+        return [unpacked(act.message) for act in self.acts if isinstance(act, Send) and act.to.output == name]
 
     @property
     def score(self) -> SendScore:
@@ -92,13 +91,13 @@ class Story:
         (sent,) = (act for act in self.acts if isinstance(act, SendScore))
         return sent
 
-    def _open(self, *names: SinkName) -> None:
+    def _open(self, *names: Output) -> None:
         for name in names or ("ros", "simulator"):
             assert self((name, READY[name])) == []
         self.state = self.state.opened(["ros", "simulator"])
 
     @classmethod
-    def playing(cls, *names: SinkName) -> Story:
+    def playing(cls, *names: Output) -> Story:
         """The leading stage plays the first score from beat 0, and its twin follows."""
         story = cls(*names)
         story(play())
@@ -114,19 +113,20 @@ def unpacked(message: ToStage) -> Mapping[str, Any]:
 
 def in_words(act: Act) -> str:
     match act:
-        case Send(name, message, after):
-            return f"{name}: {unpacked(message)['type']}" + (f" {after} s later" if after else "")
-        case SendScore(name, sent, entry, _, whole):
+        case Send(to, message, after):
+            return f"{to.output}: {unpacked(message)['type']}" + (f" {after} s later" if after else "")
+        case SendScore([to], sent, entry, whole=whole):
             stands = not any(part.scenes for part in sent.score.parts.values())
             how = " stop" if stands else " whole" if whole else ""
-            return f"{name}: score {sent.generation}{how}" + (f" from beat {entry['beat']:g}" if entry else "")
+            return f"{to.output}: score {sent.generation}{how}" + (f" from beat {entry['beat']:g}" if entry else "")
         case Announce(news, leads):
             said: Any = news
             return str(said.get("message", said["type"])) + ("" if leads else " (the other)")
-        case StartAgain(name):
-            return f"start {name}"
+        case Start(stage):
+            return f"start {stage.output}"
         case HearClock(clock):
             return f"listen to {clock.follow}" if clock else "listen to no clock"
+    raise AssertionError(f"a score goes to several stages: {act}")
 
 
 def tell(story: Story, events: Sequence[tuple[Event, list[str]]]) -> None:

@@ -5,22 +5,27 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import State
+from improv_core.protocol.messages import State, ToStage
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
-from improv_core.score.score_json import RowsWritten, from_json, to_json
-from improv_core.session.group import rules, shared_poses
-from improv_core.session.group.acts import Act, Say, SendTo, StartHost, Times
-from improv_core.session.group.state import HERE, SPARE, GroupState, Hosted, beat_at
-from improv_core.session.group.synced_start import EDGE
-from tests.session.story import at
+from improv_core.score.score_json import from_json
+from improv_core.session import on_hosts as hosts
+from improv_core.session.acts import Act, Announce, Decided, Loaded, Now, Send, SendScore, Start
+from improv_core.session.loads import Loads
+from improv_core.session.on_hosts import in_time
+from improv_core.session.on_report import on_clock, on_report, on_time
+from improv_core.session.on_request import on_request, tell_pressed
+from improv_core.session.state import HERE, SessionState, StageKey
+from improv_core.session.synced_start import EDGE
+from improv_core.session.together import SPARE, beat_at
+from tests.session.story import READY, at, play, unpacked
 
 PI, PAD = "pi@pi.local", "pad"
 HOSTS = {"p": Host(PI, patience=3.0), "q": Host(PI), "o": Host(PAD)}
@@ -34,46 +39,110 @@ def on_hosts(text: str) -> Score:
     return replace(score, parts=parts)
 
 
+class SendTo(NamedTuple):
+    """A message to the stage of a host."""
+
+    host: str
+    message: ToStage
+
+
+class Say(NamedTuple):
+    """A message of all stages, which act as one."""
+
+    message: Any
+
+
+class StartHost(NamedTuple):
+    """The stage of a host is to be started again."""
+
+    host: str
+
+
+View = SendTo | Say | StartHost
+PAGE = StageKey(HERE, "page")
+FAULT = {"response": "tell", "over": False}
+
+
 class Story:
-    """A group from when all its stages have started; `acts` are those that followed from the latest event."""
+    """Stages on hosts, from when all have started, and a page; `acts` are those that followed from the latest event."""
 
     def __init__(self, *hosts: str) -> None:
         self.now = NOW
-        self.acts: list[Act] = []
-        self.written = RowsWritten()
-        self.group = GroupState({host: Hosted(alive=False) for host in hosts or (HERE, PI, PAD)})
-        for host in self.group.members:
-            self.group, acts = rules.started(self.group, host, Times(self.now))
-            assert acts == []
+        self.acts: list[View] = []
+        self.loads = Loads()
+        self.state = replace(SessionState().opening(hosts or (HERE, PI, PAD)), leader="ros")
+        self.reports(PAGE, READY["page"])
+        for host in self.state.robots:
+            assert self.starts(host) == []
 
     def told(self, kind: str, **fields: Any) -> list[str]:
-        """Return the acts that follow if the parent sends a message."""
+        """Return the acts that follow if somebody asks for something, or a clock is heard."""
         message: Any = {"type": kind, **fields}
-        self.group, self.acts = rules.told(self.group, message, Times(self.now, self.now))
-        return self.words
+        if kind == "anchor":
+            return self.follows(on_clock(self.state, message, self.times()))
+        if kind == "pressed":
+            return self.follows((self.state, tell_pressed(self.state, message)))
+        return self.follows(on_request(self.state, message, self.times()))
 
     def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
         """Return the acts that follow if the stage of a host sends a message."""
-        message: Any = {"type": kind, **fields}
-        self.group, self.acts = rules.said(self.group, host, message, Times(self.now, self.now))
-        return self.words
+        message: Any = {"type": kind, **(FAULT if kind == "fault" else {}), **fields}
+        return self.reports(StageKey(host, "ros"), message)
+
+    def starts(self, host: str) -> list[str]:
+        """Return the acts that follow if the stage of a host starts."""
+        self.loads.forget([StageKey(host, "ros")])
+        return self.reports(StageKey(host, "ros"), READY["ros"])
+
+    def reports(self, stage: StageKey, message: Any) -> list[str]:
+        return self.follows(on_report(self.state, stage, message, self.times()))
 
     def is_at(self, host: str, state: State, beat: float = 0.0, **known: Any) -> list[str]:
         """Return the acts that follow if the stage of a host is in a state now, at 120 beats per minute."""
-        message: Any = {**at(state, self.group.generation, beat, self.now), **known}
+        message: Any = {**at(state, self.state.generation, beat, self.now), **known}
         return self.said(host, message.pop("type"), **message)
 
     def waits(self) -> list[str]:
-        """Return the acts that follow at the next time that the group waits for."""
-        self.now = rules.due(self.group, Times(self.now, self.now))
-        self.group, self.acts = rules.waited(self.group, Times(self.now, self.now))
+        """Return the acts that follow at the next time that the stages wait for."""
+        self.now = hosts.due(self.state, self.times())
+        return self.wakes()
+
+    def wakes(self) -> list[str]:
+        """Return the acts that follow now because of the time."""
+        return self.follows(on_time(self.state, self.times()))
+
+    def plays(self, program: str | Score = "a p q o $ repeat forward\n", stops: int = 0, **how: Any) -> list[str]:
+        """Return the acts that follow if somebody plays a program, and people know of some presses."""
+        score = on_hosts(program) if isinstance(program, str) else program
+        return self.follows(on_request(self.state, play(score, **how), replace(self.times(), known=stops)))
+
+    def follows(self, decided: Decided) -> list[str]:
+        """Return the acts that follow from a decision. Scores to send are sent."""
+        self.state, acts = decided
+        self.acts = [seen for act in acts for seen in self._seen(act)]
+        for act in acts:
+            if isinstance(act, SendScore) and act.asked:
+                loaded: Loaded = {"type": "loaded", "play": act.play}
+                self.state, _ = on_report(self.state, act.to[0], loaded, self.times())
         return self.words
 
-    def plays(self, text: str = "a p q o $ repeat forward\n", **fields: Any) -> list[str]:
-        """Return the acts that follow if somebody plays a program."""
-        rest = {"when": "restart", "backend": "all", **fields}
-        score = to_json(on_hosts(text), self.written)
-        return self.told("load", generation=self.group.generation + 1, score=score, **rest)
+    def _seen(self, act: Act) -> list[View]:
+        """Return an act as people and the stages of robots see it; of pages, only the confirmation of stops."""
+        match act:
+            case Send(to, message) if to.output == "ros":
+                return [SendTo(to.host, message)]
+            case Send(_, message) if (inner := unpacked(message))["type"] == "obeyed":
+                return [Say(inner)]
+            case SendScore(to):
+                return [SendTo(key.host, load) for key, load in self.loads.of(self.state, act).items()]
+            case Announce(news):
+                return [Say(news)]
+            case Start(stage):
+                return [StartHost(stage.host)]
+        return []
+
+    def times(self) -> Now:
+        return Now(self.now, self.now)
 
     @property
     def words(self) -> list[str]:
@@ -87,17 +156,17 @@ class Story:
         """All have begun at NOW."""
         story = cls(*hosts)
         story.plays()
-        for host in story.group.alive:
+        for host in story.state.alive:
             story.said(host, "armed", generation=1, armed=True, begins=None)
-        for host in story.group.alive:
+        for host in story.state.alive:
             story.is_at(host, "playing")
         return story
 
 
-def in_words(act: Act) -> str:
+def in_words(act: View) -> str:
     if isinstance(act, StartHost):
         return f"start {act.host} again"
-    message: Any = act.message
+    message: Any = unpacked(act.message)
     what = message["state"] if message["type"] == "transport" else message.get("message", message["type"])
     return f"say {what}" if isinstance(act, Say) else f"{act.host or 'here'}: {what}"
 
@@ -123,7 +192,7 @@ def test_a_pause_before_all_are_ready_means_that_nobody_begins() -> None:
     story.told("pause")
     story.said(HERE, "armed", generation=1, armed=True, begins=None)
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == []
-    assert (story.group.mode, story.told("resume")) == ("stopped", [])
+    assert (story.state.mode, story.told("resume")) == ("stopped", [])
 
 
 def test_beat_0_is_at_one_instant_once_all_are_ready() -> None:
@@ -159,9 +228,7 @@ def counting(**arming: float) -> Story:
     """All are ready, and count a bar before beat 0."""
     story = Story(HERE, PI)
     story.told("speed", factor=2.0)
-    score = replace(on_hosts("beat 120\na p $ repeat forward\n"), count_in=True, bar=3)
-    load = {"generation": 1, "score": to_json(score, story.written), "when": "restart", "backend": "all"}
-    story.told("load", **load, arming=arming)
+    story.plays(replace(on_hosts("beat 120\na p $ repeat forward\n"), count_in=True, bar=3), arming=arming)
     for host in (HERE, PI):
         story.said(host, "armed", generation=1, armed=True, begins=None)
     return story
@@ -183,7 +250,7 @@ def test_all_begin_to_count_at_one_instant_and_the_lead_reports_the_end() -> Non
 def test_the_last_bar_before_a_time_is_counted_by_all() -> None:
     story = counting(begins=NOW + 60)
     (armed,) = (act.message for act in story.acts if isinstance(act, Say))
-    assert (armed["begins"], armed["count"]) == (NOW + 60, COUNT)  # type: ignore[typeddict-item]
+    assert (armed["begins"], armed["count"]) == (NOW + 60, COUNT)
     assert story.waits() == ["here: resume", f"{PI}: resume"]
     instants = {act.message["at"] for act in story.acts}  # type: ignore[union-attr, typeddict-item]
     assert instants == {NOW + 60 - COUNT["beats"] * COUNT["period"]}
@@ -196,7 +263,7 @@ def test_a_stop_ends_a_count_everywhere_and_is_reported() -> None:
     story.told("stop")
     assert story.said(HERE, "armed", generation=1, armed=False, begins=None) == ["say armed"]
     assert story.is_at(HERE, "stopped") == ["say stopped"]
-    assert story.group.mode == "stopped"
+    assert story.state.mode == "stopped"
 
 
 def test_only_the_lead_reports_the_position() -> None:
@@ -248,7 +315,7 @@ def test_reports_about_an_earlier_score_count_only_if_they_are_stops() -> None:
 def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     story = Story.playing()
     pause: Any = {"type": "pause"}
-    assert rules.in_time(story.group, pause, Times(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
+    assert in_time(story.state, pause, Now(NOW + 1.1))["at"] == NOW + 1.1 + SPARE
     assert story.told("pause") == []
     story.is_at(HERE, "paused", 2.26)
     story.is_at(PI, "paused", 2.26)
@@ -331,9 +398,9 @@ def test_poses_within_a_moment_are_sent_together_and_the_latest_counts() -> None
     story.said(HERE, "seen", robots=seen("a"))
     story.said(HERE, "seen", robots=seen("a", at=NOW + 0.01))
     assert story.waits() == ["here: seen", f"{PAD}: seen", f"{PI}: seen"]
-    assert story.now == begun + shared_poses.PERIOD
+    assert story.now == begun + hosts.SEEN_PERIOD
     assert story.sent(PI)[0]["robots"] == {**seen("o"), **seen("a", at=NOW + 0.01)}
-    story.now += shared_poses.PERIOD
+    story.now += hosts.SEEN_PERIOD
     assert story.said(PI, "seen", robots=seen("p")) == ["here: seen", f"{PAD}: seen"], (
         "at once if nobody was told lately"
     )
@@ -368,11 +435,11 @@ def test_two_stages_that_both_see_two_robots_too_near_to_each_other_are_one_paus
     story.is_at(PAD, "paused", 2.1)
     assert story.told("resume") == ["here: resume", f"{PAD}: seek", f"{PAD}: resume", f"{PI}: seek", f"{PI}: resume"]
     story.now += SPARE
-    for host in story.group.alive:
+    for host in story.state.alive:
         story.now += 0.02  # they are late to obey, and seek the beat while they are still paused
         assert story.is_at(host, "paused", 2.02, **near) == []
         story.is_at(host, "playing", 2.02)
-    assert story.group.mode == "playing"
+    assert story.state.mode == "playing"
     story.now += 1
     assert story.is_at(PI, "paused", 4.0, **near)[0] == "here: pause", "what comes later is another pause"
 
@@ -387,7 +454,7 @@ def test_a_pause_that_is_reported_after_a_person_resumes_pauses_no_stage() -> No
     story.now += 0.2
     story.told("resume")
     assert story.is_at(PAD, "paused", 2.0, **near, monotonic=late) == []
-    assert story.group.mode == "playing"
+    assert story.state.mode == "playing"
     story.now += SPARE
     held = {"waits_for": ["button 4 on /joy"]}
     assert story.is_at(PAD, "paused", 2.0, **held)[-1] == "say paused", "it can't go on: a button must be held"
@@ -417,7 +484,7 @@ def test_a_line_names_robots_that_have_not_confirmed_a_stop() -> None:
 def test_a_stop_that_all_confirm_is_no_news() -> None:
     story = Story.playing()
     story.told("stop")
-    for host in story.group.alive:
+    for host in story.state.alive:
         story.is_at(host, "stopped", 1.0)
     assert story.waits() == []
 
@@ -440,7 +507,7 @@ def test_a_host_that_died_while_it_moved_has_obeyed_once_its_next_stage_has_stop
     assert "say obeyed" not in story.said(PI, "gone", message="the link was silent")
     story.told("stop", mark="page 2")
     assert story.said(HERE, "obeyed", mark="page 2", waits_for=[]) == ["say obeyed"]
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.words == [f"{PI}: load"]
     story.is_at(PI, "stopped")
     assert story.acts == [Say({"type": "obeyed", "mark": f"page {number}", "waits_for": []}) for number in (1, 2)]
@@ -458,7 +525,7 @@ def test_a_host_that_comes_back_joins_at_the_beat() -> None:
     ]
     story.now += 20.1
     story.is_at(HERE, "playing", 40.2)
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.words == [f"{PI}: load"]
     (load,) = story.sent(PI)
     assert load["entry"] == {"beat": pytest.approx(40.2 + 2 * SPARE), "monotonic": pytest.approx(story.now + SPARE)}
@@ -471,8 +538,8 @@ def test_a_host_that_comes_back_stops_its_robots_if_somebody_stops_before_it_has
     story = Story.playing()
     story.said(PI, "gone", message="it was rebooted")
     if not sent:
-        story.group = replace(story.group, settles=math.inf)
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+        story.state = replace(story.state, settles=math.inf)
+    story.starts(PI)
     assert story.words == [f"{PI}: load"] * sent
     assert story.told("stop") == [f"{PI}: load"]
     (load,) = story.sent(PI)
@@ -485,7 +552,7 @@ def test_a_host_that_comes_back_during_a_pause_joins_when_the_others_continue() 
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.words == []
     story.told("resume")
     assert story.is_at(HERE, "playing", 2.0) == ["say playing", f"{PI}: load"]
@@ -496,7 +563,7 @@ def test_a_host_that_comes_back_while_robots_are_waited_for_gets_ready_with_the_
     story.plays()
     story.said(PI, "gone", message="it was rebooted")
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == [], "what it said before is no news"
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert (story.words, story.sent(PI)[0]["arming"]) == ([f"{PI}: load"], {})
     assert story.said(HERE, "armed", generation=1, armed=True, begins=None) == []
     assert story.said(PI, "armed", generation=1, armed=True, begins=None) == ["here: resume", f"{PI}: resume"]
@@ -513,7 +580,7 @@ def test_a_dance_ends_if_all_remaining_stages_have_yet_to_join() -> None:
     story.told("pause")
     story.is_at(HERE, "paused", 2.0)
     story.said(PI, "gone", message="it was rebooted")
-    story.group, _ = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.said(HERE, "gone", message="it was killed") == [
         "say the stage here: it was killed",
         "start  again",
@@ -534,7 +601,7 @@ def test_the_only_host_whose_link_was_silent_stops_the_dance() -> None:
     story = Story.playing(PI)
     story.said(PI, "deserted", seconds=3.0)
     assert story.is_at(PI, "stopped", 3.0) == ["say stopped"]
-    assert story.group.mode == "stopped"
+    assert story.state.mode == "stopped"
 
 
 def test_another_stage_leads_if_the_one_that_did_is_gone() -> None:
@@ -546,7 +613,10 @@ def test_another_stage_leads_if_the_one_that_did_is_gone() -> None:
 
 def test_without_any_stage_all_is_over() -> None:
     story = Story.playing(PI)
-    assert story.said(PI, "gone", message="the link is gone") == ["say the link is gone"]
+    assert story.said(PI, "gone", message="the link is gone") == [
+        f"start {PI} again",
+        "say the link is gone: a new one is stopping the robots; save to play again",
+    ]
 
 
 def test_a_stage_speaks_only_of_its_own_robots() -> None:
@@ -571,7 +641,10 @@ def test_a_save_builds_on_what_the_stages_have_and_a_newcomer_gets_it_whole() ->
     story = Story.playing()
     story.plays("a p $ repeat left\no $ repeat forward\n", when="now")
     assert story.sent(HERE)[0]["score"]["known"] > 0
-    read = from_json(json.loads(json.dumps(story.group.load))["score"])
+    story.said(PI, "lacks", generation=2)
+    story.now += 1
+    story.is_at(HERE, "playing", 2.0)
+    read = from_json(json.loads(json.dumps(story.sent(PI)[0]))["score"])
     saved = on_hosts("a p $ repeat left\no $ repeat forward\n")
     assert all(same(part.scenes[0], saved.parts[name].scenes[0]) for name, part in read.parts.items())
 
@@ -596,8 +669,8 @@ def test_messages_for_pages_go_to_the_stage_here_which_has_them() -> None:
 def test_stages_that_start_later_get_the_kept_messages() -> None:
     story = Story(HERE)
     story.told("silence", muted=["a"], soloed=[])
-    story.group = replace(story.group, members={**story.group.members, PI: Hosted(alive=False)})
-    story.group, story.acts = rules.started(story.group, PI, Times(NOW))
+    story.state = story.state.opening([PI])
+    story.starts(PI)
     assert story.words == [f"{PI}: silence"]
 
 
@@ -613,7 +686,7 @@ def test_a_beat_may_be_sent_ahead() -> None:
 def stopped(story: Story, by: list[str]) -> None:
     """Have all stop, and report which automations may have robots move."""
     story.told("stop")
-    for host in story.group.alive:
+    for host in story.state.alive:
         story.is_at(host, "stopped", 2.0, startable_by=by)
 
 
@@ -625,7 +698,7 @@ def test_only_a_person_continues_from_a_seek_since_a_stop() -> None:
         story.is_at(host, "paused", 5.0, startable_by=[])
     assert story.told("resume", by="osc") == [f"say {STOPPED}"]
     assert story.told("resume") == ["here: resume", f"{PI}: resume"]
-    assert story.group.mode == "playing"
+    assert story.state.mode == "playing"
 
 
 def test_an_automation_plays_again_only_if_all_stages_let_it() -> None:
@@ -638,7 +711,7 @@ def test_an_automation_plays_again_only_if_all_stages_let_it() -> None:
     assert story.plays(by="osc") == ["here: load", f"{PI}: load"]
     assert [load["by"] for host in (HERE, PI) for load in story.sent(host)] == ["osc", "osc"]
     assert story.said(PI, "gone", message="it broke")[1:] == [f"start {PI} again"]
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert ["by" in load for load in story.sent(PI)] == [False]  # or a stage that is new would refuse it
 
 

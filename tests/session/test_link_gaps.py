@@ -20,14 +20,13 @@ from improv_core.protocol.output import Alarm
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stage_watchdog import PING_PERIOD
 from improv_core.score.motion import STILL
-from improv_core.score.score_json import RowsRead, RowsWritten, to_json
-from improv_core.session.group import rules
-from improv_core.session.group.acts import Decided, Say, SendTo, Times
-from improv_core.session.group.state import HERE, GroupState, Hosted
+from improv_core.score.score_json import RowsRead
+from improv_core.session.on_hosts import due, in_time
+from improv_core.session.state import HERE, StageKey
 from improv_core.stage.loop import Loop, OpenedOutput
 from improv_core.stage.stdio import arrival
 from tests.player.test_player import Memory
-from tests.session.test_group import PAD, PI, Story, on_hosts
+from tests.session.test_group import PAD, PI, Say, SendTo, Story
 
 START = 1000.0
 DANCE = "beat 240\na o q $ repeat forward\n"
@@ -65,12 +64,10 @@ class World:
         self._coming: list[tuple[float, int, Callable[[], None]]] = []
         self._latest: dict[str, float] = {}  # when the latest message of a channel arrives
         self._gaps = gaps
-        self._written = RowsWritten()
         self.says: list[Any] = []
         self.machines = {host: Machine(self, host) for host in hosts}
-        self.group = GroupState({host: Hosted(alive=False) for host in hosts})
+        self.story = Story(*hosts)
         for host in hosts:
-            self._do(rules.started(self.group, host, self._times))
             self._ping(host)
 
     def now(self) -> float:
@@ -96,15 +93,18 @@ class World:
 
     def ask(self, kind: str, **fields: Any) -> None:
         message: Any = {"type": kind, **fields}
+        self.story.now = self._now
         if is_stop(message):
-            timed = rules.in_time(self.group, message, self._times)
+            timed = in_time(self.story.state, message, self.story.times())
             for host in self.machines:
                 self._send(host, timed)
-        self._do(rules.told(self.group, message, self._times))
+        self.story.told(kind, **fields)
+        self._do()
 
     def play(self, program: str = DANCE, when: str = "restart", **fields: Any) -> None:
-        score = to_json(on_hosts(program), self._written if when != "restart" else RowsWritten())
-        self.ask("load", generation=self.group.generation + 1, score=score, when=when, backend="all", stops=0, **fields)
+        self.story.now = self._now
+        self.story.plays(program, when=when, **fields)
+        self._do()
 
     def does(self, dice: random.Random) -> None:
         """Do something as a person, or have a stage stop its robots by itself."""
@@ -125,19 +125,22 @@ class World:
         end = self._now + seconds
         while True:
             dues = [(machine.loop.deadline(self._now), machine) for machine in self.machines.values()]
-            due, machine = min(dues, key=lambda each: each[0])
+            runs, machine = min(dues, key=lambda each: each[0])
             comes = self._coming[0][0] if self._coming else math.inf
-            waited = rules.due(self.group, self._times)
-            at = min(due, comes, waited)
+            self.story.now = self._now
+            waited = due(self.story.state, self.story.times())
+            at = min(runs, comes, waited)
             if at > end:
                 break
             self._now = max(self._now, at)
             if comes <= at:
                 heapq.heappop(self._coming)[2]()
-            elif due <= at:
+            elif runs <= at:
                 machine.loop.advance(self._now)
             else:
-                self._do(rules.waited(self.group, self._times))
+                self.story.now = self._now
+                self.story.wakes()
+                self._do()
         self._now = end
 
     def comes_up(self, host: str, message: Any) -> None:
@@ -149,15 +152,12 @@ class World:
             self._pass(host, "up", lambda: self._hear(host, line))
 
     def _hear(self, host: str, line: bytes) -> None:
-        self._do(rules.said(self.group, host, read_from_stage(line), self._times))
+        self.story.now = self._now
+        self.story.reports(StageKey(host, "ros"), read_from_stage(line))
+        self._do()
 
-    @property
-    def _times(self) -> Times:
-        return Times(self._now, self._now)
-
-    def _do(self, decided: Decided) -> None:
-        self.group, acts = decided
-        for act in acts:
+    def _do(self) -> None:
+        for act in self.story.acts:
             if isinstance(act, SendTo):
                 self._send(act.host, act.message)
             elif isinstance(act, Say):
@@ -217,7 +217,7 @@ HOSTS = ((HERE, PI), (PI, PAD), (HERE, PI, PAD))
 
 def agree(world: World) -> None:
     """Check that all dance at the same beat, or all stand, and that the group and people know which."""
-    assert world.moving == ([*world.machines] if world.group.mode == "playing" else [])
+    assert world.moving == ([*world.machines] if world.story.state.mode == "playing" else [])
     assert (states(world)[-1] == "playing") == bool(world.moving)
     if world.moving:
         assert max(world.beats) - min(world.beats) < 0.1
@@ -230,7 +230,7 @@ def test_after_a_gap_all_dance_at_the_same_beat(hosts: Sequence[str], length: fl
     world = World(hosts, [Gap(PI, 2.0, 2.0 + length)], seed)
     world.play()
     world.run(2 + length + SETTLED)
-    assert world.group.mode == "playing"
+    assert world.story.state.mode == "playing"
     assert "stopped" not in states(world)
     agree(world)
 
@@ -243,7 +243,7 @@ def test_a_dance_that_an_automation_restarts_survives_a_gap_too() -> None:
     world.run(0.2)
     world.play(by="osc")
     world.run(SETTLED)
-    assert world.group.mode == "playing"
+    assert world.story.state.mode == "playing"
     agree(world)
 
 
@@ -268,7 +268,7 @@ def entering() -> Story:
     story.now += 1.0
     story.said(PI, "deserted", seconds=0.5)
     assert story.is_at(PI, "stopped", 1.0, deserted=True) == []
-    assert story.group.entering == {PI: 1}
+    assert story.state.entering == {PI: 1}
     return story
 
 
@@ -288,7 +288,7 @@ def test_a_stage_that_has_entered_after_a_gap_stops_all_although_it_has_yet_to_t
     story.plays(when="end")
     assert story.is_at(PI, "playing", 2.0, generation=1) == []
     assert story.said(PI, "lacks", generation=2) == [], "nobody plays that yet, so it waits for the others"
-    assert story.group.joining == {PI}
+    assert story.state.joining == {PI}
     story = entering()
     story.plays(when="end")
     assert story.is_at(PI, "stopped", 1.0, generation=1) == ["here: stop", f"{PAD}: stop", "say stopped"]
@@ -313,7 +313,7 @@ def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
     story = Story.playing()
     story.said(PI, "gone", message="it hung")
     story.told("stop")
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.words == [f"{PI}: load"]
     play = arrival(json.dumps(story.sent(PI)[0]).encode(), RowsRead())
     assert isinstance(play, Play)
@@ -325,7 +325,7 @@ def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
     for state in states:
         assert story.is_at(PI, state) == [], "nothing plays"
     story.said(PI, "gone", message="it hung")
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.words == [], "it had stopped them"
 
 

@@ -10,9 +10,9 @@ import pytest
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import Editing
 from improv_core.score.score import Safety
-from improv_core.session.acts import Announce
-from improv_core.session.on_request import Now, asked
-from improv_core.session.start import SinkName
+from improv_core.session.acts import Announce, Now
+from improv_core.session.on_request import on_request
+from improv_core.session.state import Output
 from tests.session.story import DANCE, NOW, READY, Story, at, play, tell
 
 GUARDED = replace(DANCE, safety=Safety(stop="/e_stop"))
@@ -46,7 +46,7 @@ def changing(change: Any) -> Any:
         ({"type": "watched"}, ["watched"]),
     ],
 )
-def test_a_page_request_reaches_all_stages_for_the_same_time(asker: SinkName, request_: Any, follows: Any) -> None:
+def test_a_page_request_reaches_all_stages_for_the_same_time(asker: Output, request_: Any, follows: Any) -> None:
     story = Story.playing()
     assert story((asker, {"type": "request", "command": request_})) == follows
     for message in (*story.sent("ros"), *story.sent("simulator")):
@@ -74,7 +74,7 @@ def test_messages_that_move_robots_carry_the_count_of_stops_at_the_request() -> 
 def test_a_score_counts_as_played_once_it_has_been_sent() -> None:
     """A stop on another thread may keep it back."""
     state = Story().state
-    then, _ = asked(state, play(), Now())
+    then, _ = on_request(state, play(), Now())
     assert (then.generation, then.is_on, then.played) == (0, False, None)
     story = Story()
     story(play())

@@ -11,7 +11,8 @@ from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.music_messages import ToOsc
 from improv_core.score.osc import Osc, Peer
 from improv_core.score.score import Score
-from improv_core.session.on_request import Now, asked
+from improv_core.session.acts import Now
+from improv_core.session.on_request import on_request
 from improv_core.session.state import PlayScore
 from tests.session.fakes import Fake, Fakes, performed
 from tests.session.story import DANCE, at
@@ -41,7 +42,7 @@ class Linked:
         self.fakes = fakes
         self.processes: list[FakeProcess] = []
         playback = fakes.playback
-        playback._osc = OscLink(reach, fakes.stops, playback._ask_for, playback._say, self._start)
+        playback._osc = OscLink(reach, fakes.stops, playback.ask, playback._warn, self._start)
 
     def _start(self, hear: Hear) -> FakeProcess:
         self.processes.append(FakeProcess(hear))
@@ -140,7 +141,7 @@ async def test_the_stages_know_requests_that_came_by_osc(fakes: Fakes) -> None:
     await linked.ask({"type": "restart", "by": "osc"})
     assert leader.loads[-1]["by"] == "osc"
     await linked.play()
-    fakes.playback._do(asked(fakes.playback.state, {"type": "restart"}, Now(stops=fakes.stops.count)))
+    fakes.playback._do(on_request(fakes.playback.state, {"type": "restart"}, Now(stops=fakes.stops.count)))
     assert ["by" in load for load in leader.loads] == [False, True, False, False]
     leader.tell("playing")
     assert "by" not in twin.loads[-1]  # the leader has decided

@@ -1,5 +1,5 @@
 """Stages are started, sent messages, and ended. They are fakes that the tests control, except in one test. Decisions
-are tested in test_on_request.py and test_on_stage_message.py."""
+are tested in test_on_request.py and test_on_report.py."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from improv_core.safety import stop_socket
 from improv_core.safety.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.score.score import OutsideClock, Safety, Score
 from improv_core.session.session import LOST, Playback
-from improv_core.session.start import Options, SinkName
-from improv_core.session.state import PlayScore
+from improv_core.session.start import Options
+from improv_core.session.state import HERE, Output, PlayScore, StageKey
 from tests.session.fakes import LIMIT, Fake, Fakes, performed
 from tests.session.story import DANCE, unpacked
 
@@ -251,7 +251,7 @@ async def test_a_play_that_was_stopped_while_stages_started_never_begins(fakes: 
 
 @pytest.mark.parametrize("failing", ["ros", "simulator"])
 @performed
-async def test_if_one_stage_cannot_start_none_is_left_open(fakes: Fakes, failing: SinkName) -> None:
+async def test_if_one_stage_cannot_start_none_is_left_open(fakes: Fakes, failing: Output) -> None:
     fakes.fails = {failing}
     with pytest.raises(StageError, match=f"no {failing} here"):
         await fakes.begin()
@@ -384,7 +384,7 @@ async def test_a_new_stage_is_sent_the_whole_score(fakes: Fakes) -> None:
     leader.die()
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").loads)
     fakes.latest("ros").tell("ended")
-    await fakes.until(lambda: fakes.playback._stages["ros"] is fakes.latest("ros"))
+    await fakes.until(lambda: fakes.playback._stages[StageKey(HERE, "ros")] is fakes.latest("ros"))
     assert await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat")) == 2
     load = fakes.latest("ros").loads[-1]["score"]
     assert max(load["parts"]["anna"]["scenes"]) < load["known"] + len(load["movements"])

@@ -28,10 +28,10 @@ from improv_core.score.faults import FaultRules
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Deadman, Follow, OutsideClock, Safety
 from improv_core.score.world import World
-from improv_core.session.acts import Send, SendScore
-from improv_core.session.on_request import Now, asked
-from improv_core.session.on_stage_message import heard
-from improv_core.session.state import PlayScore, SessionState
+from improv_core.session.acts import Now, Send, SendScore
+from improv_core.session.on_report import on_report
+from improv_core.session.on_request import on_request
+from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.stage.loop import Loop, OpenedOutput
 from tests.player.test_player import Memory, score
 from tests.session.story import READY
@@ -54,7 +54,7 @@ class Performance:
         self.lines: list[str] = []
         self._situation, self._heard = Situation(), play_again.Heard()
         self._loop = Loop(OpenedOutput(self.robots, self._tell), self, Parent())
-        self._state = heard(SessionState(), "ros", READY["ros"], Now())[0].opened(["ros"])
+        self._state = on_report(SessionState(), StageKey(HERE, "ros"), READY["ros"], Now())[0].opened(["ros"])
         dance = replace(score(PROGRAM), safety=SAFETY)
         self._score = replace(dance, clock=OutsideClock(follow)) if follow else dance
 
@@ -79,13 +79,13 @@ class Performance:
         return self._loop.player.run.mode
 
     def save(self) -> None:
-        self._do(asked(self._state, PlayScore(self._score, "dance.improv", 0), self._now))
+        self._do(on_request(self._state, PlayScore(self._score, "dance.improv", 0), self._now))
 
     def ask(self, command: PageRequest) -> None:
         """Send a request from a page, an editor, a terminal, or OSC."""
         if COMMANDS[command["type"]].stops:
             self._take(command)
-        self._do(asked(self._state, command, self._now))
+        self._do(on_request(self._state, command, self._now))
 
     def ask_on_node(self, command: PageRequest) -> None:
         """Send a request from a service or parameter of the stage's node."""
@@ -93,7 +93,7 @@ class Performance:
             self._take(command)
         if COMMANDS[command["type"]].stops:
             self._take(command)  # again, from the parent
-        self._do(heard(self._state, "ros", {"type": "request", "command": command}, self._now))
+        self._do(on_report(self._state, StageKey(HERE, "ros"), {"type": "request", "command": command}, self._now))
 
     def osc(self, address: str, *arguments: Any) -> None:
         try:
@@ -135,7 +135,7 @@ class Performance:
 
     @property
     def _now(self) -> Now:
-        return Now(self.time, 0, self._loop.player.run.stops.message)
+        return Now(self.time, pressed=self._loop.player.run.stops.message)
 
     def _take(self, message: Any) -> None:
         self._loop.take(message.copy(), self.time)
@@ -146,7 +146,7 @@ class Performance:
         if message["type"] == "warning" or message["type"] == "error":
             self.lines.append(message["message"])
         self._situation, self._heard = self._situation.after(message), self._heard.after(message)
-        self._do(heard(self._state, "ros", message, self._now))
+        self._do(on_report(self._state, StageKey(HERE, "ros"), message, self._now))
 
     def _do(self, decided: tuple[SessionState, Sequence[Any]]) -> None:
         self._state, acts = decided
@@ -164,7 +164,7 @@ class Performance:
                 if act.play.by:
                     load["by"] = act.play.by
                 self._loop.take(Play(load, act.play.score), self.time)
-                self._do(heard(self._state, "ros", {"type": "loaded", "play": act.play}, self._now))
+                self._do(on_report(self._state, StageKey(HERE, "ros"), {"type": "loaded", "play": act.play}, self._now))
 
 
 Does = Callable[[Performance], object]

@@ -15,12 +15,11 @@ import pytest
 from improv_core.player.events import Load
 from improv_core.score.peer_clock import MOST_BENT
 from improv_core.score.score import Follow, OutsideClock
-from improv_core.score.score_json import to_json
-from improv_core.session.group import clock, rules
-from improv_core.session.group.acts import Say, SendTo, Times
-from improv_core.session.group.state import HERE, SPARE
+from improv_core.session import clock
+from improv_core.session.state import HERE
+from improv_core.session.together import SPARE
 from tests.player.test_player import Stage, score
-from tests.session.test_group import NOW, PI, Story, on_hosts
+from tests.session.test_group import NOW, PI, Say, SendTo, Story, on_hosts
 
 TEXT = "beat 120\na p $ repeat forward\n"
 AWAITED = "say the dance begins at the next bar of the MIDI clock, once it is heard"
@@ -30,9 +29,7 @@ BOTH = ["here: {0}", PI + ": {0}"]
 def loaded(follow: Follow = "midi", **fields: Any) -> Story:
     """A stage here and one on a host have been sent a score that follows a clock."""
     story = Story(HERE, PI)
-    written = to_json(replace(on_hosts(TEXT), clock=OutsideClock(follow)), story.written)
-    load = {"generation": 1, "score": written, "when": "restart", "backend": "all", **fields}
-    story.told("load", **load)
+    story.plays(replace(on_hosts(TEXT), clock=OutsideClock(follow)), **fields)
     return story
 
 
@@ -124,7 +121,7 @@ def test_a_clock_that_stands_pauses_all_and_they_come_in_when_it_is_at_their_bea
     hear(story, 21.0)
     assert (story.words or story.waits()) == both("bend", "resume")
     assert story.sent(PI)[1]["at"] == pytest.approx(NOW + 21 + 0.75)
-    assert story.group.mode == "playing"
+    assert story.state.mode == "playing"
 
 
 def test_a_seek_while_all_wait_for_their_beat_changes_that_beat() -> None:
@@ -149,7 +146,7 @@ def test_only_a_person_continues_a_dance_that_a_person_paused_or_stopped(kind: s
     story.told(kind)
     story.now += 1
     assert hear(story, 20.0) == []
-    assert (story.group.mode, story.group.enters) == ("paused" if kind == "pause" else "stopped", math.inf)
+    assert (story.state.mode, story.state.enters) == ("paused" if kind == "pause" else "stopped", math.inf)
     if kind == "pause":
         hear(story, 22.0, tempo=0.0)
         assert story.told("resume") == [], "the clock stands: all wait for it"
@@ -160,12 +157,12 @@ def test_only_a_person_continues_a_dance_that_a_person_paused_or_stopped(kind: s
 def test_a_stop_while_they_wait_for_their_beat_begins_nothing() -> None:
     story = ready()
     hear(story, 1.0, tempo=60.0)
-    assert story.group.enters == NOW + 3
+    assert story.state.enters == NOW + 3
     story.told("stop")
     story.now += 2.5
     assert hear(story, 3.5, tempo=60.0) == []
-    story.group, acts = rules.waited(story.group, Times(story.now, story.now))
-    assert not any(isinstance(act, SendTo) for act in acts)
+    story.wakes()
+    assert not any(isinstance(act, SendTo) for act in story.acts)
 
 
 def test_a_stage_that_stops_while_they_wait_for_their_beat_begins_nothing() -> None:
@@ -173,8 +170,8 @@ def test_a_stage_that_stops_while_they_wait_for_their_beat_begins_nothing() -> N
     hear(story, 1.0, tempo=60.0)
     story.is_at(PI, "stopped")
     story.now += 2.5
-    story.group, acts = rules.waited(story.group, Times(story.now, story.now))
-    assert not any(isinstance(act, SendTo) for act in acts)
+    story.wakes()
+    assert not any(isinstance(act, SendTo) for act in story.acts)
 
 
 NEAR: Any = {"too_near": ["a", "p"]}
@@ -187,8 +184,8 @@ def goes_on_by_itself(story: Story) -> bool:
         story.now += 0.1
         hear(story, 20 + 2 * (story.now - NOW - 10))
         told = list(story.acts)
-        story.group, acts = rules.waited(story.group, Times(story.now, story.now))
-        if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "seek") for act in [*told, *acts]):
+        story.wakes()
+        if any(isinstance(act, SendTo) and act.message["type"] in ("resume", "seek") for act in [*told, *story.acts]):
             return True
     return False
 
@@ -221,7 +218,7 @@ def test_an_armed_dance_that_is_no_longer_ready_waits_for_a_person_again() -> No
     story.told("resume")
     for armed in (False, True):
         story.said(PI, "armed", generation=1, armed=armed, begins=None)
-    assert (story.group.mode, story.group.enters) == ("armed", math.inf)
+    assert (story.state.mode, story.state.enters) == ("armed", math.inf)
 
 
 def test_a_person_who_begins_while_the_clock_stands_waits_for_it() -> None:
@@ -256,7 +253,7 @@ def test_a_host_that_joins_has_the_pace_of_the_others() -> None:
     for host in (HERE, PI):
         story.is_at(host, "playing", 20.0, pace=1.1)
     story.said(PI, "gone", message="it was rebooted")
-    story.group, story.acts = rules.started(story.group, PI, Times(story.now))
+    story.starts(PI)
     assert story.sent(PI)[0]["entry"]["pace"] == 1.1
 
 
@@ -300,7 +297,7 @@ class Dance:
         self.heard[host] = len(told)
 
     def play(self, seconds: float) -> None:
-        self.story.group = replace(self.story.group, mode="playing", since=NOW)
+        self.story.state = replace(self.story.state, mode="playing", since=NOW)
         for number in range(round(seconds * 10)):
             self.at(NOW + number / 10, lambda: None)
         while self.due and self.due[0][0] < NOW + seconds:

@@ -1,4 +1,4 @@
-"""Stages on several machines that look like one, faked."""
+"""A playback whose real robots have stages on several machines, faked."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ import pytest
 
 from improv_core.ipc.stage_process import StageError
 from improv_core.safety.stops import Stops
-from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.session.group import multi_host_stage, rules
-from improv_core.session.group.multi_host_stage import MultiHostStage
-from improv_core.session.group.state import HERE
+from improv_core.session import on_hosts as hosts
+from improv_core.session import reaching
+from improv_core.session.acts import News
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
-from improv_core.session.state import PlayScore
+from improv_core.session.state import HERE, Output, PlayScore
 from tests.session.fakes import LIMIT, Fake
 from tests.session.story import DANCE, at
 from tests.session.test_group import PI, on_hosts
+
+ON_PI = on_hosts("a p q $ forward\n")
 
 
 class Members:
     """The stages of hosts, faked, and the messages of all together. Hosts that are `unreachable` fail to start, and the
     one that is `silent` starts once it `answers`."""
 
-    def __init__(self, unreachable: set[str]) -> None:
-        self.unreachable = unreachable
+    def __init__(self, *unreachable: str, backend: str = "ros") -> None:
+        self.unreachable = {*unreachable}
         self.problem = "ssh can't find {}"
         self.failed = 0
         self.silent: str | None = None
@@ -36,20 +37,28 @@ class Members:
         self.stages: dict[str, Fake] = {}
         self.heard: list[Any] = []
         self.news = asyncio.Event()
+        self.playback = Playback(Options(backend), self.hear, Stops(), self.start)
 
-    async def start(self, host: str, hear: Any) -> Any:
+    async def start(self, output: Output, options: Options, token: str, hear: Any, stops: Stops) -> Fake | None:
         self.news.set()
+        host = options.host.name if options.host else HERE
         if host == self.silent:
             await self.answers.wait()
         if host in self.unreachable:
             self.failed += 1
             raise StageError(self.problem.format(host))
-        self.stages[host] = Fake("ros", Options(), hear, Stops())
+        self.stages[host] = Fake(output, options, hear, stops)
         return self.stages[host]
 
-    def hear(self, stage: MultiHostStage, message: Any, stops: int) -> None:
+    def hear(self, message: News, leads: bool) -> None:
         self.heard.append(message)
         self.news.set()
+
+    async def open(self) -> None:
+        await self.playback.open(ON_PI.hosts)
+
+    async def play(self) -> None:
+        assert await self.playback.play(PlayScore(ON_PI, "dance.improv", self.playback.stops.count))
 
     async def until(self, fits: Callable[[], bool]) -> None:
         async def look() -> None:
@@ -64,14 +73,14 @@ class Members:
         return [each["message"] for each in self.heard if each["type"] == "warning"]
 
 
-def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+def performed(*unreachable: str) -> Callable[[Callable[[Members], Awaitable[None]]], Callable[[], None]]:
     """Give a test the stage here and one on a host, of which these are unreachable, and close them afterwards."""
 
-    async def perform(test: Callable[..., Awaitable[None]]) -> None:
-        members = Members({*unreachable})
-        all_ = await MultiHostStage.start([HERE, PI], members.start, members.hear)
-        await test(members, all_)
-        await all_.close()
+    async def perform(test: Callable[[Members], Awaitable[None]]) -> None:
+        members = Members(*unreachable)
+        await members.open()
+        await test(members)
+        await members.playback.close()
         assert not any(stage.alive for stage in members.stages.values())
 
     return lambda test: lambda: asyncio.run(perform(test))
@@ -79,29 +88,25 @@ def performed(*unreachable: str) -> Callable[[Callable[..., Awaitable[None]]], C
 
 @pytest.fixture(autouse=True)
 def _short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(multi_host_stage, "PAUSES", (0.0,))
-    monkeypatch.setattr(rules, "CONFIRM_LIMIT", 0.05)
+    monkeypatch.setattr(reaching, "PAUSES", (0.0,))
+    monkeypatch.setattr(hosts, "CONFIRM_LIMIT", 0.05)
 
 
 @performed()
-async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy(
-    members: Members, all_: MultiHostStage
-) -> None:
-    stopping = threading.Thread(target=all_.send, args=({"type": "stop"},))
+async def test_a_stop_reaches_all_stages_from_any_thread_while_the_event_loop_is_busy(members: Members) -> None:
+    stopping = threading.Thread(target=members.playback.stops.stop)
     stopping.start()
     stopping.join()  # the event loop does nothing meanwhile
     assert [stage.kinds for stage in members.stages.values()] == [["stop"], ["stop"]]
 
 
 @performed()
-async def test_stages_are_one_stage_of_real_robots(members: Members, all_: MultiHostStage) -> None:
-    assert all_.ready == {"type": "ready", "protocol": 3, "sink": f"ros; ros on {PI}", "real": True}
+async def test_stages_are_one_backend_of_real_robots(members: Members) -> None:
+    assert (members.playback.state.status, members.playback.state.is_real) == (f"ros; ros on {PI}", True)
 
 
 @performed(PI)
-async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(
-    members: Members, all_: MultiHostStage
-) -> None:
+async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(members: Members) -> None:
     await members.until(lambda: members.failed > 2)
     members.problem = "ssh refuses {}"
     seen = members.failed
@@ -116,14 +121,14 @@ async def test_each_reason_why_a_host_cannot_be_reached_is_reported_once(
 @pytest.mark.parametrize("closes", [False, True])
 def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> None:
     @performed()
-    async def test(members: Members, all_: MultiHostStage) -> None:
-        load(all_)
+    async def test(members: Members) -> None:
+        await members.play()
         for stage in members.stages.values():
             stage.say(at("playing", 1))
-        all_.send({"type": "stop"})
+        members.playback.stops.stop()
         members.stages[HERE].say(at("stopped", 1))
         if closes:  # Ctrl-C stops first, and then closes
-            await all_.close()
+            await members.playback.close()
         await members.until(lambda: "unreached" in [each["type"] for each in members.heard])
         lines = [each["message"] for each in members.heard if each["type"] == "unreached"]
         assert lines == [f"p, q may still be moving: {PI} has not confirmed the stop"]
@@ -131,21 +136,15 @@ def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> N
     test()
 
 
-def load(all_: MultiHostStage) -> None:
-    score = to_json(on_hosts("a p q o $ forward\n"), RowsWritten())
-    all_.send({"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "all"})
-
-
 @pytest.mark.parametrize("then", ["it answers", "it fails", "it stays silent"])
 def test_the_others_begin_without_a_host_that_does_not_answer(then: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(multi_host_stage, "SLOW", 0.0)
-    monkeypatch.setattr(multi_host_stage, "LATEST", 0.0)
+    monkeypatch.setattr(reaching, "SLOW", 0.0)
+    monkeypatch.setattr(reaching, "LATEST", 0.0)
 
     async def perform() -> None:
-        members = Members({PI} if then == "it fails" else set())
+        members = Members(*([PI] if then == "it fails" else []))
         members.silent = PI
-        all_ = await MultiHostStage.start([HERE, PI], members.start, members.hear)
-        load(all_)
+        await members.play()
         assert [*members.stages] == [HERE]
         if then != "it stays silent":
             members.answers.set()
@@ -155,46 +154,48 @@ def test_the_others_begin_without_a_host_that_does_not_answer(then: str, monkeyp
             f"{PI} has not answered for 0 s: the others begin, and it joins them",
             *([f"{PI} can't be reached: ssh can't find {PI} (Improv keeps trying)"] if then == "it fails" else []),
         ]
-        await all_.close()
+        await members.playback.close()
         assert not any(stage.alive for stage in members.stages.values())
 
     asyncio.run(perform())
 
 
 @performed()
-async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members, all_: MultiHostStage) -> None:
-    load(all_)
+async def test_robots_move_if_the_stage_of_their_host_reports_it(members: Members) -> None:
+    await members.play()
     members.stages[PI].say(at("playing", 1))
-    assert all_.moving("apqo") == ["p", "q"], "whatever has become of the others"
+    line = f"stopped dance.improv on ros; ros on {PI}: 2 robots were moving"
+    assert members.playback.stop({"type": "stop"}) == line, "whatever has become of the other"
 
 
 @pytest.mark.parametrize("unreachable", [(HERE,), (HERE, PI)])
 def test_nothing_starts_if_the_stage_here_fails(unreachable: tuple[str, ...]) -> None:
     with pytest.raises(StageError, match=r"ssh can't find $"):
-        performed(*unreachable)(lambda members, all_: asyncio.sleep(0))()
+        performed(*unreachable)(lambda members: asyncio.sleep(0))()
 
 
 def test_nothing_starts_if_there_can_be_no_stage_at_all() -> None:
-    async def none(host: str, hear: Any) -> None:
+    async def none(*_: Any) -> None:
         return None
 
+    playback = Playback(Options("ros"), lambda message, leads: None, Stops(), none)
     with pytest.raises(StageError, match="no stage could be started"):
-        asyncio.run(MultiHostStage.start([HERE, PI], none, lambda *_: None))
+        asyncio.run(playback.open(ON_PI.hosts))
 
 
 @performed()
-async def test_a_request_on_a_robot_is_passed_on(members: Members, all_: MultiHostStage) -> None:
+async def test_a_request_on_a_robot_is_obeyed_by_all(members: Members) -> None:
     members.stages[PI].say({"type": "request", "command": {"type": "pause"}})
-    assert members.heard == [{"type": "request", "command": {"type": "pause"}}]
+    assert [stage.kinds for stage in members.stages.values()] == [["pause"], ["pause"]]
 
 
 def test_a_score_with_other_hosts_starts_their_stages() -> None:
-    opened: list[list[str]] = []
+    opened: list[str] = []
 
-    async def start(sink: Any, options: Options, token: str, hear: Any, stops: Stops) -> Any:
-        if sink == "ros":
-            opened.append([host.name for host in options.hosts])
-        return Fake(sink, options, hear, stops)
+    async def start(output: Output, options: Options, token: str, hear: Any, stops: Stops) -> Fake:
+        if output == "ros":
+            opened.append(options.host.name if options.host else HERE)
+        return Fake(output, options, hear, stops)
 
     async def perform() -> None:
         playback = Playback(Options("both"), lambda message, leads: None, Stops(), start)
@@ -204,4 +205,4 @@ def test_a_score_with_other_hosts_starts_their_stages() -> None:
         await playback.close()
 
     asyncio.run(perform())
-    assert opened == [[], [PI]], "stages that run already, or that nobody needs, are not started"
+    assert opened == [HERE, HERE, PI], "stages that run already, or that nobody needs, are not started"

@@ -12,8 +12,8 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import Armed, Decided, Obeyed, Pressed, Sensed
 from improv_core.score.score import OutsideClock
-from improv_core.session.on_stage_message import BEHIND
-from improv_core.session.start import SinkName
+from improv_core.session.on_report import BEHIND
+from improv_core.session.state import Output
 from tests.session.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
 
 SENSED: Sensed = {"type": "sensed", "sense": "cue", "value": True, "generation": 1, "robot": "r", "beat": 2.5,
@@ -316,7 +316,7 @@ def test_real_poses_are_shown_on_the_page() -> None:
     ],
 )
 def test_a_robot_that_stands_because_of_a_fault_is_known_as_muted_and_can_be_unmuted(
-    name: SinkName, known: Any, muted: set[str]
+    name: Output, known: Any, muted: set[str]
 ) -> None:
     story = Story.playing()
     story({"type": "silence", "muted": ["s"], "soloed": ["t"]})
@@ -341,7 +341,7 @@ def test_a_stage_that_starts_in_place_of_a_dead_one_has_a_robot_with_a_fault_sta
     [("ros", 1, []), ("ros", 2, ["ros: score 2 whole"]), ("simulator", 2, ["simulator: score 2 whole from beat 6"])],
 )
 def test_a_stage_that_lacks_something_is_sent_the_whole_score(
-    name: SinkName, generation: int, follows: list[str]
+    name: Output, generation: int, follows: list[str]
 ) -> None:
     story = Story.playing()
     story(play(when="beat"))
@@ -396,7 +396,7 @@ def test_a_new_stage_of_real_robots_gets_the_emergency_stops_that_are_on() -> No
 
 
 @pytest.mark.parametrize("name", ["ros", "simulator"])
-def test_a_new_stage_gets_the_kept_messages(name: SinkName) -> None:
+def test_a_new_stage_gets_the_kept_messages(name: Output) -> None:
     story = Story.playing()
     kept: list[Any] = [
         {"type": "silence", "muted": ["r"], "soloed": []},

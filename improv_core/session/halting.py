@@ -1,0 +1,79 @@
+"""Decides how new stages stop the robots of dead ones, and when pages' stops count as obeyed. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+
+from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.page_messages import for_pages
+from improv_core.score.score import Part, Score
+from improv_core.session.acts import Act, Decided, Send, SendScore
+from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
+
+
+def halt(state: SessionState, key: StageKey) -> SendScore:
+    """Have a stage stop the robots of all scores that may play on it, even if it has yet to find them."""
+    idles = key.output == state.idle
+    scores = [state.moving.score] if idles and state.moving else [*state.editions.sent.values()]
+    return SendScore([key], PlayScore(_standing(scores), "", 0, generation=state.generation))
+
+
+def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) -> bool:
+    """Return whether a stage reports that it has stopped the robots of a dead one. Before it was sent its score, it had
+    nothing to stop."""
+    stands = transport["state"] in ("stopped", "ended") and transport["generation"] == state.generation
+    return state.stages[key].died_moving and stands
+
+
+def halted(state: SessionState, key: StageKey) -> Decided:
+    """Note that the robots of a dead stage stand."""
+    return obeyed(state.with_stage(key, died_moving=False), key.host, state.unobeyed)
+
+
+def await_obeyed(state: SessionState, mark: str) -> Decided:
+    """Inform pages about the stages that have yet to obey a stop, unless only the simulator plays, which confirms it
+    itself. A stage that has died while it moved robots has not obeyed, either."""
+    if not state.real:
+        return state, []
+    hosts = frozenset(host for host, stage in state.robots.items() if stage.alive or stage.died_moving)
+    state = replace(state, unobeyed={**state.unobeyed, mark: hosts})
+    return state, tell_obeyed(state, mark, _named(state, hosts))
+
+
+def obeyed(state: SessionState, host: str, marks: Iterable[str]) -> Decided:
+    """Note that the stage of real robots on a host has obeyed these stops, and inform pages which have yet to."""
+    acts: list[Act] = []
+    for mark in [*marks]:
+        if host in state.unobeyed.get(mark, ()):
+            left = state.unobeyed[mark] - {host}
+            rest = {other: hosts for other, hosts in state.unobeyed.items() if other != mark}
+            state = replace(state, unobeyed={**rest, mark: left} if left else rest)
+            acts += tell_obeyed(state, mark, _named(state, left))
+    return state, acts
+
+
+def tell_obeyed(state: SessionState, mark: str, waits_for: Sequence[str]) -> list[Act]:
+    """Inform pages that all stages have obeyed a stop, except those that it waits for."""
+    message = for_pages({"type": "obeyed", "mark": mark, "waits_for": waits_for})
+    return [Send(key, message) for key in state.pages]
+
+
+def _named(state: SessionState, hosts: Iterable[str]) -> list[str]:
+    here = "the stage here" if state.is_spread else "the real robots"
+    return [here if host == HERE else host for host in sorted(hosts)]
+
+
+def _standing(scores: Collection[Score]) -> Score:
+    """Return a score with the robots of these scores, any of which may play, and with nothing to play, so that they are
+    only sent zeros.
+
+    A robot may have another topic in each score. Then it counts as several.
+    """
+    robots = {part.topic: part for score in scores for part in score.moving().parts.values()}
+    parts: dict[str, Part] = {}
+    for topic, part in robots.items():
+        name = topic if part.robot in parts else part.robot
+        parts[name] = replace(part, robot=name, scenes=(), reset=None)
+    latest = [*scores][-1]
+    return Score(latest.tempo, parts, world=latest.world)

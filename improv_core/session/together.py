@@ -1,0 +1,177 @@
+"""Facts about the stages of real robots on several machines, which play as one. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from improv_core.protocol.commands import AUTOMATIONS, Automation
+from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.messages import Arming, CountJson, TransportMessage
+from improv_core.score.takeover import Takeover
+from improv_core.session.state import HERE, SessionState, StageKey
+
+SPARE = 0.03
+"""Seconds by which a message that is sent ahead should arrive early."""
+
+
+def others(state: SessionState, host: str) -> list[str]:
+    """Return the hosts whose stages are alive, except this one."""
+    return [each for each in state.alive if each != host]
+
+
+def playing(state: SessionState) -> list[str]:
+    """Return the hosts whose stages are alive and play along, if anything plays."""
+    return [host for host in state.alive if host not in {*state.joining, *state.entering}]
+
+
+def lead(state: SessionState) -> str | None:
+    """Return the host whose stage's position counts for all: the first one that plays and moves robots."""
+    with_robots = {host_of(state, robot) for robot in _robots(state)}
+    return min(playing(state), key=lambda host: (host not in with_robots, host), default=None)
+
+
+def position(state: SessionState) -> TransportMessage | None:
+    """Return the position of the lead."""
+    host = lead(state)
+    return state.robots[host].transport if host is not None else None
+
+
+def host_of(state: SessionState, robot: str) -> str:
+    """Return the host whose stage moves a robot."""
+    part = state.moving.score.parts.get(robot) if state.moving else None
+    return part.host.name if part and part.host else HERE
+
+
+def robots_of(state: SessionState, host: str) -> list[str]:
+    """Return the robots that the stage of a host moves."""
+    return [robot for robot in _robots(state) if host_of(state, robot) == host]
+
+
+def ahead(state: SessionState) -> float:
+    """Return the seconds by which all must get a command early in order to obey it at the same instant."""
+    return min(max((stage.lag for stage in state.robots.values() if stage.alive), default=0.0) + SPARE, MOST_AHEAD)
+
+
+def bar(state: SessionState) -> int:
+    """Return the number of beats in a bar."""
+    return (state.moving.score.bar or state.moving.beats_per_bar) if state.moving else 0
+
+
+def tempo(state: SessionState) -> Fraction:
+    """Return the tempo of the program, in beats per minute."""
+    return Fraction(state.moving.score.tempo) if state.moving else Fraction(0)
+
+
+def speed(state: SessionState) -> Fraction:
+    """Return the speed factor that a person has set."""
+    asked = state.kept.get("speed")
+    return Fraction(str(asked["factor"] if asked and asked["type"] == "speed" else 1.0))
+
+
+def count(state: SessionState) -> CountJson | None:
+    """Return the count of each stage before beat 0, from when it is sent the time to begin."""
+    if not state.moving or not state.moving.score.count_in or state.following:
+        return None
+    return {"beats": bar(state), "period": 60 / float(tempo(state) * speed(state))}
+
+
+def arming(state: SessionState) -> Arming | None:
+    """Return how beat 0 waits for a person, or a time; None if it doesn't."""
+    return state.moving.arming if state.moving else None
+
+
+def begins(state: SessionState) -> float:
+    """Return the time at which beat 0 comes by itself while it waits for a person, in Unix time; infinite if never."""
+    return (arming(state) or {}).get("begins", math.inf)
+
+
+def opens(state: SessionState) -> float:
+    """Return the time at which all have to be sent their start when they begin by themselves, in Unix time: they may
+    count beats until beat 0."""
+    counted = count(state)
+    return begins(state) - (counted["beats"] * counted["period"] if counted else 0.0)
+
+
+def is_led(state: SessionState) -> bool:
+    """Return whether all follow a clock that runs."""
+    return state.following is not None and state.following.rate > 0 and not state.following.silent
+
+
+def may_start(state: SessionState, by: Automation | None) -> bool:
+    """Return whether this automation, or a person (None), may have robots begin or continue, by the reports of all
+    stages."""
+    said = [stage.transport for stage in state.robots.values() if stage.alive]
+    return by is None or all(by in each.get("startable_by", AUTOMATIONS) for each in said if each)
+
+
+def repeats(state: SessionState, host: str) -> bool:
+    """Return whether a stage has paused because of robots that another one had found too near to each other before."""
+    first = state.robots.get(state.paused_first or HERE)
+    one, other = first and first.transport, state.robots[host].transport
+    if state.mode != "paused" or state.paused_first in (None, host) or not one or not other:
+        return False
+    near = {*other.get("too_near", ())}
+    return bool(near) and near <= {*one.get("too_near", ())}
+
+
+def is_apart(state: SessionState, host: str) -> bool:
+    """Return whether a stage has begun a scene at another beat than the lead."""
+    one, other = position(state), state.robots[host].transport
+    if not one or not other or one["generation"] != other["generation"] or other["state"] != "playing":
+        return False
+    known, here = one.get("scene"), other.get("scene")
+    if not known or not here:
+        return False
+    return known["index"] == here["index"] and known["begins"] != here["begins"]
+
+
+def without(state: SessionState, host: str) -> SessionState:
+    """Return the state without a stage among those that join: the others don't wait for it."""
+    left = {host}
+    entering = {each: generation for each, generation in state.entering.items() if each != host}
+    return replace(state, joining=state.joining - left, entering=entering, paused_by=state.paused_by - left)
+
+
+def without_entry(state: SessionState) -> SessionState:
+    """Return the state with nothing that begins or continues by the clock."""
+    return replace(state, enters=math.inf, stands=False)
+
+
+def stopped(state: SessionState) -> SessionState:
+    """Return the state with nothing that plays or joins."""
+    none: frozenset[str] = frozenset()
+    return replace(without_entry(state), mode="stopped", joining=none, entering={}, paused_by=none)
+
+
+def with_all(state: SessionState, hosts: Iterable[str], **changes: Any) -> SessionState:
+    """Return the state with the same changes to the stages of these hosts."""
+    for host in hosts:
+        state = state.with_stage(StageKey(host, "ros"), **changes)
+    return state
+
+
+def beat_at(transport: TransportMessage, at: float) -> float:
+    """Return the beat at a time, which may be before the latest report: that was sent ahead."""
+    if transport["state"] != "playing":
+        return transport["beat"]
+    return max(transport["beat"] + (at - transport["monotonic"]) * transport["tempo"] / 60, 0.0)
+
+
+def entry_at(transport: TransportMessage, beat: float, monotonic: float) -> Takeover:
+    """Return the takeover of a stage that joins another one, which is at this beat at that time."""
+    entry: Takeover = {"beat": beat, "monotonic": monotonic}
+    if "begins" in transport:
+        entry["begins"] = transport["begins"]
+    if "scene" in transport:
+        entry["scene"] = transport["scene"]
+    if "pace" in transport:
+        entry["pace"] = transport["pace"]
+    return entry
+
+
+def _robots(state: SessionState) -> Iterable[str]:
+    return state.moving.score.parts if state.moving else ()

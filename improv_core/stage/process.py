@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,7 +30,7 @@ from improv_core.safety.suspend import asleep
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Inbox
-from improv_core.stage.stdio import Outbox, read_arrivals, read_stops, write_messages
+from improv_core.stage.stdio import Outbox, put, read_arrivals, read_stops, write_messages
 
 SWITCH_INTERVAL = 0.0005
 """Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
@@ -58,7 +59,8 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "") -> int:
     say = own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
-    outbox = Outbox()
+    outbox: Outbox = UrgentQueue()
+    tell = partial(put, outbox)
     pipe, show = os.environ.pop(STOP_PIPE, None), os.environ.pop(STOP_SOCKETS, None)
     reached = DirectStops(inbox)
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -66,22 +68,22 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "") -> int:
     writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:
-        job = begin(lambda message: outbox.put(reached.after(message)), inbox.put)
+        job = begin(lambda message: tell(reached.after(message)), inbox.put)
         if show and job.moves:
             reached.listen(Path(show), HERE if job.ready["real"] else SIMULATOR)
     except Exception as error:  # whatever a sink's libraries raise, the one line about it must get out
-        outbox.put({"type": "error", "message": one_line(error)})
+        tell({"type": "error", "message": one_line(error)})
         code = 2
     else:
         parent = Parent()
         if pipe:  # then only messages there show that the parent lives
-            threading.Thread(target=read_stops, args=(int(pipe), inbox, parent, outbox.put), daemon=True).start()
+            threading.Thread(target=read_stops, args=(int(pipe), inbox, parent, tell), daemon=True).start()
         reading = inbox, None if pipe else parent, job.hand_to_pages
         threading.Thread(target=read_arrivals, args=reading, daemon=True).start()
         # A garbage collection over all imported modules would make commands late.
         gc.freeze()
         gc.set_threshold(50_000, 20, 100)
-        outbox.put(job.ready)
+        tell(job.ready)
         code = job.run(inbox, parent)
         if code == 0:  # otherwise, robots may still move, and no other stage has taken them over
             reached.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import time
 from collections.abc import Callable
 from typing import cast
@@ -112,27 +111,14 @@ def arrival(line: bytes, read: RowsRead) -> Arrival:
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 
 
-class Outbox:
-    """Messages to the parent. Answers to pings overtake all others: a parent that is slow to read the velocities of a
-    thousand robots must not consider their stage hung. Any thread may put messages in; one gets them."""
+Outbox = UrgentQueue[FromStage | None]
+"""Messages to the parent, and None after the last one. Any thread may put messages in; one gets them."""
 
-    def __init__(self) -> None:
-        self._messages: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
-        self._pongs: queue.SimpleQueue[FromStage] = queue.SimpleQueue()
 
-    def put(self, message: FromStage | None) -> None:
-        """Add a message, or None after the last one."""
-        if message and message["type"] == "pong":
-            self._pongs.put(message)
-        self._messages.put(message)  # pongs too, to wake the thread that waits
-
-    def get(self) -> FromStage | None:
-        """Return the next message, as soon as there is one."""
-        while self._pongs.empty():
-            message = self._messages.get()
-            if not message or message["type"] != "pong":
-                return message
-        return self._pongs.get()
+def put(outbox: Outbox, message: FromStage) -> None:
+    """Send the parent a message. Answers to pings overtake all others: a parent that is slow to read the velocities of
+    a thousand robots must not consider their stage hung."""
+    (outbox.put_first if message["type"] == "pong" else outbox.put)(message)
 
 
 def write_messages(outbox: Outbox, say: Callable[[FromStage], None]) -> None:

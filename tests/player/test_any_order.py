@@ -61,32 +61,29 @@ class Walk:
         self.edited.save(self.program(self.dice.choice(OTHERS)), "now")
         self.alone.save(self.program(BERT), "now")
 
-    def pause(self) -> None:
+    def ask(self, kind: str, **given: object) -> None:
         for stage in self.both:
-            stage.ask("pause")
+            stage.ask(kind, **given)
+
+    def pause(self) -> None:
+        self.ask("pause")
 
     def resume(self) -> None:
-        for stage in self.both:
-            stage.ask("resume")
+        self.ask("resume")
 
     def stop(self) -> None:
-        for stage in self.both:
-            stage.ask("stop")
+        self.ask("stop")
 
     def seek(self) -> None:
         self.beat = self.dice.choice((0.0, 3.0, 7.3))
-        for stage in self.both:
-            stage.ask("seek", beat=self.beat)
+        self.ask("seek", beat=self.beat)
 
     def set_speed(self) -> None:
-        factor = self.dice.choice((0.5, 1.0, 2.0))
-        for stage in self.both:
-            stage.ask("speed", factor=factor)
+        self.ask("speed", factor=self.dice.choice((0.5, 1.0, 2.0)))
 
     def silence(self) -> None:
         muted, soloed = self.dice.choice(((), ("anna",), ("bert",))), self.dice.choice(((), (), ("anna",), ("cleo",)))
-        for stage in self.both:
-            stage.ask("silence", muted=muted, soloed=soloed)
+        self.ask("silence", muted=muted, soloed=soloed)
 
     def hold(self) -> None:
         self.held = not self.held

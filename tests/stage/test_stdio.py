@@ -13,7 +13,7 @@ from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.protocol.messages import Pong, Sent
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.stage import stdio
-from improv_core.stage.stdio import TOO_LONG, Outbox, read_arrivals, read_stops
+from improv_core.stage.stdio import TOO_LONG, Outbox, put, read_arrivals, read_stops
 
 
 def sent(robot: str) -> Sent:
@@ -25,9 +25,10 @@ def pong(number: int) -> Pong:
 
 
 def test_an_answer_to_a_ping_overtakes_everything_the_parent_has_not_read() -> None:
-    outbox = Outbox()
-    for message in (sent("a"), sent("b"), pong(1), sent("c"), pong(2), None):
-        outbox.put(message)
+    outbox: Outbox = UrgentQueue()
+    for message in (sent("a"), sent("b"), pong(1), sent("c"), pong(2)):
+        put(outbox, message)
+    outbox.put(None)
     assert [outbox.get() for _ in range(6)] == [pong(1), pong(2), sent("a"), sent("b"), sent("c"), None]
 
 

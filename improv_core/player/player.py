@@ -63,6 +63,11 @@ class Player:
         """True while the next thing due must be sent at its exact time. Repeats may be a little late."""
         return self._tracks.next_due().rank != Rank.REPEATS
 
+    @property
+    def sends(self) -> bool:
+        """True while something is left to send, robots are awaited, or simulated ones still move."""
+        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or self._sink.coasting()
+
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
         if self.run.mode == "waiting":

@@ -131,7 +131,9 @@ class Run:
     @property
     def may_move(self) -> bool:
         """True if robots move, or may begin to without another request."""
-        return self.mode in ("waiting", "playing") or (self.mode == "paused" and self.continues)
+        if self.mode == "paused":
+            return self.continues
+        return self.mode in ("waiting", "playing") or self.next is not None
 
     @property
     def has_next_scene(self) -> bool:

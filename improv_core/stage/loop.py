@@ -261,10 +261,11 @@ class Loop:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
         clock, player = self._clock, self.player
         end = clock.now() + END_LIMIT  # the parent waits no longer than this
-        moving = player.run.mode in ("playing", "waiting")  # otherwise robots have stopped, and others may move them
+        # In a pause, robots have stopped, and others may move them. But from here on, it must not end by itself.
+        last = STOP if player.run.may_move and player.run.mode != "paused" else PAUSE
         with suppress(Exception):
-            player.take(STOP if moving else PAUSE, clock.now())  # so that no pause ends by itself from here on
-        while (deadline := player.deadline(clock.now())) is not None and deadline < end:
+            player.take(last, clock.now())
+        while player.sends and (deadline := player.deadline(clock.now())) is not None and deadline < end:
             clock.wait_until(deadline)
             with suppress(Exception):
                 player.advance(clock.now())

@@ -173,6 +173,8 @@ def test_a_save_that_waits_for_a_beat_waits_for_that_beat_after_a_pause_too() ->
         *((run(mode, 3), mode in ("waiting", "playing")) for mode in MODES),
         (run("paused", 3, continues=True), True),
         (run("stopped", 3, continues=True), False),
+        (run("paused", 3, next=PendingTakeover(OTHER, 2, "now", 4, 3.0, None)), False),
+        (run("ended", 8, next=PendingTakeover(OTHER, 2, "now", 4, 9.0, None)), True),
     ],
 )
 def test_robots_may_move_unless_a_person_has_to_play_first(before: Run, moves: bool) -> None:

@@ -331,6 +331,24 @@ def test_a_dance_that_waits_for_its_clock_does_not_begin_while_the_stage_ends() 
     assert all(at < 5.5 for _, at, twist in sink.sent if twist != STILL)
 
 
+def test_a_stage_whose_real_robots_are_paused_ends_at_once() -> None:
+    sink = Memory()
+    turned = Turned([(0, load("r $ repeat forward\n")), (1, {"type": "pause"}), (1.01, End())])
+    sink.real = True
+    run(OpenedOutput(sink, lambda message: None), turned, turned, turned.parent)
+    assert zeros(sink, "r") == [1, 1.05, 1.1]
+    assert turned.now() - START == pytest.approx(1.1)
+
+
+def test_a_stage_that_only_has_to_stop_robots_waits_for_them_before_it_ends() -> None:
+    """They may be those of a stage that has died."""
+    sink, dance = Later(), load("b $ forward\n")
+    sink.after = 1.0
+    part = replace(dance.score.parts["b"], scenes=())
+    perform(sink, (0, replace(dance, score=replace(dance.score, parts={"b": part}))), (0.5, End()))
+    assert zeros(sink, "b")
+
+
 def test_an_alarm_stops_moving_robots_and_reports_the_reason() -> None:
     sink = Memory()
     alarm = FromRos(Alarm("no standby"))

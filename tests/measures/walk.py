@@ -31,8 +31,8 @@ LISTENER = (
 
 
 class Walk(NamedTuple):
-    """Functions that run in between. `modules` are those of each process, which its command names. `hops` counts
-    changes from one module to another within a thread."""
+    """Functions that run in between. `modules` are those of the main thread and of the other threads of each process,
+    which its command names. `hops` counts changes from one module to another within a thread."""
 
     milliseconds: float
     modules: Mapping[str, frozenset[str]]
@@ -50,12 +50,13 @@ def run(root: Path, ros: str | None, names: bool) -> None:
         saves, stops = _walks(root, Path(folder), ros)
     for title, walks in (("save -> first Twist", saves), ("Stop on the page -> zero", stops)):
         least = min(walks, key=lambda walk: len(walk.all_modules))
-        print(f"{title}: {len(least.all_modules)} modules, {least.hops} hops, {len(least.modules)} processes")
+        processes = {name.partition(",")[0] for name in least.modules}
+        print(f"{title}: {len(least.all_modules)} modules, {least.hops} hops, {len(processes)} processes")
         for walk in walks:
             count = len(walk.all_modules)
             print(f"  {walk.milliseconds:7.1f} ms, {count} modules, {walk.functions} functions, {walk.hops} hops")
-        for process, modules in least.modules.items():
-            print(f"  {len(modules)} modules in {process}")
+        for threads, modules in sorted(least.modules.items()):
+            print(f"  {len(modules)} modules: {threads}")
             if names:
                 print(*(f"    {module}" for module in sorted(modules)), sep="\n")
 
@@ -115,15 +116,15 @@ def _walk(trace: Path, begin: int, end: int, root: Path) -> Walk:
     modules, functions, hops = defaultdict[str, set[str]](set), set(), 0
     for file in trace.glob("*.calls"):
         last: dict[str, str] = {}
-        process = _short(file.with_suffix(".command").read_text(encoding="utf-8"), root)
+        main, _, command = file.with_suffix(".process").read_text(encoding="utf-8").partition(" ")
         for line in file.read_text(encoding="utf-8").splitlines():
             at, thread, module, number = line.split("\t")
             if begin <= int(at) <= end:
-                modules[process].add(module)
+                modules[f"{_short(command, root)}, {'main thread' if thread == main else 'others'}"].add(module)
                 functions.add((module, number))
                 hops += last.get(thread, module) != module
                 last[thread] = module
-    found = {process: frozenset(names) for process, names in modules.items()}
+    found = {threads: frozenset(names) for threads, names in modules.items()}
     return Walk((end - begin) / 1e6, found, len(functions), hops)
 
 

@@ -54,7 +54,8 @@ def _keep_writing() -> None:
 
 if _FOLDER:
     _sent = os.open(f"{_FOLDER}/sent", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    Path(_FOLDER, f"{os.getpid()}.command").write_text(" ".join(sys.orig_argv), encoding="utf-8")
+    _about = f"{threading.get_ident()} {' '.join(sys.orig_argv)}"
+    Path(_FOLDER, f"{os.getpid()}.process").write_text(_about, encoding="utf-8")
     threading.Thread(target=_keep_writing, daemon=True).start()
     atexit.register(_write_down)
     threading.setprofile(_note)

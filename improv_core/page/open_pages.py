@@ -48,9 +48,9 @@ class Pages:
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
         if self._trails:
-            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()}, self._placed)
+            outbox.lengthen("trails", {name: trail for name, (trail, _) in self._trails.items()}, self._placed)
         if self._measured:
-            outbox.show_measured(self._measured)
+            outbox.lengthen("measured", self._measured)
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox
@@ -78,7 +78,7 @@ class Pages:
             trail.places.append(measured_place(each))
             self._measured[name] = trail.renewed()
         for outbox in self._outboxes:
-            outbox.show_measured(self._measured)
+            outbox.lengthen("measured", self._measured)
 
     def forget_measured(self) -> None:
         """Drop the measured poses, because another performance begins."""
@@ -143,7 +143,7 @@ class Pages:
         if (trails, snapshot.placed) != (self._trails, self._placed):
             self._trails, self._placed = trails, snapshot.placed
             for outbox in self._outboxes:
-                outbox.show_trails(snapshot.trails, snapshot.placed)
+                outbox.lengthen("trails", snapshot.trails, snapshot.placed)
         known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
         new = [bump for bump in snapshot.bumps if id(bump) not in known]
         self._bumps = snapshot.bumps

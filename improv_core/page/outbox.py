@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from typing import Any, Literal, Protocol
+from functools import partial
+from typing import Literal, Protocol
 
 from improv_core.protocol.drawn import Bump, Lengthening
 from improv_core.protocol.page_messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
@@ -30,18 +31,17 @@ class PageOutbox:
 
     def __init__(self, number: int) -> None:
         self.number = number
-        self._waiting: dict[str, str] = {}
+        self._waiting: dict[str, str | Callable[[], str]] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
-        self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}
-        self._placed = 0
         self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # the number of places sent of each trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
         self._question: AskWindow | None = None
         self._asked = asyncio.Event()
 
-    def put(self, kind: str, text: str) -> None:
-        """Queue a message behind all others; it replaces one of its kind that still waits."""
+    def put(self, kind: str, text: str | Callable[[], str]) -> None:
+        """Queue a message behind all others, or a function that writes it when it is sent. It replaces one of its kind
+        that still waits."""
         self._waiting.pop(kind, None)
         self._waiting[kind] = text
         self._empty.clear()
@@ -50,17 +50,11 @@ class PageOutbox:
     def add_bumps(self, bumps: Iterable[Bump]) -> None:
         """Send bumps, together with those that still wait."""
         self._bumps.extend(bumps)
-        self.put("bumps", "")
+        self.put("bumps", self._take_bumps)
 
-    def show_trails(self, trails: Mapping[str, Lengthening], placed: int) -> None:
-        """Send the parts of the robots' trails that the page lacks; `placed` is that of the snapshot."""
-        self._trails["trails"], self._placed = trails, placed
-        self.put("trails", "")
-
-    def show_measured(self, trails: Mapping[str, Lengthening]) -> None:
-        """Send the parts of the measured trails that the page lacks."""
-        self._trails["measured"] = trails
-        self.put("measured", "")
+    def lengthen(self, kind: TrailKind, trails: Mapping[str, Lengthening], placed: int = 0) -> None:
+        """Send the parts of robots' trails that the page lacks; `placed` is that of the snapshot."""
+        self.put(kind, partial(self._lacking, kind, trails, placed))
 
     def ask(self, question: AskWindow) -> None:
         """Ask for a window; this replaces a question that nobody has read yet."""
@@ -88,12 +82,12 @@ class PageOutbox:
                 kind = next(iter(self._waiting))
                 text = self._waiting.pop(kind)
                 with suppress(ConnectionError):  # the page is gone: the reading side ends the session
-                    await page.send_str(text or (self._take_bumps() if kind == "bumps" else self._take_trails(kind)))
+                    await page.send_str(text if isinstance(text, str) else text())
             self._empty.set()
 
-    def _take_trails(self, kind: Any) -> str:
+    def _lacking(self, kind: TrailKind, trails: Mapping[str, Lengthening], placed: int) -> str:
         robots: dict[str, DrawnTrail] = {}
-        for name, trail in self._trails[kind].items():
+        for name, trail in trails.items():
             known, sent = self._sent.get((kind, name), (trail, 0))
             begin = sent if known is trail else 0
             places = trail.places[begin:]
@@ -101,7 +95,7 @@ class PageOutbox:
             if places:
                 robots[name] = {"from": begin, "places": [[round(value, 4) for value in place] for place in places]}
         message: DrawnTrails | DrawnMeasured = (
-            {"type": "trails", "placed": self._placed, "robots": robots}
+            {"type": "trails", "placed": placed, "robots": robots}
             if kind == "trails"
             else {"type": "measured", "robots": robots}
         )

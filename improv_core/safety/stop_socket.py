@@ -105,13 +105,11 @@ def listening(stop: Callable[[Stop], str], stops: Stops, started: float) -> Stop
 
 def stopped_since(started: float) -> bool:
     """Return whether somebody has run `improv stop` since a monotonic time."""
-    user = os.getuid()
-    for folder in (SHARED / f"improv-{user}", *_random_folders(user)):
-        if _is_private(folder, user):
-            with suppress(OSError, ValueError):
-                boot, at = (folder / NOTE).read_text().split()
-                if boot == _boot() and started < float(at) <= time.monotonic():
-                    return True
+    for folder in _folders(os.getuid()):
+        with suppress(OSError, ValueError):
+            boot, at = (folder / NOTE).read_text().split()
+            if boot == _boot() and started < float(at) <= time.monotonic():
+                return True
     return False
 
 
@@ -222,11 +220,16 @@ def _random_folders(user: int) -> Iterator[Path]:
     return (folder for folder in sorted(SHARED.glob(f"improv-{user}-*")) if _is_private(folder, user))
 
 
+def _folders(user: int) -> Iterator[Path]:
+    """Return all folders in which a user's sockets may be."""
+    named = (*_runtime_folders(user), SHARED / f"improv-{user}", *_random_folders(user))
+    return (folder for folder in dict.fromkeys(named) if _is_private(folder, user))
+
+
 def _sockets(user: int, suffix: str) -> Iterator[Path]:
-    for folder in dict.fromkeys((*_runtime_folders(user), SHARED / f"improv-{user}", *_random_folders(user))):
-        if _is_private(folder, user):
-            with suppress(OSError):
-                yield from sorted(folder.glob(f"*{suffix}"))
+    for folder in _folders(user):
+        with suppress(OSError):
+            yield from sorted(folder.glob(f"*{suffix}"))
 
 
 def _made(folder: Path, user: int) -> Path | None:

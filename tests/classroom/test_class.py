@@ -28,7 +28,6 @@ from improv_core.classroom.student_server import File, StudentServer, files_of
 from improv_core.classroom.turns import SentDance, Turns, next_child
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
-from improv_core.page.connection_limit import MAX_CONNECTIONS
 from improv_core.session.start import Options
 from improv_core.website.build import HEAD, MARK
 from tests.commands.command_line import run
@@ -201,21 +200,6 @@ def test_a_stop_works_while_the_event_loop_is_busy() -> None:
     check(scene)
 
 
-def test_silent_connections_hold_up_no_stop_for_long() -> None:
-    async def scene(pages: Pages) -> None:
-        host, port = pages._base.removeprefix("http://").split(":")
-        silent = [await asyncio.open_connection(host, port) for _ in range(2 * MAX_CONNECTIONS)]
-        async with asyncio.timeout(LIMIT):
-            status = 0
-            while status != 204:  # the page also tries again
-                with suppress(aiohttp.ClientConnectionError):
-                    status = await pages.stop(pages.token)
-        for _, writer in silent:
-            writer.close()
-
-    check(scene)
-
-
 def test_several_play_together_and_a_wrong_one_is_shown() -> None:
     async def scene(pages: Pages) -> None:
         for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
@@ -294,7 +278,6 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
     check(scene)
 
 
-@pytest.mark.parametrize("address", ["children", "teacher"])
 @pytest.mark.parametrize(
     "lines",
     [
@@ -304,10 +287,9 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
         "POST /dance HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
     ],
 )
-def test_a_malformed_request_leaves_no_traceback_in_the_terminal(lines: str, address: str) -> None:
+def test_a_malformed_request_leaves_no_traceback_in_the_terminal(lines: str) -> None:
     async def scene(pages: Pages) -> None:
-        base = pages.address if address == "children" else pages._base
-        reader, writer = await asyncio.open_connection(*base.removeprefix("http://").rstrip("/").split(":"))
+        reader, writer = await asyncio.open_connection(*pages.address.removeprefix("http://").rstrip("/").split(":"))
         writer.write(f"{lines}\r\n\r\n".encode())
         async with asyncio.timeout(LIMIT):
             assert b" 40" in await reader.readline()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
@@ -113,7 +113,7 @@ class Paths:
     """The ideal poses of robots. Each part of a movement is visited once, even if many ask for it."""
 
     def __init__(self) -> None:
-        self._outcomes: list[tuple[Profile, Outcomes[Pose], Outcomes[_Flight]]] = []
+        self._outcomes: dict[Profile, Outcomes[_Flight]] = {}
         self._movements: dict[int, Movement] = {}  # kept alive as long as their outcomes
 
     def pose(self, part: Part, beat: Exact, budget: Budget) -> Pose:
@@ -121,24 +121,16 @@ class Paths:
         movement, start = part.movement, part.entered or part.start
         passed = min(max(beat - part.begins, 0), movement.duration)
         self._movements[id(movement)] = movement
-        moving, flying = self._outcomes_of(part.profile)
-        if movement.peak.z:
-            return flying.until(movement, passed, budget).landing(start)
-        return start.then(moving.until(movement, passed, budget))
-
-    def _outcomes_of(self, profile: Profile) -> tuple[Outcomes[Pose], Outcomes[_Flight]]:
-        for known, moving, flying in self._outcomes:
-            if known == profile:
-                return moving, flying
-        self._outcomes.append((profile, _moving(profile), _flying(profile)))
-        return self._outcomes[-1][1:]
+        if part.profile not in self._outcomes:
+            self._outcomes[part.profile] = _flights(part.profile)
+        return self._outcomes[part.profile].until(movement, passed, budget).landing(start)
 
 
 def displacement(movement: Movement, beats: Duration, profile: Profile, most_throws: int) -> Pose | None:
     """Return the displacement of a robot in the first beats of a movement if no ground stops it, as a pose relative to
     its start; None like `pose_at`."""
     try:
-        return _moving(profile).until(movement, beats, Budget(most_throws * VISITS_PER_THROW))
+        return _flights(profile).until(movement, beats, Budget(most_throws * VISITS_PER_THROW)).moved
     except TooLongError:
         return None
 
@@ -154,18 +146,7 @@ class _Chained(Protocol):
 M = TypeVar("M", bound=_Chained)
 
 
-def _moving(profile: Profile) -> Outcomes[Pose]:
-    return Outcomes(Pose(), _held(profile))
-
-
-def _held(profile: Profile) -> Callable[[Velocity, float], Pose]:
-    """Return a function that gives the effect of a velocity on a robot in so many beats."""
-    moving = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
-    return lambda velocity, beats: Pose().after(moving(velocity), beats)
-
-
-@dataclass(frozen=True, slots=True)
-class _Flight:
+class _Flight(NamedTuple):
     """The pose that a robot reaches if no ground stops it, and its lowest height on the way, both from its start."""
 
     moved: Pose
@@ -180,11 +161,11 @@ class _Flight:
         return replace(end, z=end.z - min(start.z + self.lowest, 0.0))
 
 
-def _flying(profile: Profile) -> Outcomes[_Flight]:
-    moved = _held(profile)
+def _flights(profile: Profile) -> Outcomes[_Flight]:
+    twists = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
 
     def held(velocity: Velocity, beats: float) -> _Flight:
-        pose = moved(velocity, beats)
+        pose = Pose().after(twists(velocity), beats)
         return _Flight(pose, min(pose.z, 0.0))
 
     return Outcomes(_Flight(Pose(), 0.0), held)

@@ -12,7 +12,7 @@ from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import Robots
-from improv_core.score.encounters import Known
+from improv_core.score.encounters import RoomResults
 from improv_core.text import difference
 
 MOST_KEPT = 20
@@ -29,7 +29,7 @@ class OpenProgram(NamedTuple):
 
 class _Version(NamedTuple):
     analysis: Analysis
-    known: Known | None
+    known: RoomResults | None
 
 
 class Rooms:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from improv_core.ide.inlay_hint import Hint
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
-from improv_core.score.algebra import Series, Use
+from improv_core.score.algebra import FromStatement, Series
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.replay import Replay
@@ -29,14 +29,14 @@ def playing_hints(replay: Replay, now: Analysis, beat: float) -> list[Hint]:
     return [found[index] for index in sorted(found)]
 
 
-def _shown(line: Use, passed: Exact) -> str:
+def _shown(line: FromStatement, passed: Exact) -> str:
     """`beat 3/8`, counted from 1, as people do."""
     length = lengths(line)
     whole = "∞" if length.shortest == ENDLESS else str(math.ceil(length.shortest)) if length.is_fixed else ""
     return f"beat {math.floor(passed) + 1}{whole and '/'}{whole}"
 
 
-def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[Use, Exact]]:
+def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[FromStatement, Exact]]:
     """Return the line that each robot plays at a beat, and the number of beats since it began."""
     score = replay.score
     passed = max(bisect_right(score.scene_begins, beat) - 1, 0)
@@ -44,7 +44,9 @@ def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[Use, Exact]]:
     for robot, part in score.parts.items():
         scene = part.of_scene(score.scene + passed)
         begin = score.scene_begins[passed] if passed else part.begins
-        lines = [each for each in (scene.items if isinstance(scene, Series) else (scene,)) if isinstance(each, Use)]
+        lines = [
+            each for each in (scene.items if isinstance(scene, Series) else (scene,)) if isinstance(each, FromStatement)
+        ]
         if beat < begin:
             continue
         if passed or not replay.is_open(robot):
@@ -58,7 +60,7 @@ def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[Use, Exact]]:
     return found
 
 
-def _walked_line(lines: Sequence[Use], passed: Exact) -> tuple[Use, Exact] | None:
+def _walked_line(lines: Sequence[FromStatement], passed: Exact) -> tuple[FromStatement, Exact] | None:
     """Return the line that plays this many beats after the first one began, and the beats since it began itself."""
     for line in lines:
         if passed < line.duration:

@@ -35,7 +35,7 @@ from improv_core.protocol.editing import (
 )
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
-from improv_core.score.encounters import Known
+from improv_core.score.encounters import RoomResults
 from improv_core.text import LineIndex, difference
 
 MOST_PAGES = 64
@@ -57,7 +57,7 @@ class PageEditor:
         self._write_first_beat = write_first_beat
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
-        self._known: Known | None = None  # of meetings
+        self._known: RoomResults | None = None  # of meetings
 
     def answer(
         self, page: int, ask: Analyze | Complete | Explain | Change, *, rehearses: bool = False

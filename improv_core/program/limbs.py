@@ -11,7 +11,7 @@ from improv_core.program.meaning import Meaning, movement_of
 from improv_core.program.misuse import MovementOf
 from improv_core.robots.bodies import DIRECTIONS
 from improv_core.robots.config import Robots
-from improv_core.score.algebra import Gain, Parallel, Use
+from improv_core.score.algebra import FromStatement, Gain, Parallel
 from improv_core.score.body import START, Body
 from improv_core.score.bounds import swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
@@ -157,7 +157,7 @@ def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
             word, mirrored = movement.part, flipped
         elif isinstance(movement, Gain) and swaps_sides(movement.gain):
             flipped = not flipped
-        elif isinstance(movement, Use) and outer is None:
+        elif isinstance(movement, FromStatement) and outer is None:
             outer = movement.span
         elif isinstance(movement, Parallel):
             moved = [_moved(each, word, mirrored, flipped, body) for each in movement.items]
@@ -199,7 +199,7 @@ def _pose_in(movement: Movement) -> Span | None:
     waiting = [movement]
     while waiting:
         part = waiting.pop()
-        if isinstance(part, ToPose) or (isinstance(part, Use) and part.body_words.has_poses and part.span):
+        if isinstance(part, ToPose) or (isinstance(part, FromStatement) and part.body_words.has_poses and part.span):
             return part.span
         waiting += [each for each in reversed(part.parts) if each.body_words.has_poses]
     return None

@@ -100,7 +100,7 @@ class Program:
         for line in self.played.values() if self.selected is None else self.selected:
             for robot, part in line.parts:
                 checkpoint()
-                begun = algebra.use(dice.throwing(part, line.throw), None, line.statement)
+                begun = algebra.from_statement(dice.throwing(part, line.throw), None, line.statement)
                 plays.setdefault(robot, {}).setdefault(line.scene, []).append(begun)
         return {
             robot: tuple([algebra.series(parts.get(scene, ())) for scene in range(self.scene_count)])

@@ -240,11 +240,11 @@ class Reader(Reporter):
     def _named(self, name: Name) -> Movement:
         if argument := self.given.movements.get(name.text):
             self.deepest = max(self.deepest, self.level + argument.height)
-            return algebra.use(argument.movement, name.span, argument.statement)
+            return algebra.from_statement(argument.movement, name.span, argument.statement)
         definition = self.scope.get(name.text)
         if not definition or definition.phrase or definition.takes:  # it lacks its arguments here
             return NOTHING
-        return algebra.use(definition.movement, name.span, definition.statement)
+        return algebra.from_statement(definition.movement, name.span, definition.statement)
 
     def _called(self, call: Call) -> Movement:
         """Read a use of a phrase. Arguments that don't match its head are reported elsewhere."""
@@ -268,7 +268,7 @@ class Reader(Reporter):
         self.calls[id(call)] = expansion
         for fault in expansion.reader.faults:
             self._blame(call, definition.phrase, fault)
-        return algebra.use(expansion.movement, call.name.span, definition.statement)
+        return algebra.from_statement(expansion.movement, call.name.span, definition.statement)
 
     def _argument(self, node: Node) -> Argument:
         before, self.deepest = self.deepest, self.level
@@ -424,7 +424,7 @@ class Reader(Reporter):
         items = found.movements
         if found.statement != self.statement:
             span = _inside_parentheses(node.body).span
-            items = tuple([algebra.use(item, span, found.statement) for item in items])
+            items = tuple([algebra.from_statement(item, span, found.statement) for item in items])
         return items if len(items) < FEW or self._add_up(node, items) else None
 
 

@@ -13,7 +13,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.room_fixes import fixes
 from improv_core.program.timing import decimal
-from improv_core.score.encounters import Known
+from improv_core.score.encounters import RoomResults
 from improv_core.score.meetings import Hit, Meeting, check_room
 from improv_core.score.movement import STILL, Source, near
 from improv_core.score.obstacles import EDGE, GROUND
@@ -45,7 +45,7 @@ class RoomReport(NamedTuple):
     end: float
     is_all: bool
     assumes: bool
-    known: Known
+    known: RoomResults
 
     def as_json(self) -> Mapping[str, float | bool]:
         """Return the range of the check as JSON values."""
@@ -58,7 +58,7 @@ class RoomReport(NamedTuple):
         return ", ".join(filter(None, (f"checked to beat {decimal(self.end)}", end, assumed)))
 
 
-def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
+def check(analysis: Analysis, before: RoomResults | None = None) -> RoomReport | None:
     """Check whether the robots of a program meet or hit something. None if it has errors, or just one robot and nothing
     around it.
 

@@ -9,7 +9,7 @@ from improv_core.diagnostics import Diagnostic, unknown
 from improv_core.program.conditions import conditions
 from improv_core.program.meaning import Meaning, movement_of
 from improv_core.robots.config import Robots
-from improv_core.score.algebra import Repeat, Use
+from improv_core.score.algebra import FromStatement, Repeat
 from improv_core.score.movement import Movement
 from improv_core.score.reactions import senses_read
 from improv_core.score.senses import NEAR
@@ -55,7 +55,7 @@ def _looks_ahead(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     """Report a robot that relies on `near`, which looks ahead, while it only goes backward or sideways."""
     if condition.is_negated or body.open or not (body.peak.x or body.peak.y):
         return
-    while isinstance(body, (Repeat, Use)) and not body.dice:
+    while isinstance(body, (Repeat, FromStatement)) and not body.dice:
         body = body.body  # each round is like the first
     way = "sideways"
     for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):

@@ -203,7 +203,7 @@ class Reverse(Single, Through):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Use(Single, Through):
+class FromStatement(Single, Through):
     """A movement written in the statement with this ID, used by a name at `span`."""
 
     span: Span | None
@@ -347,10 +347,10 @@ def accumulate(items: Sequence[Movement]) -> Movement:
     return series(list(count_up(items, lambda beginning, item: series((beginning, item)))))
 
 
-@makes(Use)
-def use(body: Movement, span: Span | None, statement: int) -> Movement:
+@makes(FromStatement)
+def from_statement(body: Movement, span: Span | None, statement: int) -> Movement:
     """Return a movement written in the statement with this ID, used by a name at `span`."""
-    return Use(body.duration, body.uniform, body.bounds, body, span, statement)
+    return FromStatement(body.duration, body.uniform, body.bounds, body, span, statement)
 
 
 STANDING = repeat(stand(1))

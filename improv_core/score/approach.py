@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 from improv_core.score.budget import Budget
-from improv_core.score.trajectories import Beat, Stretch, moving_at
+from improv_core.score.trajectories import Beat, Segment, moving_at
 
 TOLERANCE = 0.001
 """Meters by which two must be nearer than allowed, so that neighbors who touch don't meet."""
@@ -51,14 +51,14 @@ def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters
     if found.until != begin:
         found.together = False
     found.until = begin + 1
-    first, second = one.stretches, other.stretches
+    first, second = one.segments, other.segments
     i = j = 0
     now, end = float(begin), begin + 1.0
     while now < end:
         mine, others = first[i], second[j]
         until = min(mine.end, others.end, end)
         if until > now:
-            _follow_stretches(mine, others, now, until, bound, found, work)
+            _follow_segments(mine, others, now, until, bound, found, work)
             now = until
         i += mine.end <= now
         j += others.end <= now
@@ -66,31 +66,31 @@ def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters
 
 def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Budget) -> float | None:
     """Return the first beat, within one beat, at which a robot's center is nearer to an obstacle than allowed."""
-    for stretch in beat.stretches:
-        now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
-        speed = math.hypot(stretch.along_x, stretch.along_y)
+    for segment in beat.segments:
+        now, end = max(float(begin), segment.start), min(begin + 1.0, segment.end)
+        speed = math.hypot(segment.along_x, segment.along_y)
         while now < end:
             work.spend()
-            x, y, along_x, along_y = moving_at(stretch, now)
+            x, y, along_x, along_y = moving_at(segment, now)
             far, toward_x, toward_y = obstacle(x, y)
             gap = far - near + TOLERANCE
             if gap < 0:
                 return now
-            now += jump(gap, along_x * toward_x + along_y * toward_y, speed, speed * abs(stretch.turn))
+            now += jump(gap, along_x * toward_x + along_y * toward_y, speed, speed * abs(segment.turn))
     return None
 
 
 def sinks(beat: Beat, begin: float) -> float | None:
     """Return the first beat, within one beat, at which a robot on the ground keeps going down."""
-    for stretch in beat.stretches:
-        now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
-        if stretch.along_z < 0 and stretch.z + stretch.along_z * (end - stretch.start) < -TOLERANCE:
-            return max(now, stretch.start - stretch.z / stretch.along_z)
+    for segment in beat.segments:
+        now, end = max(float(begin), segment.start), min(begin + 1.0, segment.end)
+        if segment.along_z < 0 and segment.z + segment.along_z * (end - segment.start) < -TOLERANCE:
+            return max(now, segment.start - segment.z / segment.along_z)
     return None
 
 
-def _follow_stretches(
-    one: Stretch, other: Stretch, begin: float, end: float, bound: Bound, found: Encounters, work: Budget
+def _follow_segments(
+    one: Segment, other: Segment, begin: float, end: float, bound: Bound, found: Encounters, work: Budget
 ) -> None:
     climbing = other.along_z - one.along_z
     above = (other.z + other.along_z * (begin - other.start)) - (one.z + one.along_z * (begin - one.start))
@@ -109,7 +109,7 @@ def _follow_stretches(
 
 
 def _follow_level(
-    one: Stretch, other: Stretch, now: float, end: float, near: float, found: Encounters, work: Budget
+    one: Segment, other: Segment, now: float, end: float, near: float, found: Encounters, work: Budget
 ) -> None:
     """Add the encounters of two robots while neither is above the other."""
     speeds = math.hypot(one.along_x, one.along_y), math.hypot(other.along_x, other.along_y)
@@ -153,7 +153,7 @@ def jump(gap: float, closing: float, speed: float, bend: float) -> float:
     return max(soonest, gap / speed, _FINEST)
 
 
-def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Budget) -> float:
+def _nearest(one: Segment, other: Segment, begin: float, end: float, work: Budget) -> float:
     """Return the least distance between two moments. From the first one on, they come nearer."""
     x, y, along_x, along_y = relative(one, other, end)
     if x * along_x + y * along_y <= 0:
@@ -170,7 +170,7 @@ def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Budge
     return math.hypot(x, y)
 
 
-def relative(one: Stretch, other: Stretch, beat: float) -> tuple[float, float, float, float]:
+def relative(one: Segment, other: Segment, beat: float) -> tuple[float, float, float, float]:
     """Return the position of another robot, seen from one, and its velocity seen from there."""
     x0, y0, along_x0, along_y0 = moving_at(one, beat)
     x1, y1, along_x1, along_y1 = moving_at(other, beat)

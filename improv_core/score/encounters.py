@@ -19,11 +19,11 @@ from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
 from improv_core.score.world import EMPTY, World
 
 MOST_WORK = 2_000_000
-"""The most stretches, pairs, and moments to examine, which takes a few seconds. Then fewer beats are checked."""
+"""The most segments, pairs, and moments to examine, which takes a few seconds. Then fewer beats are checked."""
 
 
 @dataclass(slots=True)
-class Known:
+class RoomResults:
     """Results about the first blocks, for the next check: the trajectories of robots, and those that come too near.
 
     A robot's hits are the beats at which it first comes too near to each thing.
@@ -39,7 +39,7 @@ class Known:
         return self.trajectories[robot].pose(beat)
 
 
-def follow_all(score: Score, known: Known, kept: Collection[str], start: float, blocks: int) -> float | None:
+def follow_all(score: Score, known: RoomResults, kept: Collection[str], start: float, blocks: int) -> float | None:
     """Add the trajectories and encounters of all robots in so many blocks to what is known. Robots that are `kept` are
     known as far as known. Return the beat at which that became too much work; None if it didn't."""
     half = score.world.margin / 2  # the other half is around the robots
@@ -100,11 +100,11 @@ class _Here(NamedTuple):
     is_known: bool
 
 
-def _here(score: Score, number: int, name: str, known: Known, place: int, is_known: bool, work: Budget) -> _Here:
+def _here(score: Score, number: int, name: str, known: RoomResults, place: int, is_known: bool, work: Budget) -> _Here:
     block = known.trajectories[name].block(place)
     if block is None:
         raise TooLongError
-    work.spend(block.stretches)
+    work.spend(block.segments)
     radius = score.parts[name].profile.radius
     return _Here(number, name, radius, block, block.box.larger(radius + score.world.margin / 2, radius), is_known)
 
@@ -121,7 +121,7 @@ def _near(here: Sequence[_Here], work: Budget) -> Iterator[tuple[_Here, _Here]]:
         reached.append(each)
 
 
-def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: Known, work: Budget) -> None:
+def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: RoomResults, work: Budget) -> None:
     bound = _bound(one.radius, other.radius, margin)
     found = known.pairs.get((one.name, other.name)) or Encounters()
     work.spend(BLOCK)
@@ -131,7 +131,7 @@ def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: K
 
 
 def _follow_among(
-    robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: Known, work: Budget
+    robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: RoomResults, work: Budget
 ) -> None:
     hits = known.hits.setdefault(robot.name, {})
     if robot.block.box.z0 < -TOLERANCE and hits.get(GROUND, math.inf) >= begin:

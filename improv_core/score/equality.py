@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.score.algebra import Use
+from improv_core.score.algebra import FromStatement
 from improv_core.score.movement import Movement
 
 WHERE = frozenset({"span", "statement"})
@@ -38,7 +38,7 @@ def same(one: Movement, other: Movement) -> bool:
 
 
 def _without_names(movement: Movement) -> Movement:
-    while isinstance(movement, Use):
+    while isinstance(movement, FromStatement):
         movement = movement.body
     return movement
 

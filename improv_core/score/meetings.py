@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.cycles import common_cycle
-from improv_core.score.encounters import Known, first_encounter, follow_all
+from improv_core.score.encounters import RoomResults, first_encounter, follow_all
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
@@ -52,10 +52,10 @@ class RoomCheck:
     is_all: bool
     meetings: Sequence[Meeting]
     hits: Sequence[Hit]
-    known: Known
+    known: RoomResults
 
 
-def check_room(score: Score, start: float = 0, before: Known | None = None) -> RoomCheck:
+def check_room(score: Score, start: float = 0, before: RoomResults | None = None) -> RoomCheck:
     """Check the room from a beat on, as if no sense ever holds and an endless movement with `until` ends as it is
     drawn.
 
@@ -63,7 +63,7 @@ def check_room(score: Score, start: float = 0, before: Known | None = None) -> R
     check: only pairs with a robot that moves otherwise now are checked again.
     """
     score = pictured(score)
-    known, kept = _still_known(score, start, before or Known())
+    known, kept = _still_known(score, start, before or RoomResults())
     flies = any(part.movement.bounds.peak.z for part in score.parts.values())
     if len(score.parts) < 2 and not (flies or score.world.has_obstacles):
         return RoomCheck(start, start, True, (), (), known)
@@ -72,7 +72,7 @@ def check_room(score: Score, start: float = 0, before: Known | None = None) -> R
     if given_up is None:
         return RoomCheck(start, end, is_all, _meetings(known, start, end), _hits(known, start, end), known)
     end = min(end, given_up)
-    trajectories = Known(known.trajectories, world=known.world)  # the other results end in the middle of a block
+    trajectories = RoomResults(known.trajectories, world=known.world)  # the other results end in the middle of a block
     return RoomCheck(start, end, False, _meetings(known, start, end), _hits(known, start, end), trajectories)
 
 
@@ -91,7 +91,7 @@ def _end(trajectories: Iterable[Trajectory], start: float) -> tuple[float, bool]
     return max(float(min(latest, start + LAST_BEAT)), start), latest <= start + LAST_BEAT
 
 
-def _meetings(known: Known, start: float, end: float) -> list[Meeting]:
+def _meetings(known: RoomResults, start: float, end: float) -> list[Meeting]:
     order = {name: number for number, name in enumerate(known.trajectories)}
     found = []
     for pair, each in known.pairs.items():
@@ -101,7 +101,7 @@ def _meetings(known: Known, start: float, end: float) -> list[Meeting]:
     return sorted(found, key=lambda meeting: (meeting.beat, *(order[name] for name in meeting.robots)))
 
 
-def _hits(known: Known, start: float, end: float) -> list[Hit]:
+def _hits(known: RoomResults, start: float, end: float) -> list[Hit]:
     found = [
         Hit(robot, thing, beat, known.pose(robot, beat))
         for robot, things in known.hits.items()
@@ -111,9 +111,9 @@ def _hits(known: Known, start: float, end: float) -> list[Hit]:
     return sorted(found, key=lambda hit: hit.beat)
 
 
-def _still_known(score: Score, start: float, before: Known) -> tuple[Known, Collection[str]]:
+def _still_known(score: Score, start: float, before: RoomResults) -> tuple[RoomResults, Collection[str]]:
     """Return the results that still hold for a score, and the robots that they are about."""
-    known = Known(world=score.world)
+    known = RoomResults(world=score.world)
     for name, part in score.parts.items():
         old = before.trajectories.get(name)
         known.trajectories[name] = old if old and old.is_of(part, start) else Trajectory(part, start)

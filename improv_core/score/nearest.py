@@ -10,7 +10,7 @@ from improv_core.score.approach import jump, relative
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
-from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory
+from improv_core.score.trajectories import BLOCK, Beat, Segment, Trajectory
 
 EXACT = 1e-4
 """Meters by which a distance may be off."""
@@ -55,17 +55,17 @@ def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str
 
 
 def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, work: Budget) -> Nearest:
-    """Return the least distance so far, including that within some stretches of a beat."""
+    """Return the least distance so far, including that within some segments of a beat."""
     if one.box.is_within(other.box, best.distance):
-        for mine in one.stretches:
-            for others in other.stretches:
+        for mine in one.segments:
+            for others in other.segments:
                 since, until = max(mine.start, others.start, begin), min(mine.end, others.end, end)
                 if since < until:
                     best = _along(mine, others, since, until, best, work)
     return best
 
 
-def _along(one: Stretch, other: Stretch, now: float, end: float, best: Nearest, work: Budget) -> Nearest:
+def _along(one: Segment, other: Segment, now: float, end: float, best: Nearest, work: Budget) -> Nearest:
     speeds = [math.hypot(each.along_x, each.along_y, each.along_z) for each in (one, other)]
     bend = speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
     while True:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
-from improv_core.score.algebra import STANDING, Gain, Hold, Use, hold, stand, use
+from improv_core.score.algebra import STANDING, FromStatement, Gain, Hold, from_statement, hold, stand
 from improv_core.score.body import START, Body
 from improv_core.score.bounds import held, swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
@@ -113,8 +113,8 @@ def _projected(
             return _rest(whole.duration)
     if isinstance(whole, ByPart):
         return inner[0]
-    if isinstance(whole, Use) and not under.mine and not whole.body_words.asked:
-        return use(inner[0], None, whole.statement)  # a rest isn't highlighted
+    if isinstance(whole, FromStatement) and not under.mine and not whole.body_words.asked:
+        return from_statement(inner[0], None, whole.statement)  # a rest isn't highlighted
     if isinstance(whole, Reaction):  # pictures and checks may assume something else than `made_of` does
         *items, assumed = inner
         made = whole.made_of(items)

@@ -12,7 +12,7 @@ from copy import copy
 from itertools import chain, islice, takewhile
 from typing import NamedTuple
 
-from improv_core.score.algebra import Use
+from improv_core.score.algebra import FromStatement
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.joints import limbs_of
 from improv_core.score.motion import Pose
@@ -261,7 +261,7 @@ def _walked(part: Part, movement: Movement, start: Exact) -> Iterator[Moment]:
 def _statements(movement: Movement) -> list[int]:
     """Return the statements that a movement is written in, each once, in the order in which they play."""
     parts = outer_first(movement, lambda part: part.parts)
-    return list(dict.fromkeys(part.statement for part in parts if isinstance(part, Use)))
+    return list(dict.fromkeys(part.statement for part in parts if isinstance(part, FromStatement)))
 
 
 def _line(line: tuple[int, Exact] | None, moment: Moment) -> tuple[int, Exact] | None:

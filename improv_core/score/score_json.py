@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from improv_core.score import world as worlds
-from improv_core.score.algebra import Gain, Hold, Pace, Parallel, Repeat, Reverse, Series, Use
+from improv_core.score.algebra import FromStatement, Gain, Hold, Pace, Parallel, Repeat, Reverse, Series
 from improv_core.score.body import is_whole
 from improv_core.score.bounds import is_too_fast
 from improv_core.score.by_part import ByPart, ToPose
@@ -41,7 +41,7 @@ FASTEST_RATE = 1_000
 _KINDS: Mapping[str, type[Movement]] = {
     kind.NAME: kind
     for kind in (
-        *(Hold, Series, Parallel, Repeat, Pace, Gain, Reverse, Use, Ramp, Ease),
+        *(Hold, Series, Parallel, Repeat, Pace, Gain, Reverse, FromStatement, Ramp, Ease),
         *(Choose, Shuffle, Chance, Seed, Throwing, Until, Pause, If, ByPart, ToPose),
     )
 }

@@ -18,7 +18,7 @@ Point = tuple[float, float]
 """x and z in meters."""
 
 
-class Segment(NamedTuple):
+class SidePiece(NamedTuple):
     """A straight piece of a path. If it isn't `certain`, senses may decide otherwise."""
 
     start: Point
@@ -32,7 +32,7 @@ class Side:
 
     start: Point
     end: Point
-    pieces: Sequence[Segment]
+    pieces: Sequence[SidePiece]
     whole: bool
 
 
@@ -44,7 +44,7 @@ def sides(drawn: Sequence[Path], most_pieces: int) -> list[Side]:
 
 
 def _side(path: Path, most_pieces: int) -> Side:
-    pieces: dict[tuple[float, ...], Segment] = {}
+    pieces: dict[tuple[float, ...], SidePiece] = {}
     latest: Exact = 0  # the last time something new was drawn
     whole = path.whole
     for leg in path.legs:
@@ -55,7 +55,7 @@ def _side(path: Path, most_pieces: int) -> Side:
                 whole = False
                 break
             pose = leg.pose.after(leg.moving, leg.seconds * step / steps)
-            piece = Segment(at, (pose.x, pose.z), leg.certain)
+            piece = SidePiece(at, (pose.x, pose.z), leg.certain)
             at = piece.end
             count = len(pieces)
             pieces.setdefault(tuple(round(value, 6) for point in piece[:2] for value in point), piece)

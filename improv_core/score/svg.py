@@ -16,7 +16,7 @@ from improv_core.score.meetings import Meeting
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Source
 from improv_core.score.score import Score
-from improv_core.score.side import Point, Segment, Side, sides
+from improv_core.score.side import Point, Side, SidePiece, sides
 from improv_core.score.strokes import (
     ENDLESS_BEATS,
     MOST_MOMENTS,
@@ -222,7 +222,7 @@ def _from_the_side(seen: Sequence[Side], above: _Frame) -> tuple[list[str], floa
     return [f'<g transform="translate(0 {down})">{"".join(parts)}</g>'], above.height + frame.height
 
 
-def _pieces(pieces: Sequence[Segment], frame: _Frame, style: str = "") -> str:
+def _pieces(pieces: Sequence[SidePiece], frame: _Frame, style: str = "") -> str:
     line, at = [], None
     for start, end, _ in pieces:
         line += [f"L{frame.place(*end)}"] if start == at else [f"M{frame.place(*start)}L{frame.place(*end)}"]

@@ -19,11 +19,11 @@ from improv_core.slices import checkpoint
 
 BLOCK = 16
 """The number of beats that are computed at a time. Robots that are far apart for a whole block need no closer look."""
-MOST_STRETCHES = 4_000
-"""The most stretches of a block. A robot with more is not followed any further."""
+MOST_SEGMENTS = 4_000
+"""The most segments of a block. A robot with more is not followed any further."""
 
 
-class Stretch(NamedTuple):
+class Segment(NamedTuple):
     """A line or an arc from beat `start` to `end`: the place at its start, and its velocity there in the world, in
     meters per beat, which turns by `turn` radians per beat. `heading` turns by `yaw`, even if the robot stays."""
 
@@ -76,33 +76,33 @@ class Volume(NamedTuple):
 
 
 class Beat(NamedTuple):
-    """The stretches of a beat, the first and the last of which may reach beyond it, and a box around the places."""
+    """The segments of a beat, the first and the last of which may reach beyond it, and a box around the places."""
 
-    stretches: Sequence[Stretch]
+    segments: Sequence[Segment]
     box: Volume
 
 
 class Block(NamedTuple):
-    """Some beats in a row, a box around them, and the number of their stretches."""
+    """Some beats in a row, a box around them, and the number of their segments."""
 
     beats: Sequence[Beat]
     box: Volume
-    stretches: int
+    segments: int
 
 
-def moving_at(stretch: Stretch, beat: float) -> tuple[float, float, float, float]:
-    """Return the place along x and y at a beat of a stretch, and the velocity in the world there."""
-    passed, turn = beat - stretch.start, stretch.turn
-    along_x, along_y = stretch.along_x, stretch.along_y
+def moving_at(segment: Segment, beat: float) -> tuple[float, float, float, float]:
+    """Return the place along x and y at a beat of a segment, and the velocity in the world there."""
+    passed, turn = beat - segment.start, segment.turn
+    along_x, along_y = segment.along_x, segment.along_y
     if not turn:
-        return stretch.x + along_x * passed, stretch.y + along_y * passed, along_x, along_y
+        return segment.x + along_x * passed, segment.y + along_y * passed, along_x, along_y
     angle = turn * passed
     sin, cos, half = math.sin(angle), math.cos(angle), math.sin(angle / 2)
     # The displacement is that of `Pose.after`; 2 sin²(a/2) is 1 - cos a without cancellation.
     along, across = sin / turn, 2 * half * half / turn
     return (
-        stretch.x + along_x * along - along_y * across,
-        stretch.y + along_x * across + along_y * along,
+        segment.x + along_x * along - along_y * across,
+        segment.y + along_x * across + along_y * along,
         along_x * cos - along_y * sin,
         along_x * sin + along_y * cos,
     )
@@ -115,8 +115,8 @@ class Trajectory:
         self.part = part
         self.start = start
         self._blocks: list[Block] = []
-        self._stretches = _stretches(part, start)
-        self._now = next(self._stretches)
+        self._segments = _segments(part, start)
+        self._now = next(self._segments)
         self._is_lost = False
 
     def is_of(self, part: Part, start: float) -> bool:
@@ -136,7 +136,7 @@ class Trajectory:
         return closed_cycle(self.part)
 
     def block(self, number: int) -> Block | None:
-        """Return a block, counted from 0; None if there are too many stretches to get there."""
+        """Return a block, counted from 0; None if there are too many segments to get there."""
         while number >= len(self._blocks) and not self._is_lost:
             self._add()
         return self._blocks[number] if number < len(self._blocks) else None
@@ -144,11 +144,11 @@ class Trajectory:
     def pose(self, beat: float) -> Pose:
         """Return the robot's pose at a beat that has been computed."""
         number, within = divmod(math.floor(beat - self.start), BLOCK)
-        stretches = self._blocks[number].beats[within].stretches
-        stretch = next((each for each in stretches if each.end > beat), stretches[-1])
-        x, y, _, _ = moving_at(stretch, beat)
-        passed = beat - stretch.start
-        return Pose(x, y, stretch.z + stretch.along_z * passed, stretch.heading + stretch.yaw * passed)
+        segments = self._blocks[number].beats[within].segments
+        segment = next((each for each in segments if each.end > beat), segments[-1])
+        x, y, _, _ = moving_at(segment, beat)
+        passed = beat - segment.start
+        return Pose(x, y, segment.z + segment.along_z * passed, segment.heading + segment.yaw * passed)
 
     def _add(self) -> None:
         """Add a block. If that is too long or is interrupted for good, nothing more can be added."""
@@ -159,11 +159,11 @@ class Trajectory:
             begin = first + number
             here = [self._now]
             while self._now.end <= begin + 1:
-                self._now = next(self._stretches)
+                self._now = next(self._segments)
                 if self._now.start < begin + 1:
                     here.append(self._now)
                 count += 1
-                if count > MOST_STRETCHES:
+                if count > MOST_SEGMENTS:
                     return
             beats.append(Beat(here, _around([_box(each, begin, begin + 1) for each in here])))
         self._blocks.append(Block(beats, _around([beat.box for beat in beats]), BLOCK + count))
@@ -174,8 +174,8 @@ def _body(part: Part) -> tuple[float, float, float]:
     return part.profile.step, part.profile.quarter_turn, part.profile.radius
 
 
-def _stretches(part: Part, start: float) -> Iterator[Stretch]:
-    """Yield all stretches of a robot from a beat on. It stands until it begins, and after it has ended for good."""
+def _segments(part: Part, start: float) -> Iterator[Segment]:
+    """Yield all segments of a robot from a beat on. It stands until it begins, and after it has ended for good."""
     pose = part.entered or part.start
     begins = float(part.begins)
     if begins > start:
@@ -187,25 +187,25 @@ def _stretches(part: Part, start: float) -> Iterator[Stretch]:
         if moving is None:
             moving = twists[velocity] = twist(velocity, part.profile, A_BEAT_A_SECOND)
         begin, end = begins + since, begins + until
-        stretch = _stretch(pose, moving, begin, end)
+        segment = _segment(pose, moving, begin, end)
         if end > start:
-            yield stretch
+            yield segment
         if end == math.inf:
             return
-        x, y, _, _ = moving_at(stretch, end)
+        x, y, _, _ = moving_at(segment, end)
         pose = Pose(x, y, pose.z + moving.z * (end - begin), pose.heading + moving.yaw * (end - begin))
     yield _standing(pose, end, math.inf)
 
 
-def _standing(pose: Pose, since: float, until: float) -> Stretch:
-    return _stretch(pose, Twist(), since, until)
+def _standing(pose: Pose, since: float, until: float) -> Segment:
+    return _segment(pose, Twist(), since, until)
 
 
-def _stretch(pose: Pose, moving: Twist, begin: float, end: float) -> Stretch:
+def _segment(pose: Pose, moving: Twist, begin: float, end: float) -> Segment:
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     along_x, along_y = cos * moving.x - sin * moving.y, sin * moving.x + cos * moving.y
     turn = moving.yaw if along_x or along_y else 0.0
-    return Stretch(begin, end, pose.x, pose.y, pose.z, along_x, along_y, moving.z, turn, pose.heading, moving.yaw)
+    return Segment(begin, end, pose.x, pose.y, pose.z, along_x, along_y, moving.z, turn, pose.heading, moving.yaw)
 
 
 def _velocities(movement: Movement) -> Iterator[tuple[float, float, Velocity]]:
@@ -229,20 +229,20 @@ def _velocities(movement: Movement) -> Iterator[tuple[float, float, Velocity]]:
             yield begin + later, end + later, velocity
 
 
-def _box(stretch: Stretch, begin: float, end: float) -> Volume:
-    """Return a box around a stretch between two beats.
+def _box(segment: Segment, begin: float, end: float) -> Volume:
+    """Return a box around a segment between two beats.
 
     No point of a curve is farther from the line between its ends than half the difference between the lengths of both.
     """
-    begin, end = max(begin, stretch.start), min(end, stretch.end)
-    x0, y0, _, _ = moving_at(stretch, begin)
-    x1, y1, _, _ = moving_at(stretch, end)
-    z0, z1 = (stretch.z + stretch.along_z * (beat - stretch.start) for beat in (begin, end))
+    begin, end = max(begin, segment.start), min(end, segment.end)
+    x0, y0, _, _ = moving_at(segment, begin)
+    x1, y1, _, _ = moving_at(segment, end)
+    z0, z1 = (segment.z + segment.along_z * (beat - segment.start) for beat in (begin, end))
     out = 0.0
-    if stretch.turn:
-        speed = math.hypot(stretch.along_x, stretch.along_y)
+    if segment.turn:
+        speed = math.hypot(segment.along_x, segment.along_y)
         bulge = (speed * (end - begin) - math.hypot(x1 - x0, y1 - y0)) / 2
-        out = max(min(bulge, 2 * speed / abs(stretch.turn)), 0.0)
+        out = max(min(bulge, 2 * speed / abs(segment.turn)), 0.0)
     return Volume(min(x0, x1) - out, min(y0, y1) - out, min(z0, z1), max(x0, x1) + out, max(y0, y1) + out, max(z0, z1))
 
 

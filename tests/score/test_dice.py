@@ -228,7 +228,7 @@ def test_impossible_movements_are_refused(make: Any) -> None:
 
 def test_a_rest_that_the_dice_give_is_written_where_the_word_stands() -> None:
     never = chance(repeat(F), Fraction(1, 10**9), Span(3, 9))
-    moments = list(islice(walk(algebra.use(never, None, 4)), 3))
+    moments = list(islice(walk(algebra.from_statement(never, None, 4)), 3))
     assert [moment.velocity for moment in moments] == [STILL] * 3
     assert [[(source.statement, source.span) for source in moment.sources] for moment in moments] == [
         [(4, Span(3, 9))]

@@ -90,7 +90,7 @@ def test_dice_and_ramps_matter(one: Movement, other: Movement) -> None:
 def test_a_copy_is_the_same_and_plays_alike(movement: Movement) -> None:
     (copy,) = from_json(json.loads(json.dumps(to_json(score_of(movement))))).parts.values()
     assert same(copy.movement, movement)
-    assert same(algebra.use(movement, Span(3, 4), 5), copy.movement)
+    assert same(algebra.from_statement(movement, Span(3, 4), 5), copy.movement)
     for moment, other in zip(walk(movement), walk(copy.movement), strict=False):
         assert moment == other
         if moment.start > 12:

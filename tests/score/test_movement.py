@@ -58,7 +58,7 @@ def velocity_at(movement: Movement, beat: Fraction, stream: str = "0", throw: in
     if isinstance(movement, algebra.Reverse):
         # Reversed time turns each half-open piece around; a little before the mirrored beat is inside the right one.
         return within(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
-    if isinstance(movement, algebra.Use):
+    if isinstance(movement, algebra.FromStatement):
         return within(movement.body, beat)
     if isinstance(movement, Stepped):
         played = Fraction(0)

@@ -275,7 +275,7 @@ class Performance:
 
     def _hear(self, message: News, leads: bool) -> None:
         match message["type"]:
-            case "watched":
+            case "page_opened":
                 if "framed" in message:
                     self.live.framed(message["framed"])
             case "sensed":

@@ -309,7 +309,7 @@ class TerminalSession:
                 self._follow(message, leads)
             case "stopped":
                 self.results.keep_poses(message)
-            case "watched":
+            case "page_opened":
                 self._watched.set()
             case "link":
                 self.results.errors.take_link(message)

@@ -143,7 +143,7 @@ class OscLink:
             return
         elif message["type"] == "warning":
             self._say(message["message"])
-        elif message["command"]["type"] != "watched":
+        elif message["command"]["type"] != "page_opened":
             self._ask(message["command"], asked)
 
 

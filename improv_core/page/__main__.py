@@ -27,7 +27,7 @@ if __name__ == "__main__":
 from improv_core.ipc.arrivals import End, First, Lost, Play
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import PageServer
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready
@@ -129,7 +129,7 @@ def _serve(
     snapshot: Callable[[], Snapshot],
     scores: IdealFloor | None = None,
 ) -> PageServer:
-    def request(command: PageRequest | Watched) -> None:
+    def request(command: PageRequest | PageOpened) -> None:
         if command["type"] == "stop":
             command["at"] = time.monotonic()  # if the parent is halted, it learns of the stop late
         put({"type": "request", "command": command})

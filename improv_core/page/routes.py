@@ -20,7 +20,7 @@ from improv_core.page.files import FOLDER
 from improv_core.page.own_machine import HOST
 from improv_core.page.song_file import serve
 from improv_core.page.web_server import HEADERS, Access, abort, add_files, receive, serving
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.page_requests import read_count, read_page
 from improv_core.safety.stage_stops import stop_stages
 
@@ -73,7 +73,7 @@ class Application:
         pages: Pages,
         answers: Answers,
         stops: PageStops,
-        command: Callable[[PageRequest | Watched], None],
+        command: Callable[[PageRequest | PageOpened], None],
         music: Callable[[], Music | None],
         show: Path | None = None,
     ) -> None:
@@ -204,5 +204,5 @@ class Application:
                 self._command(self._watched(framed))
         return page
 
-    def _watched(self, framed: bool) -> Watched:
-        return {"type": "watched", "framed": self._framed} if framed else {"type": "watched"}
+    def _watched(self, framed: bool) -> PageOpened:
+        return {"type": "page_opened", "framed": self._framed} if framed else {"type": "page_opened"}

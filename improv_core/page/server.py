@@ -18,7 +18,7 @@ from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
 from improv_core.page.own_machine import HOST
 from improv_core.page.stop_confirmations import PageStops
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.tickets import Tickets
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class PageServer:
         self,
         port: int,
         snapshot: Callable[[], Snapshot],
-        command: Callable[[PageRequest | Watched], None],
+        command: Callable[[PageRequest | PageOpened], None],
         *,
         takes_start_poses: bool = False,
         token: str | None = None,

@@ -13,8 +13,8 @@ Tempo = Annotated[float, Between(0, 100_000)]
 
 
 class AnchorMessage(TypedDict):
-    """News from a clock of music: its beat `at` a monotonic time, its tempo in beats per minute (0: it stands), the
-    usual seconds until the next message, and the number of its jumps."""
+    """A clock of music, MIDI or Ableton Link, was at a beat `at` a time, at a tempo in beats per minute (0: it stands).
+    The next message usually comes after `period` seconds; `jumps` counts its jumps. Sent to the stage that leads."""
 
     type: Literal["anchor"]
     at: Monotonic
@@ -25,7 +25,8 @@ class AnchorMessage(TypedDict):
 
 
 class BendMessage(TypedDict):
-    """The leading stage's beat `at` a monotonic time, and the pace at which it has followed a clock since then."""
+    """The stage that follows a clock was at a beat `at` a time, and has played `pace` times as fast since: sent to the
+    simulator beside it and, ahead of that time, to stages of several hosts, whose own clocks drift apart."""
 
     type: Literal["bend"]
     at: Monotonic

@@ -37,8 +37,7 @@ class _Asked(TypedDict, total=False):
 
 class Marked(TypedDict, total=False):
     """`mark` identifies a stop for its page, which recognizes it once it has been obeyed. It goes to the stages that
-    have to report that. `direct` identifies a stop that has also gone straight to the sockets of stages: it is the same
-    in both, and each stage obeys it once."""
+    have to report that. `direct` is the same in both copies of a stop, and each stage obeys it once."""
 
     mark: str
     direct: str
@@ -49,38 +48,53 @@ class Added(_Timed, Marked, _Asked):
 
 
 class Stop(Added):
+    """Stop every robot at once, on the channel of stops. The stages of real robots, or else the simulator, answer
+    `obeyed` to a page's stop, which has a `mark`. `direct` identifies a stop that has also gone straight to stages."""
+
     type: Literal["stop"]
 
 
 class Pause(_Timed):
+    """Stop every robot, on the channel of stops; `resume` continues from there. Real robots that are yet to begin are
+    stopped for good."""
+
     type: Literal["pause"]
 
 
 class Resume(_Timed, _Asked):
-    """Continue, or begin; with `anyway`, even if robots are not in their places."""
+    """Begin what is armed, continue after `pause`, or begin once robots are in their places; with `anyway`, wherever
+    they stand. After a stop, automations may not be able to."""
 
     type: Literal["resume"]
     anyway: NotRequired[bool]
 
 
 class Seek(_Timed):
+    """Play from another beat, or pause there if nothing plays. Simulated robots are put where the score has them; real
+    ones stay. A beat that takes too long to compute is refused with a `warning`."""
+
     type: Literal["seek"]
     beat: Beat
 
 
 class Speed(_Timed):
+    """Multiply velocities and tempo by this factor, 0.1 to 4, for this score and later ones."""
+
     type: Literal["speed"]
     factor: Factor
 
 
 class Silence(_Timed):
+    """Have muted robots stand still or, if any are soloed, all others. Their parts keep counting. This replaces the
+    previous `silence`, and is kept for later scores."""
+
     type: Literal["silence"]
     muted: Names
     soloed: Names
 
 
 class Held(_Timed):
-    """Somebody holds the deadman button of a gamepad at the page; sent repeatedly."""
+    """Somebody holds the deadman button of a gamepad at the page; repeated ten times a second."""
 
     type: Literal["held"]
 
@@ -92,13 +106,14 @@ class Released(_Timed):
 
 
 class Cue(_Timed):
-    """Somebody gives the cue: the sense `cue` is true for an instant."""
+    """Somebody gives the cue: the sense `cue` is true for an instant, for every robot."""
 
     type: Literal["cue"]
 
 
 class KeySense(_Timed):
-    """Somebody holds the key of a sense, which is sent repeatedly, or releases it."""
+    """Somebody holds the key of a sense (repeated ten times a second), or releases it; it counts as released 0.3 s
+    after the last message."""
 
     type: Literal["key"]
     key: Name
@@ -135,16 +150,12 @@ class Restart(_Asked):
     type: Literal["restart"]
 
 
-class Framed(TypedDict, total=False):
-    """`framed` is the number of pages that are in a frame now, as in VS Code, if one of these was opened or closed."""
+class PageOpened(TypedDict):
+    """Somebody opened a page, or closed one in a frame. `framed` is the number of pages in a frame now, as in VS Code,
+    if that has changed."""
 
-    framed: int
-
-
-class Watched(Framed):
-    """Somebody opened a page, or closed one in a frame."""
-
-    type: Literal["watched"]
+    type: Literal["page_opened"]
+    framed: NotRequired[int]
 
 
 class Editing(TypedDict):

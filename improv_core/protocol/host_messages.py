@@ -6,15 +6,15 @@ from typing import Literal, TypedDict
 
 
 class ParentLost(TypedDict):
-    """The stage of a host has stopped its robots, since it has received nothing from its parent for this long."""
+    """The stage of a host has stopped its robots, since it has received nothing from its parent for so many seconds."""
 
     type: Literal["deserted"]
     seconds: float
 
 
 class Link(TypedDict):
-    """The quality of the link to a host: its clock is ahead of ours by `offset` seconds, known to `error` seconds; a
-    message and its answer take `round_trip` seconds, and a message nearly always arrives within `lag` seconds."""
+    """The quality of the link to a host, once a second, in seconds: its clock is ahead of ours by `offset`, known to
+    `error`; a message and its answer take `round_trip`, and nearly every message arrives within `lag`."""
 
     type: Literal["link"]
     host: str

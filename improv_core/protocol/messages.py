@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Any, Literal, TypedDict, cast
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
-from improv_core.protocol.commands import Automation, Conduct, PageRequest, Pause, Stop, Watched, _Asked, _Timed
+from improv_core.protocol.commands import Automation, Conduct, PageOpened, PageRequest, Pause, Stop, _Asked, _Timed
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.fields import Patience, PoseJson
 from improv_core.protocol.host_messages import Link, ParentLost
@@ -38,7 +38,8 @@ State = Literal["waiting", "playing", "paused", "ended", "stopped"]
 
 
 class Sensed(RobotInstant):
-    """A sense of a robot has become true or false, or silent (null)."""
+    """A sense that a robot's part reads has become true, false, or silent (null), or is known to be so when parts
+    begin. The simulator beside the stage that leads gets this, too, and senses nothing itself."""
 
     type: Literal["sensed"]
     sense: str
@@ -64,7 +65,8 @@ class MeasuredRobot(Instant):
 
 
 class Measured(TypedDict):
-    """The measured poses of robots, in the world of the score."""
+    """The places where robots with `odom`, and simulated ones with motors, really were, and ideally would have been, in
+    the world of the score: at most twenty times a second while robots play, and for a second after."""
 
     type: Literal["measured"]
     generation: int
@@ -81,7 +83,8 @@ class SeenRobot(TypedDict):
 
 
 class RobotsSeen(TypedDict):
-    """The poses of one stage's robots, from which stages elsewhere have to keep theirs apart."""
+    """The poses of one stage's real robots, from which stages elsewhere have to keep theirs apart: at most twenty times
+    a second. They count for 0.5 s from each `at`."""
 
     type: Literal["seen"]
     robots: Mapping[str, SeenRobot]
@@ -96,7 +99,8 @@ class MisplacedRobot(TypedDict):
 
 
 class Misplaced(TypedDict):
-    """The robots that are not in their places; without any, all are. Playing `waits` until a person plays again."""
+    """The robots that are not in their places; without any, all are. Sent again when that changes. Playing `waits`
+    until a person plays again."""
 
     type: Literal["misplaced"]
     generation: int
@@ -129,15 +133,7 @@ class Arming(TypedDict, total=False):
 
 
 class Load(_Timed, _Asked):
-    """Play a score, as `score_json.to_json` writes it.
-
-    `entry` is the takeover on the leading stage. With `senses`, those of a recording, robots sense these and nothing
-    else. `stops` is the `count` of the latest `pressed` that the parent knew of when somebody asked for this score, and
-    `asleep` the seconds that the machine had slept by then. With `anyway`, robots may stand anywhere. With `arming`, a
-    score that restarts waits once everything is ready. `here` is the host whose robots this stage moves, if there are
-    several stages; then it stops them after `patience` seconds without a message from its parent. A score that takes
-    over does so `at` that time or later, which may be in the future.
-    """
+    """Play a score, as `score_json.to_json` writes it. [Load](#load) has the other fields."""
 
     type: Literal["load"]
     generation: int
@@ -156,8 +152,9 @@ class Load(_Timed, _Asked):
 
 
 class Decided(RobotInstant):
-    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word. `held`
-    is true if its condition was."""
+    """A word that reads senses has decided something: `sources` has the statement, start, and end of each word from the
+    outermost to this one, and `held` is true if its condition was. Sent by the stage that leads, and to the simulator
+    beside it, which performs the same."""
 
     type: Literal["decided"]
     sources: Sequence[Sequence[int]]
@@ -175,7 +172,7 @@ class Problem(TypedDict):
 
 
 class ProgramMessage(TypedDict):
-    """The program to play, and the errors that prevent that: `count` of them, the first of which are `problems`."""
+    """The file of the program, and the first twenty `problems` of `count` if it can't be played."""
 
     type: Literal["program"]
     name: str
@@ -185,7 +182,9 @@ class ProgramMessage(TypedDict):
 
 
 class Pressed(TypedDict):
-    """The topics of the emergency stops that are on, and the number of presses of any."""
+    """An emergency stop was pressed or released: the topics of those that are on, and the number of presses of any. The
+    parent keeps this for later stages: there these stops are on until a false is heard. What arrives within a quarter
+    of a second counts as requested before it."""
 
     type: Literal["pressed"]
     topics: Sequence[str]
@@ -193,12 +192,15 @@ class Pressed(TypedDict):
 
 
 class Ping(TypedDict):
+    """Answer `pong`. Sent on the channel of stops, or on standard input behind each `load`: then the answer comes once
+    the score is loaded."""
+
     type: Literal["ping"]
     number: int
 
 
 class Obeyed(TypedDict):
-    """All stages have obeyed a page's stop with this `mark`, except those in `waits_for`: their names."""
+    """Robots have been told to stop because of the stop with this `mark`, except by the stages in `waits_for`."""
 
     type: Literal["obeyed"]
     mark: str
@@ -228,6 +230,9 @@ ToStage = (
 
 
 class Ready(TypedDict):
+    """The stage's first message. `sink` describes it for people, `real` is true if real robots move, and `page` is the
+    address of the simulator's page. If the stage can't start, `error` comes instead, and it ends with code 2."""
+
     type: Literal["ready"]
     protocol: int
     sink: str
@@ -243,14 +248,8 @@ class Poses(TypedDict, total=False):
 
 
 class TransportMessage(Poses, Begins, Paced, Trailing):
-    """The playback position at the times `monotonic` and `wall`.
-
-    Before robots move, the conditions in `waits_for` must change: an emergency stop, a deadman button, robots that are
-    gone. Or else somebody must resume, because robots were `too_near` to each other. Only the automations in
-    `startable_by` may have robots begin or continue without a person; if it is missing, all may. `bar` is the number of
-    beats in a bar, if the program sets it. `deserted` is true if a stage stopped its robots because its parent was
-    silent, and has been sent nothing to play since.
-    """
+    """The playback position at the times `monotonic` and `wall`, at every change of state. [Transport](#transport) has
+    the other fields."""
 
     type: Literal["transport"]
     generation: int
@@ -274,10 +273,11 @@ class TransportMessage(Poses, Begins, Paced, Trailing):
 
 
 class Request(TypedDict):
-    """Somebody at the page asks for something."""
+    """Somebody asks for something at the page, or with a ROS 2 service or parameter: a [command](#commands), or
+    `page_opened`. The stage with the node obeys a `stop`, `pause`, or `speed` from ROS 2 at once."""
 
     type: Literal["request"]
-    command: PageRequest | Watched
+    command: PageRequest | PageOpened
 
 
 class Sent(TypedDict):
@@ -312,6 +312,8 @@ class ErrorLine(TypedDict):
 
 
 class Pong(TypedDict):
+    """The answer to a `ping`."""
+
     type: Literal["pong"]
     number: int
 
@@ -325,7 +327,7 @@ class Lacks(TypedDict):
 
 
 class Stopped(Poses):
-    """The stage's last message."""
+    """The stage's last message: robots have been told to stop. `message` says what failed, if something did."""
 
     type: Literal["stopped"]
     message: NotRequired[str]

@@ -26,7 +26,8 @@ class RobotInstant(Instant):
 
 
 class JointPositions(RobotInstant):
-    """The positions of a real robot's joints, in radians or meters."""
+    """The measured positions of a real robot's joints, in radians or meters: at most twenty times a second while robots
+    play, and for a second after."""
 
     type: Literal["joints"]
     positions: Mapping[str, float]
@@ -44,7 +45,8 @@ class WorstJson(TypedDict, total=False):
 class FaultMessage(RobotInstant):
     """A fault of a real robot has begun, or is over. `response` is its effect: nothing, the robot stands, or all robots
     were stopped. `message` is a line about it, and `line` is the line that people see now: the same, or if several
-    robots have the same news at once, one line about all of them in the first one's message, and "" in the others'."""
+    robots have the same news at once, one line about all of them in the first one's message, and "" in the others'. The
+    simulator beside a robot that stands has it stand, too."""
 
     type: Literal["fault"]
     fault: Fault
@@ -56,7 +58,7 @@ class FaultMessage(RobotInstant):
 
 
 class Unreached(TypedDict):
-    """Robots were sent zeros while they were out of reach, so they may still be moving; a line reports it."""
+    """Robots were told to stop or to pause while they were gone or silent: they may still be moving."""
 
     type: Literal["unreached"]
     generation: int
@@ -83,7 +85,7 @@ class VitalsRobot(TypedDict):
 
 
 class Vitals(TypedDict):
-    """The states of all real robots of a score."""
+    """The states of all real robots of a score, once a second while they play or are paused."""
 
     type: Literal["vitals"]
     generation: int

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
-from improv_core.protocol.commands import PageRequest, Pause, Stop, Watched, is_stop
+from improv_core.protocol.commands import PageOpened, PageRequest, Pause, Stop, is_stop
 from improv_core.protocol.messages import Pressed, ToStage
 from improv_core.safety.halts import KNOWN, Halts
 from improv_core.safety.suspend import NOTICED, asleep
@@ -125,7 +125,7 @@ class Stops:
         also while messages are sent."""
         return self._direct.get(direct, False)
 
-    def arrive(self, request: PageRequest | Watched) -> int:
+    def arrive(self, request: PageRequest | PageOpened) -> int:
         """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries.
 
         Each stage reports a stop that has come straight to it. Only the first report counts. What an automation asks

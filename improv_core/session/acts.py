@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from typing import Literal, TypedDict
 
 from improv_core.ipc.stage_process import Heard
-from improv_core.protocol.commands import Editing, Watched
+from improv_core.protocol.commands import Editing, PageOpened
 from improv_core.protocol.messages import Pressed, ToStage
 from improv_core.score.score import OutsideClock
 from improv_core.score.takeover import Takeover
 from improv_core.session.state import PlayScore, SessionState, StageKey
 
-News = Heard | Watched
+News = Heard | PageOpened
 """The news for a listener: a message from a stage, its end, or an opened page."""
 
 

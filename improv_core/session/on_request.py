@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from improv_core.ipc.stage_process import StageError
-from improv_core.protocol.commands import COMMANDS, PageRequest, Resume, Stop, Watched
+from improv_core.protocol.commands import COMMANDS, PageOpened, PageRequest, Resume, Stop
 from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
 from improv_core.protocol.page_messages import for_pages
@@ -18,7 +18,7 @@ from improv_core.session.state import HERE, Change, PlayScore, SessionState, Sta
 
 StageRequest = Change | Resume | ProgramMessage | ProgramSource | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
-Request = PlayScore | StageRequest | PageRequest | Watched
+Request = PlayScore | StageRequest | PageRequest | PageOpened
 
 
 def on_request(state: SessionState, request: Request, now: Now) -> Decided:
@@ -31,7 +31,7 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
     match request["type"]:
         case "program" | "source" | "answer":
             return _inform(state, request)
-        case "watched":
+        case "page_opened":
             return state, [Announce(request)]
         case "editing":
             return state, [Announce(request, stops=now.stops)]

@@ -33,7 +33,7 @@ def test_numbers_in_scores_are_no_times() -> None:
 def test_a_machine_there_opens_no_page_here_and_sends_only_requests_that_ros_may() -> None:
     ready = {"type": "ready", "protocol": 3, "sink": "ROS 2", "real": True}
     assert to_local({**ready, "page": "http://example.org"}, TRANSLATION) == ready
-    asked = [{"type": "request", "command": {"type": kind}} for kind in ("editing", "change", "seek", "watched")]
+    asked = [{"type": "request", "command": {"type": kind}} for kind in ("editing", "change", "seek", "page_opened")]
     assert [to_local(each, TRANSLATION) for each in asked] == [None] * 4
     stop = {"type": "request", "command": {"type": "stop"}}
     assert to_local(stop, TRANSLATION) == stop

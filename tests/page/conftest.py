@@ -22,7 +22,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.messages import State, ToStage, TransportMessage, When
 from improv_core.protocol.tickets import issue
 from improv_core.robots.config import Robots, read_robots
@@ -61,7 +61,7 @@ LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
 Keep = Callable[[Page, str], None]
-Commands = queue.SimpleQueue[PageRequest | Watched]
+Commands = queue.SimpleQueue[PageRequest | PageOpened]
 """Requests of pages."""
 Scheme = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
@@ -78,7 +78,7 @@ def commands() -> Commands:
 
 def asked(commands: Commands) -> dict[str, Any]:
     """Return a page's next request, except that it watches, and its questions."""
-    while (command := commands.get(timeout=LIMIT))["type"] in ("watched", "window"):
+    while (command := commands.get(timeout=LIMIT))["type"] in ("page_opened", "window"):
         pass
     return {key: value for key, value in command.items() if key != "at"}
 

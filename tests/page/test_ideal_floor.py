@@ -24,7 +24,7 @@ from tests.page.conftest import LIMIT, TOKEN, transport
 from tests.player.test_player import Stage, score
 
 
-class Watched(Stage):
+class PageOpened(Stage):
     """A player, and a floor that gets all its messages."""
 
     def __init__(self, program: str) -> None:
@@ -50,7 +50,7 @@ class Watched(Stage):
 
 
 def test_robots_are_where_their_score_has_them() -> None:
-    stage = Watched("r $ repeat forward\ns at 0 2\ns $ until cue (repeat forward) rest\n")
+    stage = PageOpened("r $ repeat forward\ns at 0 2\ns $ until cue (repeat forward) rest\n")
     assert stage.places() == {"r": (0, 0), "s": (0, 2)}
     stage.run(1.5)
     assert stage.places() == {"r": (3, 0), "s": (3, 2)}
@@ -64,7 +64,7 @@ def test_robots_are_where_their_score_has_them() -> None:
 
 
 def test_a_silent_robot_stays_where_it_was() -> None:
-    stage = Watched("r at 0 0\ns at 0 0\nr s $ repeat forward\n")
+    stage = PageOpened("r at 0 0\ns at 0 0\nr s $ repeat forward\n")
     stage.run(1)
     stage.places()
     stage.ask("silence", muted=["r"], soloed=[])

@@ -48,7 +48,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     expect(page.get_by_role("img")).to_have_accessible_name("The stage, seen from above, with ada, bo")
     keep(page, "page.png")
 
-    assert commands.get(timeout=LIMIT) == {"type": "watched"}
+    assert commands.get(timeout=LIMIT) == {"type": "page_opened"}
     stop = page.get_by_role("button", name="Stop")
     stops: list[Callable[[], None]] = [
         stop.click,

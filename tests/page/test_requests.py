@@ -94,7 +94,7 @@ WRONG = [
     json.dumps({"type": "write", "number": 1, "text": "x" * (LONGEST_TEXT + 1), "revision": ""}),
     '{"type": "editing", "page": 1, "ask": {"type": "write", "number": 1, "text": "", "revision": ""}}',
     '{"type": "source", "path": "x", "text": "", "revision": ""}',
-    '{"type": "watched"}',
+    '{"type": "page_opened"}',
 ]
 
 

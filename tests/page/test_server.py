@@ -390,7 +390,7 @@ def test_only_known_commands_are_passed_on(viewer: PageServer, commands: Command
                 await socket.send_str(text)
             await socket.send_bytes(b'{"type": "stop"}')
             await socket.send_str(json.dumps({"type": "stop", "more": 1}))
-            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "page_opened"}
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "stop"}
             with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
                 await socket.send_str("x" * (MAX_MESSAGE + 1))
@@ -500,7 +500,7 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
 
     asyncio.run(check())
     assert [commands.get(timeout=LIMIT) for _ in range(4)] == [
-        {"type": "watched"},
+        {"type": "page_opened"},
         {"type": "stop", "mark": "p 1"},
         {"type": "editing", "page": 1, "ask": write, "overtaken": True},
         {"type": "resume"},

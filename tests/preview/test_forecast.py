@@ -15,7 +15,7 @@ from improv_core.score.motion import Pose
 from tests.player.test_player import Stage, score
 
 
-class Watched(Stage):
+class PageOpened(Stage):
     def __init__(self, program: str, *, real: bool = True) -> None:
         super().__init__()
         self.sink.real = real
@@ -46,7 +46,7 @@ class Watched(Stage):
 
 
 def test_the_forecast_has_a_robots_pose_and_movement() -> None:
-    stage = Watched("side = forward left\nr $ repeat 4 side\n")
+    stage = PageOpened("side = forward left\nr $ repeat 4 side\n")
     assert stage.see() == (0, 0, 0, "side forward")
     stage.run(0.5)
     assert stage.see() == (1, 0, 0, "side forward")
@@ -62,7 +62,7 @@ def test_the_forecast_has_a_robots_pose_and_movement() -> None:
 
 
 def test_a_path_reaches_half_a_minute_ahead() -> None:
-    stage = Watched("beat 120\nr $ repeat (forward forward left)\n")
+    stage = PageOpened("beat 120\nr $ repeat (forward forward left)\n")
     stage.run(0.25)
     path = stage.path()
     assert path[0] == (0, Pose(1.0))
@@ -81,12 +81,12 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
     [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],
 )
 def test_the_length_of_a_path(program: str, length: int) -> None:
-    stage = Watched(program)
+    stage = PageOpened(program)
     assert len(stage.path()) == length
 
 
 def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
-    stage = Watched("r $ repeat forward\n")
+    stage = PageOpened("r $ repeat forward\n")
     assert stage.path()
     stage.ask("pause")
     assert stage.path()
@@ -102,7 +102,7 @@ def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
 
 def test_a_save_continues_from_where_robots_are() -> None:
     """Real robots don't report where they are: a new part begins at the ideal pose of the one before."""
-    stage = Watched("r $ repeat forward\nb $ repeat left\n")
+    stage = PageOpened("r $ repeat forward\nb $ repeat left\n")
     stage.see()
     stage.run(1)
     stage.load("r $ repeat backward\nb $ repeat left\n", "now")
@@ -114,7 +114,7 @@ def test_a_save_continues_from_where_robots_are() -> None:
 
 
 def test_the_forecast_follows_decisions_of_senses() -> None:
-    stage = Watched("r $ until cue (repeat forward) left\n---\nr $ forward\n", real=False)
+    stage = PageOpened("r $ until cue (repeat forward) left\n---\nr $ forward\n", real=False)
     stage.see()
     stage.run(1.5)
     assert stage.see() == (3, 0, 0, "forward")
@@ -133,7 +133,7 @@ def test_the_forecast_follows_decisions_of_senses() -> None:
 
 def test_in_the_frame_of_odometry() -> None:
     """Once that frame is known, and as long as the robot has one."""
-    stage = Watched("r $ repeat forward\n")
+    stage = PageOpened("r $ repeat forward\n")
     stage.see()
     at = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}
     robot: Any = {"frame": "r/odom", "origin": at}

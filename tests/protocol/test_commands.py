@@ -1,9 +1,6 @@
-"""The rows of commands: each is complete, and docs/protocol.md and the page agree with them."""
+"""The rows of commands: each is complete, and the page agrees with them."""
 
 from __future__ import annotations
-
-import re
-from pathlib import Path
 
 import pytest
 
@@ -11,30 +8,6 @@ from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, about
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.page_messages import FromPage
 from tests import page_requests
-
-DOCS = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
-
-
-def listed() -> list[str]:
-    """Return the rows as docs/protocol.md has them."""
-    rows = []
-    for row in COMMANDS.values():
-        properties = {
-            "stops robots, ahead of all that waits": row.stops,
-            "obeyed at once by the stage whose node it reaches": row.at_once and "ros" in row.by,
-            "done by the parent": not row.to_stages,
-            "kept for later stages": row.kept,
-            "the simulator beside real robots gets what they sensed instead": row.as_sensed,
-        }
-        voids = " ".join(f"`{each}`" for each in sorted(row.voids))
-        what = "; ".join(text for text, holds in properties.items() if holds)
-        rows.append(f"| `{row.name}` | {', '.join(row.by)} | {what} | {voids} |".replace("  ", " "))
-    return rows
-
-
-def test_the_docs_list_every_command() -> None:
-    section = DOCS.split("## Commands\n")[1].split("\n#")[0]
-    assert re.findall(r"^\| `.*", section, re.MULTILINE) == listed()
 
 
 def test_everything_a_page_may_request_has_a_row() -> None:

@@ -1,11 +1,10 @@
-"""The limits of valid messages, and the lists of messages and fields in docs/protocol.md."""
+"""The limits of valid messages, and the tables in docs/protocol.md."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -13,50 +12,27 @@ import pytest
 from improv_core.protocol.decoding import ProtocolError, by_type
 from improv_core.protocol.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
 from improv_core.protocol.music_messages import FromClock, FromOsc, ToOsc
-from improv_core.protocol.page_messages import FromPage, ToPage
+from improv_core.protocol.page_messages import ForPages, FromPage, ToPage
 from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
 from improv_core.protocol.reader_messages import FromReader, ToReader
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
-from improv_core.score.fits import hints_of, required_of
+from tests import protocol_tables
 from tests.page.conftest import transport
 
-PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 
-
-SECTIONS = {"To the stage": ToStage, "From the stage": FromStage}
-Fields = tuple[Collection[str], Collection[str]]
-"""The required and the optional fields of a message."""
-
-
-@pytest.mark.parametrize("heading", SECTIONS)
-def test_the_docs_list_every_message_and_field(heading: str) -> None:
-    assert listed(heading) == {
-        kind: (required_of(message) - {"type"}, hints_of(message).keys() - required_of(message))
-        for kind, message in by_type(SECTIONS[heading]).items()
-    }
-
-
-def listed(heading: str) -> Mapping[str, Fields]:
-    """Return the fields of each message in a section. A row may name several that another section describes."""
-    section = PAGE.split(f"## {heading}\n")[1].split("\n#")[0]
-    found: dict[str, Fields] = {}
-    for kinds, fields in re.findall(r"^\| (`\w+`(?:, `\w+`)*) \| (.*?) ?\|", section, re.MULTILINE):
-        elsewhere = re.match(r"as \[(.*)]", fields)
-        for kind in re.findall(r"\w+", kinds):
-            required, _, optional = fields.partition("optional:")
-            given = set(re.findall(r"`(\w+)`", required)), set(re.findall(r"`(\w+)`", optional))
-            found[kind] = listed(elsewhere[1].capitalize())[kind] if elsewhere else given
-    return found
+def test_the_tables_of_the_docs_are_those_of_the_types() -> None:
+    written = protocol_tables.FILE.read_text(encoding="utf-8")
+    assert written == protocol_tables.text(), "run `python -m tests.protocol_tables`"
 
 
 HELPERS = [ToStandby, FromStandby, ToPublisher, FromPublisher, FromClock, ToReader, FromReader, ToOsc, FromOsc]
 
 
-@pytest.mark.parametrize("union", [*HELPERS, ToPage, FromPage])
-def test_the_types_describe_messages_that_the_docs_do_not_list(union: Any) -> None:
-    messages = {kind: each for kind, each in by_type(union).items() if kind not in by_type(ToStage)}
+@pytest.mark.parametrize("union", [*HELPERS, ToStage, FromStage, ForPages, ToPage, FromPage])
+def test_each_type_describes_its_messages(union: Any) -> None:
     # A class can't have a field `from`, and only classes have docstrings.
-    assert [kind for kind, each in messages.items() if not each.__doc__ and "from" not in each.__annotations__] == []
+    undescribed = [each for each in by_type(union).values() if not each.__doc__ and "from" not in each.__annotations__]
+    assert undescribed == []
 
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
@@ -74,7 +50,7 @@ MOVE = {"type": "change", "number": 0, "change": PLACE}
         (read_to_stage, {"type": "seek", "beat": 1.5, "added_later": None}),
         (read_to_stage, {"type": "silence", "muted": [], "soloed": ["r"]}),
         (read_from_stage, {**READY, "page": "http://127.0.0.1:1/"}),
-        (read_from_stage, {"type": "request", "command": {"type": "watched"}}),
+        (read_from_stage, {"type": "request", "command": {"type": "page_opened"}}),
         (read_from_stage, {"type": "request", "command": {"type": "editing", "page": 1, "ask": MOVE}}),
         (read_from_stage, {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}}),
         (read_from_stage, {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1}),

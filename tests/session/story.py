@@ -8,7 +8,7 @@ from typing import Any
 from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.commands import PageRequest, Watched
+from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.messages import Pressed, Ready, State, ToStage, TransportMessage
 from improv_core.score.score import Score
 from improv_core.session.acts import Act, Announce, Failed, HearClock, Now, Send, SendScore, Start
@@ -29,7 +29,7 @@ NOW = 1000.0
 
 From = tuple[Output, Heard | Failed]
 """A message of a stage; its start, or its end; or that it could not be started."""
-Event = From | PlayScore | StageRequest | PageRequest | Watched
+Event = From | PlayScore | StageRequest | PageRequest | PageOpened
 
 
 def play(score: Score = DANCE, **how: Any) -> PlayScore:

@@ -43,7 +43,7 @@ def changing(change: Any) -> Any:
         ({"type": "pause"}, []),
         (changing(PLACE), ["editing"]),
         (changing(FORM), ["editing"]),
-        ({"type": "watched"}, ["watched"]),
+        ({"type": "page_opened"}, ["page_opened"]),
     ],
 )
 def test_a_page_request_reaches_all_stages_for_the_same_time(asker: Output, request_: Any, follows: Any) -> None:

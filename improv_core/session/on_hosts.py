@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import Resume
@@ -22,8 +22,6 @@ from improv_core.session.acts import Act, Announce, Decided, Now, SendScore, sen
 from improv_core.session.halting import halt
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.session.synced_start import DRIFT_PERIOD, EARLY, begin, instant, playing_from, resume_at, settling
-
-T = TypeVar("T")
 
 CONFIRM_LIMIT = 1.0
 """Seconds within which stages confirm a stop. Then a line names the robots that may still be moving."""

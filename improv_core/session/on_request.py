@@ -65,6 +65,8 @@ def _stop(state: SessionState, stop: Stop, now: Now) -> Decided:
 
 
 def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
+    if now.overtaken:
+        return state, []
     twin = None if state.armed else state.twin  # the twin begins with the leader
     timed = message.copy()
     timed["at"] = now.at

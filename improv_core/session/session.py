@@ -203,7 +203,7 @@ class Playback:
 
     def send(self, message: ToStage) -> None:
         """Send all stages of real robots a stop or a pause, on any thread, for `Stops`."""
-        timed = on_hosts.in_time(self.state, message, self._now())
+        timed = on_hosts.in_time(self.state, message, Now(time.monotonic()))
         self._stopped.append(cast(Stop | Pause, message))  # first, because an answer to an unknown stop is ignored
         for key, stage in [*self._stages.items()]:
             if key.output == "ros":
@@ -292,7 +292,8 @@ class Playback:
         return stage.moving(robot for robot in robots if host_of(state, robot) == key.host)
 
     def _now(self, stops: int = 0) -> Now:
-        return Now(time.monotonic(), time.time(), stops, self.stops.pressed, self.stops.known)
+        overtaken = stops != self.stops.count
+        return Now(time.monotonic(), time.time(), stops, overtaken, self.stops.pressed, self.stops.known)
 
     def _warn(self, line: str) -> None:
         self._listen({"type": "warning", "message": line}, True)

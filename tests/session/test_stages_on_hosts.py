@@ -206,3 +206,21 @@ def test_a_score_with_other_hosts_starts_their_stages() -> None:
 
     asyncio.run(perform())
     assert opened == [HERE, HERE, PI], "stages that run already, or that nobody needs, are not started"
+
+
+@performed()
+async def test_a_resume_from_before_a_pause_changes_nothing(members: Members) -> None:
+    await members.play()
+    generation = members.playback.state.generation
+    for stage in members.stages.values():
+        stage.say({"type": "armed", "generation": generation, "armed": True, "begins": None})
+    for stage in members.stages.values():
+        stage.say(at("playing", generation))
+    asked = members.playback.stops.count
+    members.playback.stops.stop({"type": "pause"})
+    for stage in members.stages.values():
+        stage.say(at("paused", generation, 1.0))
+    members.playback.ask({"type": "resume"}, asked)
+    assert [stage.kinds[-1] for stage in members.stages.values()] == ["pause", "pause"]
+    members.playback.ask({"type": "resume"}, members.playback.stops.count)
+    assert [stage.kinds[-1] for stage in members.stages.values()] == ["resume", "resume"]

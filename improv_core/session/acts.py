@@ -107,6 +107,10 @@ class Failed(TypedDict):
     message: str
 
 
+Report = Heard | Loaded | Failed
+"""The messages about a stage: those that it sends, and those about its start, its scores, and its end."""
+
+
 def warning(line: str) -> Announce:
     """Return a line for people, no matter which stage it is about."""
     return Announce({"type": "warning", "message": line})

@@ -14,10 +14,9 @@ from improv_core.protocol.commands import Pause
 from improv_core.protocol.fields import within_reach
 from improv_core.score.outside_clock import LOST, NOTICED, Following, found_line, lost_line, waiting_line
 from improv_core.score.peer_clock import Anchor, bent
+from improv_core.session import together
 from improv_core.session.acts import Act, Announce, Decided, Now, send, warning
 from improv_core.session.state import SessionState
-from improv_core.session.synced_start import EARLY, begin, instant, resume_at
-from improv_core.session.together import ahead, arming, bar, beat_at, is_led, position, speed, tempo, without_entry
 
 LOOK = 0.25
 """The fewest seconds between two bends."""
@@ -44,9 +43,9 @@ def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> Decided:
     acts: list[Act] = [warning(found_line(before))] if before.silent else []
     if not anchor.rate:
         state, more = _stands(state, now)
-    elif state.mode == "armed" and (arming(state) is None or state.stands) and state.enters == math.inf:
+    elif state.mode == "armed" and (together.arming(state) is None or state.stands) and state.enters == math.inf:
         state, more = enter(state, 0.0, now)
-    elif state.mode == "paused" and state.stands and (lead := position(state)):
+    elif state.mode == "paused" and state.stands and (lead := together.position(state)):
         state, more = enter(state, lead["beat"], now)
     else:
         state, more = _bend(state, now)
@@ -56,7 +55,7 @@ def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> Decided:
 def ready(state: SessionState, now: Now) -> Decided:
     """Begin, now that all are ready: beat 0 is at the next bar of the clock, once its beat is known."""
     state = replace(state, mode="armed")
-    if is_led(state):
+    if together.is_led(state):
         return enter(state, 0.0, now)
     assert state.following
     return state, [
@@ -67,40 +66,42 @@ def ready(state: SessionState, now: Now) -> Decided:
 
 def enter(state: SessionState, beat: float, now: Now) -> Decided:
     """Have all begin or continue from this beat once the clock reaches it, as a musician comes in."""
-    clock, soonest = state.following, now.at + ahead(state)
+    clock, soonest = state.following, now.at + together.ahead(state)
     assert clock
-    left = clock.until(beat, speed(state), bar(state), soonest)
+    left = clock.until(beat, together.speed(state), together.bar(state), soonest)
     state = replace(state, enters=soonest + left, enters_at=beat, stands=False)
     return waited(state, now)
 
 
 def due(state: SessionState) -> float:
     """Return the time of the next call of `waited`, in monotonic seconds; infinite if there is none."""
-    enters = state.enters - EARLY if state.mode in ("armed", "paused") else math.inf
+    enters = state.enters - together.EARLY if state.mode in ("armed", "paused") else math.inf
     return min(enters, _lost_at(state))
 
 
 def waited(state: SessionState, now: Now) -> Decided:
     """Do what is due: come in, or notice that the clock is lost."""
     clock = state.following
-    if clock and state.mode in ("armed", "paused") and now.at >= state.enters - EARLY:
-        at = max(state.enters, now.at + ahead(state))
+    if clock and state.mode in ("armed", "paused") and now.at >= state.enters - together.EARLY:
+        at = max(state.enters, now.at + together.ahead(state))
         beat = state.enters_at
         pace = _pace(state, clock.rate)
         told: BendMessage = {"type": "bend", "at": now.at, "beat": beat, "pace": pace}
-        clock = clock.aligned(speed(state), beat, at)
+        clock = clock.aligned(together.speed(state), beat, at)
         bends: list[Act] = [send(host, told) for host in state.alive]  # while nothing plays, only the pace counts
-        state = replace(without_entry(state), following=clock, bent={**told, "at": at}, looks=at + LOOK)
-        state, acts = begin(state, at) if state.mode == "armed" else resume_at(state, state.alive, beat, at)
+        state = replace(together.without_entry(state), following=clock, bent={**told, "at": at}, looks=at + LOOK)
+        state, acts = (
+            together.begin(state, at) if state.mode == "armed" else together.resume_at(state, state.alive, beat, at)
+        )
         return state, [*bends, *acts]
-    if clock and now.at >= _lost_at(state) and (lead := position(state)):
+    if clock and now.at >= _lost_at(state) and (lead := together.position(state)):
         return replace(state, following=replace(clock, silent=True)), [warning(lost_line(clock, lead["tempo"]))]
     return state, []
 
 
 def _lost_at(state: SessionState) -> float:
     """Return the time at which the clock is lost if no more news comes."""
-    runs = state.mode == "playing" and position(state) and is_led(state)
+    runs = state.mode == "playing" and together.position(state) and together.is_led(state)
     return state.following.anchor.at + LOST if runs and state.following and state.following.anchor else math.inf
 
 
@@ -108,7 +109,7 @@ def _stands(state: SessionState, now: Now) -> Decided:
     """Have all stand while the clock stands."""
     if state.mode != "playing":
         return (replace(state, enters=math.inf, stands=True) if state.enters < math.inf else state), []
-    pause: Pause = {"type": "pause", "at": instant(state, now)}
+    pause: Pause = {"type": "pause", "at": together.instant(state, now)}
     pauses: list[Act] = [send(host, pause) for host in state.alive]
     assert state.following
     line = waiting_line(state.following)
@@ -117,17 +118,17 @@ def _stands(state: SessionState, now: Now) -> Decided:
 
 def _bend(state: SessionState, now: Now) -> Decided:
     """Have all play faster or slower from one instant on, so that they and the clock meet."""
-    clock, lead, at = state.following, position(state), now.at + ahead(state)
+    clock, lead, at = state.following, together.position(state), now.at + together.ahead(state)
     if state.mode != "playing" or lead is None or lead["state"] != "playing" or now.at < state.looks:
         return state, []
     assert clock
     latest = state.bent if state.bent and state.bent["at"] > lead["monotonic"] else None
     pace = latest["pace"] if latest else lead.get("pace", 1.0)
-    per_second = float(tempo(state) * speed(state)) * pace / 60
-    beat = latest["beat"] + (at - latest["at"]) * per_second if latest else beat_at(lead, at)
-    clock = clock.aligned(speed(state), beat, at)
+    per_second = float(together.tempo(state) * together.speed(state)) * pace / 60
+    beat = latest["beat"] + (at - latest["at"]) * per_second if latest else together.beat_at(lead, at)
+    clock = clock.aligned(together.speed(state), beat, at)
     assert clock.anchor
-    late = clock.late(beat, bar(state), at)
+    late = clock.late(beat, together.bar(state), at)
     asked = _pace(state, bent(clock.anchor, late))
     state = replace(state, following=clock, looks=now.at + LOOK)
     if abs(asked / pace - 1) < NOTICED:
@@ -139,4 +140,4 @@ def _bend(state: SessionState, now: Now) -> Decided:
 
 def _pace(state: SessionState, rate: float) -> float:
     """Return the factor for the program's tempo at which all play this many beats of the clock a second."""
-    return float(within_reach(rate * 60 / float(tempo(state))))
+    return float(within_reach(rate * 60 / float(together.tempo(state))))

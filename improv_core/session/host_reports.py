@@ -20,7 +20,7 @@ from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, w
 from improv_core.session.halting import halted, has_halted
 from improv_core.session.on_hosts import CONFIRM_LIMIT, admit, join, pass_on_seen
 from improv_core.session.state import SessionState, StageKey
-from improv_core.session.synced_start import begin, resume_at
+from improv_core.session.together import begin, resume_at
 
 T = TypeVar("T")
 

@@ -21,7 +21,7 @@ from improv_core.session import clock, together
 from improv_core.session.acts import Act, Announce, Decided, Now, SendScore, send, warning
 from improv_core.session.halting import halt
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
-from improv_core.session.synced_start import DRIFT_PERIOD, EARLY, begin, instant, playing_from, resume_at, settling
+from improv_core.session.together import DRIFT_PERIOD, EARLY, begin, instant, playing_from, resume_at, settling
 
 CONFIRM_LIMIT = 1.0
 """Seconds within which stages confirm a stop. Then a line names the robots that may still be moving."""

@@ -16,19 +16,7 @@ from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.play_again import stop_of
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.session import clock, host_reports, on_hosts
-from improv_core.session.acts import (
-    Act,
-    Announce,
-    Decided,
-    Failed,
-    HearClock,
-    Loaded,
-    Now,
-    Send,
-    SendScore,
-    Start,
-    warning,
-)
+from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
 from improv_core.session.halting import halt, halted, has_halted, obeyed, tell_obeyed
 from improv_core.session.on_request import on_request
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
@@ -40,7 +28,7 @@ BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: their decisions have to arrive first."""
 
 
-def on_report(state: SessionState, stage: StageKey, message: Heard | Loaded | Failed, now: Now) -> Decided:
+def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -> Decided:
     """Return the state after a stage has sent a message, has started, or has ended, and the acts that follow."""
     match message["type"]:
         case "request":
@@ -57,12 +45,16 @@ def on_report(state: SessionState, stage: StageKey, message: Heard | Loaded | Fa
             return _obeyed(state, stage, message)
         case "gone" if stage.output != "ros" or not others(state, stage.host):
             return _gone(state, stage, message)
-        case "lacks" if stage.output != "ros" or not state.is_spread:
-            return _send_again(state, stage, message["generation"], now)
-        case "armed" if not state.is_spread:
-            return _reported(state.with_stage(stage, armed=message["armed"]), stage, message)
         case _ if stage.output == "ros" and state.is_spread:
             return _as_one(host_reports.reported(state, stage.host, message, now), stage)
+        case "lacks":
+            return _send_again(state, stage, message["generation"], now)
+        case "armed":
+            return _reported(state.with_stage(stage, armed=message["armed"]), stage, message)
+        case "transport" if has_halted(state, stage, message):
+            state, acts = _reported(state, stage, message)
+            state, told = halted(state, stage)
+            return state, [*acts, *told]
         case _:
             return _reported(state, stage, message)
 
@@ -109,14 +101,11 @@ def _as_one(decided: Decided, stage: StageKey) -> Decided:
 
 def _reported(state: SessionState, stage: StageKey, message: Heard) -> Decided:
     """Take a report that the listeners get, too."""
-    leads, acts, told = state.leads(stage.output), list[Act](), list[Act]()
+    leads, acts = state.leads(stage.output), list[Act]()
     match message["type"]:
         case "transport":
-            stands = has_halted(state, stage, message)
             state, acts = _followed(state, stage.output, message)
             acts += _show(state, message) if leads and not state.twin else []
-            if stands:
-                state, told = halted(state, stage)
         case "sensed" | "decided":
             if not leads:
                 return state, []
@@ -133,7 +122,7 @@ def _reported(state: SessionState, stage: StageKey, message: Heard) -> Decided:
             acts = [*pauses, *_show(state, message)]
         case "unreached" if leads:
             state, acts = _explained(state, message["message"])
-    return state, [*acts, Announce(message, leads), *told]
+    return state, [*acts, Announce(message, leads)]
 
 
 def _obeyed(state: SessionState, stage: StageKey, message: Obeyed) -> Decided:
@@ -254,9 +243,9 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     state = replace(state, played=play, latest=play, generation=play.generation, is_on=True, entered=None, clock=wanted)
     if state.is_real:
         state = on_hosts.play(state, play, now)[0] if state.is_spread else replace(state, moving=play)
-    leading = StageKey(HERE, state.leader or "ros")
-    if not state.is_gone(leading.output) and leading in state.stages:
-        state = state.with_stage(leading, died_moving=False, only_halts=False)
+    for key, stage in state.stages.items():
+        if key.output == state.leader and stage.alive:
+            state = state.with_stage(key, died_moving=False, only_halts=False)
     return state, [*([SendScore(pages, _shown(play))] if pages else []), *listens]
 
 

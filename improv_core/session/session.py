@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias, cast
 from urllib.parse import urlsplit
 
-from improv_core.ipc.stage_process import Heard, StageError
+from improv_core.ipc.stage_process import StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, Pause, Stop
@@ -28,24 +28,11 @@ from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host, OutsideClock
 from improv_core.session import on_hosts
-from improv_core.session.acts import (
-    Act,
-    Announce,
-    Decided,
-    Failed,
-    HearClock,
-    Loaded,
-    News,
-    Now,
-    Send,
-    SendScore,
-    Start,
-)
+from improv_core.session.acts import Act, Announce, Decided, HearClock, News, Now, Report, Send, SendScore, Start
 from improv_core.session.loads import Loads
 from improv_core.session.on_report import on_clock, on_close, on_report, on_time
 from improv_core.session.on_request import Request, on_request
-from improv_core.session.reaching import keep_reaching, wait_for_stages
-from improv_core.session.start import Options, RunningStage, StartStage, start_stage
+from improv_core.session.start import Options, RunningStage, StartStage, keep_reaching, start_stage, wait_for_stages
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
 from improv_core.session.stop_line import stop_line
 from improv_core.session.together import host_of
@@ -298,7 +285,7 @@ class Playback:
     def _warn(self, line: str) -> None:
         self._listen({"type": "warning", "message": line}, True)
 
-    def _hear(self, key: StageKey, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+    def _hear(self, key: StageKey, message: Report, stops: int = 0) -> None:
         if message["type"] == "gone" and self.state.is_spread and key.output == "ros":
             self._stages.pop(key, None)
         self._decide(lambda state: on_report(state, key, message, self._now(stops)))

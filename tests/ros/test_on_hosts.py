@@ -17,7 +17,7 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.safety.stage_stops import stop_stages
 from improv_core.safety.stops import Stops
-from improv_core.session import reaching
+from improv_core.session import start as starting
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
@@ -45,7 +45,7 @@ def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPat
         for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
             monkeypatch.setenv(name, value)
         be_patient(monkeypatch)
-        monkeypatch.setattr(reaching, "LATEST", LIMIT)
+        monkeypatch.setattr(starting, "LATEST", LIMIT)
         yield made
 
 

@@ -23,8 +23,7 @@ from improv_core.session.on_hosts import in_time
 from improv_core.session.on_report import on_clock, on_report, on_time
 from improv_core.session.on_request import on_request, tell_pressed
 from improv_core.session.state import HERE, SessionState, StageKey
-from improv_core.session.synced_start import EDGE
-from improv_core.session.together import SPARE, beat_at
+from improv_core.session.together import EDGE, SPARE, beat_at
 from tests.session.story import READY, at, play, unpacked
 
 PI, PAD = "pi@pi.local", "pad"

@@ -334,3 +334,11 @@ def test_people_hear_of_another_stage_that_leads_while_the_one_that_did_is_away(
     story.now += 1.0
     story.is_at(PI, "playing", 2.0)
     assert story.said(PAD, "deserted", seconds=0.5)[1:] == ["say playing", f"{PAD}: load"]
+
+
+def test_robots_of_a_stage_whose_end_is_that_of_the_dance_are_stopped_by_the_next_one() -> None:
+    story = Story.playing(HERE, PI)
+    story.said(PI, "deserted", seconds=0.5)
+    assert story.said(HERE, "gone", message="it was killed")[-1] == "say stopped"
+    assert story.starts(HERE) == ["here: load"]
+    assert not any(part["scenes"] for part in story.sent(HERE)[0]["score"]["parts"].values())

@@ -12,7 +12,7 @@ import pytest
 from improv_core.ipc.stage_process import StageError
 from improv_core.safety.stops import Stops
 from improv_core.session import on_hosts as hosts
-from improv_core.session import reaching
+from improv_core.session import start as starting
 from improv_core.session.acts import News
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
@@ -88,7 +88,7 @@ def performed(*unreachable: str) -> Callable[[Callable[[Members], Awaitable[None
 
 @pytest.fixture(autouse=True)
 def _short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reaching, "PAUSES", (0.0,))
+    monkeypatch.setattr(starting, "PAUSES", (0.0,))
     monkeypatch.setattr(hosts, "CONFIRM_LIMIT", 0.05)
 
 
@@ -138,8 +138,8 @@ def test_robots_that_have_not_confirmed_a_stop_are_named_once(closes: bool) -> N
 
 @pytest.mark.parametrize("then", ["it answers", "it fails", "it stays silent"])
 def test_the_others_begin_without_a_host_that_does_not_answer(then: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reaching, "SLOW", 0.0)
-    monkeypatch.setattr(reaching, "LATEST", 0.0)
+    monkeypatch.setattr(starting, "SLOW", 0.0)
+    monkeypatch.setattr(starting, "LATEST", 0.0)
 
     async def perform() -> None:
         members = Members(*([PI] if then == "it fails" else []))

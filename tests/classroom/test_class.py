@@ -200,6 +200,18 @@ def test_a_stop_works_while_the_event_loop_is_busy() -> None:
     check(scene)
 
 
+def test_a_command_from_before_a_stop_that_is_obeyed_after_it_plays_nothing() -> None:
+    async def scene(pages: Pages) -> None:
+        await pages.send(await pages.join("Ada"), "r $ forward")
+        await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+        asked = pages.held._performing.stops.count
+        await pages.stop(pages.token)
+        pages.held.desk.take({"type": "play", "numbers": [1]}, asked)
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped before it began"})
+
+    check(scene)
+
+
 def test_several_play_together_and_a_wrong_one_is_shown() -> None:
     async def scene(pages: Pages) -> None:
         for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):

@@ -111,6 +111,16 @@ def test_a_dead_stage_has_not_obeyed_either_if_the_one_in_its_place_cannot_liste
     stages.close()
 
 
+def test_a_stage_that_dies_while_it_is_asked_has_not_obeyed(show: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as dies:
+        dies.bind(str(socket_of(show, "ros")))
+        dies.listen()
+        thread = threading.Thread(target=lambda: dies.accept()[0].close())
+        thread.start()
+        assert stop_stages(show, STOP, LIMIT) == ["the real robots"]
+        thread.join()
+
+
 def test_a_dead_stage_that_has_left_no_robot_moving_is_forgotten(show: Path) -> None:
     die(show, "ros")
     die(show, PI)

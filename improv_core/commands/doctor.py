@@ -19,7 +19,7 @@ from improv_core.commands.doctor_hosts import examine_hosts, hosts_of
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
-from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.finding import Finding, Mark, absent, broken, good
 from improv_core.diagnostics import Severity
 from improv_core.hosts.allowed import HostError
 from improv_core.page.browser import has_browser
@@ -49,19 +49,19 @@ def _hosts(path: Path | None) -> Iterator[Finding]:
     try:
         yield from examine_hosts(hosts_of(robots_near(path.parent) if path else None))
     except HostError as error:
-        yield Finding(Mark.BROKEN, str(error))
+        yield broken(str(error))
 
 
 def examine(path: Path | None) -> Iterator[Finding]:
     """Check everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
-    yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
+    yield good(f"Improv {__version__}, Python {platform.python_version()}")
     examined: Mapping[str, Robot] = {}
     safety, places = Safety(), dict[str, Pose]()
     bodies: list[JointedRobot] = []
     try:
         analysis = analyze_file(path) if path else analyze("", robots_near(Path.cwd()))
     except ReadError as error:
-        yield Finding(Mark.BROKEN, str(error))
+        yield broken(str(error))
     else:
         yield from program(path, analysis)
         robots, safety = analysis.opening.config, analysis.config.safety
@@ -84,24 +84,23 @@ def elsewhere(examined: Mapping[str, Robot], path: Path | None) -> Iterator[Find
     """Report robots whose own machines have to be checked."""
     if far := [f"{name} on {robot.host.name}" for name, robot in examined.items() if robot.host]:
         command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
-        yield Finding(Mark.ABSENT, f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
+        yield absent(f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
 
 
 def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:
     """Report errors in the program and its `improv.toml`."""
     robots = analysis.config
     if path and any(each.severity is Severity.ERROR for each in analysis.diagnostics):
-        yield Finding(Mark.BROKEN, f"{path} has errors", f"run `improv check {path}` to see them")
+        yield broken(f"{path} has errors", f"run `improv check {path}` to see them")
     elif path:
-        yield Finding(Mark.GOOD, f"no errors in {path}")
+        yield good(f"no errors in {path}")
     if robots.diagnostics:
         for line in as_lines(Path(), analyze("", robots)):
-            yield Finding(Mark.BROKEN, line)
+            yield broken(line)
     elif robots.path:
-        yield Finding(Mark.GOOD, f"{robots.path}: {_named(robots)}")
+        yield good(f"{robots.path}: {_named(robots)}")
     else:
-        advice = "describe your robots in one; without it, a step is 2 m and speed has no limit"
-        yield Finding(Mark.ABSENT, f"no {FILE_NAME}", advice)
+        yield absent(f"no {FILE_NAME}", "describe your robots in one; without it, a step is 2 m and speed has no limit")
 
 
 def works(name: str, start: Callable[[], None]) -> Finding:
@@ -109,29 +108,28 @@ def works(name: str, start: Callable[[], None]) -> Finding:
     try:
         start()
     except ImportError as error:
-        return Finding(Mark.BROKEN, f"{name} does not work ({error})", "reinstall improv-ls")
+        return broken(f"{name} does not work ({error})", "reinstall improv-ls")
     except OSError as error:
-        return Finding(Mark.BROKEN, f"{name} cannot be served ({error})", "allow Improv to open a port on 127.0.0.1")
-    return Finding(Mark.GOOD, name)
+        return broken(f"{name} cannot be served ({error})", "allow Improv to open a port on 127.0.0.1")
+    return good(name)
 
 
 def stopping() -> Finding:
     """Report whether `improv stop` can reach a performance."""
     if not SUPPORTED:
-        return Finding(Mark.ABSENT, "`improv stop` needs Unix sockets", "press Ctrl-C, or Stop on the page")
+        return absent("`improv stop` needs Unix sockets", "press Ctrl-C, or Stop on the page")
     try:
         StopSocket(lambda stop: IDLE).close()
     except StopSocketError as error:
-        return Finding(Mark.BROKEN, "`improv stop` does not work", str(error))
-    return Finding(Mark.GOOD, f"`improv stop` works through {fixed_folder()}")
+        return broken("`improv stop` does not work", str(error))
+    return good(f"`improv stop` works through {fixed_folder()}")
 
 
 def browser(found: bool) -> Finding:
     """Report whether a browser can open to show the page."""
     if found:
-        return Finding(Mark.GOOD, "a browser to show the page")
-    advice = "open the address that Improv prints in a browser or your editor"
-    return Finding(Mark.ABSENT, "no browser to show the page", advice)
+        return good("a browser to show the page")
+    return absent("no browser to show the page", "open the address that Improv prints in a browser or your editor")
 
 
 def _named(robots: Robots) -> str:

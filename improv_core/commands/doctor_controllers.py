@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.finding import Finding, absent, broken, good
 from improv_core.outputs.ros.joints.trajectories import MESSAGES, controllers_of, topic_of
 from improv_core.outputs.ros.topic import TYPES
 from improv_core.protocol.graph_messages import Graph
@@ -57,25 +57,25 @@ def joints(robots: Sequence[JointedRobot], seen: Graph) -> Iterator[Finding]:
             if each.interface == "velocity":
                 what = f"{robot.name}: if this whole machine fails, nothing stops the joints of `{each.name}`"
                 advice = "let a trajectory controller move them, which comes to rest by itself; see docs/ros.md"
-                yield Finding(Mark.ABSENT, what, advice)
+                yield absent(what, advice)
 
 
 def _states(robot: JointedRobot, seen: Graph) -> Finding:
     if not robot.states:
         what = f"{robot.name}: it isn't known where its joints are, so trajectories and positions move none"
-        return Finding(Mark.BROKEN, what, f"set `joint_states` of its profile in {FILE_NAME}")
+        return broken(what, f"set `joint_states` of its profile in {FILE_NAME}")
     nodes = sorted({end["node"] for end in seen[robot.states]["publishers"] if end["type"] == STATES})
     if nodes:
-        return Finding(Mark.GOOD, f"{robot.name}: {' and '.join(nodes)} says on {robot.states} where its joints are")
+        return good(f"{robot.name}: {' and '.join(nodes)} says on {robot.states} where its joints are")
     what = f"{robot.name}: nobody publishes {STATES} on {robot.states}"
-    return Finding(Mark.ABSENT, what, "start its joint_state_broadcaster; until then no joint moves")
+    return absent(what, "start its joint_state_broadcaster; until then no joint moves")
 
 
 def _listener(robot: str, topic: str, kind: str, nodes: Mapping[str, str]) -> Finding:
     if not nodes:
-        return Finding(Mark.ABSENT, f"{robot}: nothing is listening on {topic}", "start its controller")
+        return absent(f"{robot}: nothing is listening on {topic}", "start its controller")
     named = " and ".join(f"{node} listens for {found.rpartition('/')[2]}" for node, found in nodes.items())
     if TYPES[kind] in nodes.values():
-        return Finding(Mark.GOOD, f"{robot}: {named} on {topic}")
+        return good(f"{robot}: {named} on {topic}")
     advice = f"set another `interface` or `topic` of the controller in {FILE_NAME}"
-    return Finding(Mark.BROKEN, f"{robot}: {named} on {topic}, not {kind}", advice)
+    return broken(f"{robot}: {named} on {topic}, not {kind}", advice)

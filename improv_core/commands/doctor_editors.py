@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.finding import Finding, absent, good
 from improv_core.storage.atomic_write import real
 
 VERSION_LIMIT = 10.0
@@ -20,10 +20,10 @@ def server(path: str, scripts: Path) -> Finding:
     """Report whether editors find our language server on the PATH."""
     found, own = shutil.which("improv-ls", path=path), scripts / "improv-ls"
     if not found:
-        return Finding(Mark.ABSENT, "improv-ls is not on the PATH", f"add {scripts} to it, for editors")
+        return absent("improv-ls is not on the PATH", f"add {scripts} to it, for editors")
     if real(Path(found)) != real(own):
-        return Finding(Mark.ABSENT, f"{found} is another Improv's", f"put {scripts} before it on the PATH")
-    return Finding(Mark.GOOD, f"improv-ls for editors: {found}")
+        return absent(f"{found} is another Improv's", f"put {scripts} before it on the PATH")
+    return good(f"improv-ls for editors: {found}")
 
 
 def editors(path: str) -> Iterator[Finding]:
@@ -37,13 +37,13 @@ def editors(path: str) -> Iterator[Finding]:
     for name, program in programs.items():
         least, version = EDITORS[name][1], versions[name]
         if program and not version:
-            yield Finding(Mark.ABSENT, f"{name} does not report its version", f"make sure `{program} --version` works")
+            yield absent(f"{name} does not report its version", f"make sure `{program} --version` works")
         elif version and version < least:
-            yield Finding(Mark.ABSENT, f"{name} {_dotted(version)}", f"Improv needs {_dotted(least)} or newer")
+            yield absent(f"{name} {_dotted(version)}", f"Improv needs {_dotted(least)} or newer")
         elif version:
-            yield Finding(Mark.GOOD, f"{name} {_dotted(version)}")
-    if absent := [name for name, program in programs.items() if not program]:
-        yield Finding(Mark.ABSENT, f"no {', no '.join(absent)}", "any editor works with `improv watch FILE`")
+            yield good(f"{name} {_dotted(version)}")
+    if missing := [name for name, program in programs.items() if not program]:
+        yield absent(f"no {', no '.join(missing)}", "any editor works with `improv watch FILE`")
 
 
 EDITORS: Mapping[str, tuple[Sequence[str], tuple[int, ...]]] = {

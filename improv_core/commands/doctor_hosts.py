@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.finding import Finding, absent, broken, good
 from improv_core.hosts.allowed import HostError, approved
 from improv_core.hosts.connect import ConnectError
 from improv_core.hosts.probe import SeenHost, look
@@ -27,7 +27,7 @@ def hosts_of(robots: Robots | None) -> list[Host]:
 def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[Finding]:
     """Check all hosts at the same time. `config` is for ssh, for tests."""
     if not hosts:
-        yield Finding(Mark.ABSENT, "no robot is on another machine", "`host` in improv.toml says so")
+        yield absent("no robot is on another machine", "`host` in improv.toml says so")
         return
     with ThreadPoolExecutor(len(hosts)) as pool:
         for host, seen in zip(hosts, pool.map(lambda host: _seen(host, config), hosts), strict=True):
@@ -37,22 +37,22 @@ def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[
 def findings(host: Host, seen: SeenHost | str) -> Iterator[Finding]:
     """Report the state of a host, or why it can't be reached."""
     if isinstance(seen, str):
-        yield Finding(Mark.BROKEN, host.name, seen)
+        yield broken(host.name, seen)
         return
     holds, clock = seen.holds, seen.clock
-    yield Finding(Mark.GOOD, f"{host.name}: Python {holds['python']} on {holds.get('machine', 'a machine')}")
+    yield good(f"{host.name}: Python {holds['python']} on {holds.get('machine', 'a machine')}")
     if problem := holds.get("problem"):
-        yield Finding(Mark.BROKEN, f"{host.name}: no ROS 2", of_far(host.name, str(problem)))
+        yield broken(f"{host.name}: no ROS 2", of_far(host.name, str(problem)))
     else:
         what = f"{holds.get('ros')} ({holds.get('ros_python')}): {holds.get('reach')}, {holds.get('rmw')} as RMW"
-        yield Finding(Mark.GOOD, f"{host.name}: {what}")
+        yield good(f"{host.name}: {what}")
     known = f"its clock is {_apart(clock.offset)} ours, known to {1000 * clock.error:.1f} ms"
     takes = f"there and back in {1000 * clock.round_trip:.1f} ms at least, there in {1000 * seen.lag:.0f} ms at most"
     if clock.error > GOOD_ERROR:
         advice = "robots will be out of step by as much: bring it nearer to the access point, or use a cable"
-        yield Finding(Mark.ABSENT, f"{host.name}: {known}; {takes}", advice)
+        yield absent(f"{host.name}: {known}; {takes}", advice)
     else:
-        yield Finding(Mark.GOOD, f"{host.name}: {known}; {takes}")
+        yield good(f"{host.name}: {known}; {takes}")
 
 
 def _apart(offset: float) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.commands.doctor_controllers import JointedRobot, joints
-from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.finding import Finding, Mark, absent, broken, good
 from improv_core.ipc.child import output
 from improv_core.outputs.ros.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.outputs.ros.graph import VELOCITIES
@@ -74,33 +74,33 @@ def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mappin
     """Report the Python that runs ROS 2, if any can; `private` is the environment that `improv ros setup` makes."""
     if isinstance(found, Interpreter):
         release = f" {found.env['ROS_DISTRO']}" if found.env.get("ROS_DISTRO") else ""
-        return Finding(Mark.GOOD, f"ROS 2{release} from {found.origin}: {found.python}")
+        return good(f"ROS 2{release} from {found.origin}: {found.python}")
     if found:
-        return Finding(Mark.BROKEN, str(found))
+        return broken(str(found))
     if private.exists():
-        return Finding(Mark.BROKEN, f"the ROS 2 in {private} does not work", AGAIN)
+        return broken(f"the ROS 2 in {private} does not work", AGAIN)
     if "AMENT_PREFIX_PATH" in env:
         what = "ROS 2 is sourced, but no Python can import rclpy"
-        return Finding(Mark.BROKEN, what, "run `sudo apt install ros-$ROS_DISTRO-rclpy`")
+        return broken(what, "run `sudo apt install ros-$ROS_DISTRO-rclpy`")
     install = unsuited() or f"{SETUP} installs it ({DOWNLOAD} MB to download)"
-    return Finding(Mark.ABSENT, "no ROS 2, so only the simulator can play", install)
+    return absent("no ROS 2, so only the simulator can play", install)
 
 
 def reach(env: Mapping[str, str]) -> Finding:
     """Report which robots a stage started in this environment reaches, and how to change that."""
     stage, domain = limited(env), env.get("ROS_DOMAIN_ID") or "0"
     if not domain.isdecimal() or int(domain) > MOST_DOMAIN:
-        return Finding(Mark.BROKEN, f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
+        return broken(f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
     if stage[RANGE] not in REACH:
-        return Finding(Mark.BROKEN, f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
+        return broken(f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
     what, reaches = described(stage), reached(stage)
     if server(stage):
-        return Finding(Mark.GOOD, what, f"unset {SERVER} to find robots without it")
+        return good(what, f"unset {SERVER} to find robots without it")
     if reaches == "LOCALHOST":
-        return Finding(Mark.GOOD, what, f"set {advice(env, 'SUBNET')} to reach robots on the network")
+        return good(what, f"set {advice(env, 'SUBNET')} to reach robots on the network")
     if reaches == "OFF":
-        return Finding(Mark.ABSENT, what, f"unset {RANGE} to find robots on this machine")
-    return Finding(Mark.GOOD, what, f"set {advice(env, 'LOCALHOST')} after sourcing ROS to stay on this machine")
+        return absent(what, f"unset {RANGE} to find robots on this machine")
+    return good(what, f"set {advice(env, 'LOCALHOST')} after sourcing ROS to stay on this machine")
 
 
 def standby(found: Interpreter) -> Finding:
@@ -108,8 +108,8 @@ def standby(found: Interpreter) -> Finding:
     command = [found.python, str(FOLDER), "standby", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
     if isinstance(problem := _output(command, limited(found.env)), str):
-        return Finding(Mark.BROKEN, f"{what}, does not start ({problem})", _repair(found))
-    return Finding(Mark.GOOD, what)
+        return broken(f"{what}, does not start ({problem})", _repair(found))
+    return good(what)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,10 +132,9 @@ def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
     for guard in _guards(safety):
         publishers = sorted({end["node"] for end in seen[guard.topic]["publishers"] if end["type"] == guard.kind})
         if publishers:
-            yield Finding(Mark.GOOD, f"{guard.name}: {' and '.join(publishers)} on {guard.topic}")
+            yield good(f"{guard.name}: {' and '.join(publishers)} on {guard.topic}")
         else:
-            what = f"{guard.name}: nobody publishes {guard.kind} on {guard.topic}"
-            yield Finding(Mark.ABSENT, what, f"start its node; {guard.so}")
+            yield absent(f"{guard.name}: nobody publishes {guard.kind} on {guard.topic}", f"start its node; {guard.so}")
 
 
 MOST_DOMAIN = 232
@@ -153,16 +152,16 @@ def listeners(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
         publishers = {end["node"] for end in seen[robot.topic]["publishers"]}
         if len(own := {node for node in publishers if node.startswith(OURS) and not node.endswith(STANDBY)}) > 1:
             what = f"{name}: {len(own)} Improv processes publish on {robot.topic}: {', '.join(sorted(own))}"
-            yield Finding(Mark.ABSENT, what, "let only one of them play, or the robot obeys all")
+            yield absent(what, "let only one of them play, or the robot obeys all")
         others = {node for node in publishers if not node.startswith(OURS)}
         for node in sorted(others):
             what = f"{name}: {node} also publishes on {robot.topic}"
-            yield Finding(Mark.ABSENT, what, "stop it while Improv plays, or the robot obeys both and stutters")
+            yield absent(what, "stop it while Improv plays, or the robot obeys both and stutters")
     if not robots:
         for topic, ends in hearing.items():
-            yield Finding(Mark.GOOD, f"{_nodes(ends)} on {topic}")
+            yield good(f"{_nodes(ends)} on {topic}")
         if not hearing:
-            yield Finding(Mark.ABSENT, "no robot listens", "start one in this domain")
+            yield absent("no robot listens", "start one in this domain")
 
 
 def clocks(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
@@ -172,15 +171,15 @@ def clocks(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
             continue
         age = seen[robot.odom]["age"]
         if age is None:
-            yield Finding(Mark.ABSENT, f"{name}: no poses on {robot.odom}", "start the node that publishes them")
+            yield absent(f"{name}: no poses on {robot.odom}", "start the node that publishes them")
         elif age < -AHEAD:
             what = f"{name}: the clock that stamps {robot.odom} is at least {-age:.2f} s ahead of this machine's"
-            yield Finding(Mark.BROKEN, what, "synchronize both, such as with chrony")
+            yield broken(what, "synchronize both, such as with chrony")
         elif age > BEHIND:
             what = f"{name}: poses on {robot.odom} are {age:.2f} s old by their stamps"
-            yield Finding(Mark.BROKEN, what, "synchronize the clocks, such as with chrony, or find what delays them")
+            yield broken(what, "synchronize the clocks, such as with chrony, or find what delays them")
         else:
-            yield Finding(Mark.GOOD, f"{name}: poses on {robot.odom}, {max(age, 0.0):.2f} s old by their stamps")
+            yield good(f"{name}: poses on {robot.odom}, {max(age, 0.0):.2f} s old by their stamps")
 
 
 def poses(robots: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose], seen: Graph) -> Iterator[Finding]:
@@ -191,12 +190,12 @@ def poses(robots: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose
         found = seen[robot.odom]
         if found["gap"] > LONGEST_GAP:
             what = f"{name}: for {found['gap']:.1f} s, no pose came on {robot.odom}"
-            yield Finding(Mark.BROKEN, what, "check its network and the node that publishes them")
+            yield broken(what, "check its network and the node that publishes them")
         if robot.odom_frame != "world" or name not in places or not found["pose"]:
             continue
         standing = Standing(places[name], Pose(**found["pose"]))
         if misplaced({name: standing}, safety.preflight):
-            yield Finding(Mark.ABSENT, f"{name} is not in its place", advice_to_move(name, standing))
+            yield absent(f"{name} is not in its place", advice_to_move(name, standing))
 
 
 def batteries(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
@@ -204,7 +203,7 @@ def batteries(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     for name, robot in robots.items():
         share = seen[robot.battery]["battery"] if robot.battery else None
         if share is not None and share < LOW:
-            yield Finding(Mark.ABSENT, f"{name}: its battery is at {share:.0%}", "charge it")
+            yield absent(f"{name}: its battery is at {share:.0%}", "charge it")
 
 
 LONGEST_GAP = 0.5
@@ -218,7 +217,7 @@ OURS = "/improv"
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
     done = _output([found.python, str(FOLDER), "graph", "look", *topics], env)
     if isinstance(done, str):
-        return Finding(Mark.BROKEN, f"ROS 2 does not start ({done})", _repair(found))
+        return broken(f"ROS 2 does not start ({done})", _repair(found))
     graph: Graph = json.loads(done)
     return graph
 
@@ -250,17 +249,17 @@ def _listener(name: str, robot: Robot, ends: Sequence[Endpoint], spare: Sequence
         advice = (
             f'set `topic = "{spare[0]}"` for it in {FILE_NAME}, where a robot listens' if spare else "start the robot"
         )
-        return Finding(Mark.ABSENT, f"{name}: nothing is listening on {robot.topic}", advice)
+        return absent(f"{name}: nothing is listening on {robot.topic}", advice)
     types = {end["type"] for end in ends}
     if not types & set(VELOCITIES):
         what = f"{name}: {_nodes(ends)} on {robot.topic}, which is neither Twist nor TwistStamped"
-        return Finding(Mark.BROKEN, what, f"set another `topic` for it in {FILE_NAME}")
+        return broken(what, f"set another `topic` for it in {FILE_NAME}")
     if robot.message != "auto" and f"geometry_msgs/msg/{robot.message}" not in types:
         advice = f'set `message = "auto"` for it in {FILE_NAME}'
-        return Finding(Mark.BROKEN, f"{name}: {_nodes(ends)} on {robot.topic}, not {robot.message}", advice)
+        return broken(f"{name}: {_nodes(ends)} on {robot.topic}, not {robot.message}", advice)
     if any(end["node"] == UNNAMED for end in ends):
-        return Finding(Mark.ABSENT, f"{name}: {_nodes(ends)} on {robot.topic}", _STARTED_EARLY)
-    return Finding(Mark.GOOD, f"{name}: {_nodes(ends)} on {robot.topic}")
+        return absent(f"{name}: {_nodes(ends)} on {robot.topic}", _STARTED_EARLY)
+    return good(f"{name}: {_nodes(ends)} on {robot.topic}")
 
 
 def _quality(name: str, robot: Robot, ends: Sequence[Endpoint]) -> Iterator[Finding]:
@@ -270,10 +269,10 @@ def _quality(name: str, robot: Robot, ends: Sequence[Endpoint]) -> Iterator[Find
             continue
         if end["latched"]:
             what = f"{name}: {end['node']} requires transient local on {robot.topic}, which Improv can't offer"
-            yield Finding(Mark.BROKEN, what, "make it volatile")
+            yield broken(what, "make it volatile")
         elif not end["reliable"]:
             what = f"{name}: {end['node']} is best effort on {robot.topic}, so it can't confirm that it hears"
-            yield Finding(Mark.ABSENT, what, "make it reliable, or its first movement may be cut short")
+            yield absent(what, "make it reliable, or its first movement may be cut short")
 
 
 def _nodes(ends: Sequence[Endpoint]) -> str:

@@ -24,3 +24,15 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.mark.value} {self.what}" + (f": {self.advice}" if self.advice else "")
+
+
+def good(what: str, advice: str = "") -> Finding:
+    return Finding(Mark.GOOD, what, advice)
+
+
+def absent(what: str, advice: str) -> Finding:
+    return Finding(Mark.ABSENT, what, advice)
+
+
+def broken(what: str, advice: str = "") -> Finding:
+    return Finding(Mark.BROKEN, what, advice)

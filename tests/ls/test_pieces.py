@@ -68,7 +68,7 @@ def test_a_request_sees_everything_above_its_position(monkeypatch: pytest.Monkey
     monkeypatch.setattr(settling, "PATIENCE", LIMIT)  # a busy machine needs longer
     with Client(QUIET, hurries=True) as client:
         opened(client)
-        last = place(URI, LAST, 12)
+        last = place(URI, LAST, 2)
         before = client.request("textDocument/hover", last)
         client.change(URI, 2, {"range": FIRST, "text": "repeat left"})
         at_once = client.request("textDocument/hover", last)

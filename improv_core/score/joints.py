@@ -181,20 +181,20 @@ class JointOutcomes(Outcomes[_AllTurned]):
         turned = self.until(movement, beats, budget).joints
         return {name: turned[name].of(at) if name in turned else at for name, at in begin.items()}
 
-    def walked(self, leg: PlayedPart, until: Duration) -> _AllTurned:
-        movement = leg.movement
+    def walked(self, played: PlayedPart, until: Duration) -> _AllTurned:
+        movement = played.movement
         if isinstance(movement, Reach):
             return self._reached(movement, float(until))
-        if isinstance(movement, Parallel) and movement.uniform is None and not leg.backward:
+        if isinstance(movement, Parallel) and movement.uniform is None and not played.backward:
             voices = enumerate(movement.items)
             moving = [(place, voice) for place, voice in voices if voice.duration and voice.uniform != STILL]
             if len(moving) == 1 and movement.bounds.depth < DEEPEST:  # the others only end it
                 ((place, voice),) = moving
-                dice = leg.dice.inside(place) if leg.dice and voice.dice else None
-                return self.from_leg(PlayedPart(voice, leg.gain, False, dice), until)
+                dice = played.dice.inside(place) if played.dice and voice.dice else None
+                return self.first_beats(PlayedPart(voice, played.gain, False, dice), until)
             if len(moving) == 1 or any(_has_pose(voice) for _, voice in moving):
                 raise DisturbedError
-        return super().walked(leg, until)
+        return super().walked(played, until)
 
     def _turned(self, velocity: Velocity, beats: float) -> _AllTurned:
         steps = ((drive, float(getattr(velocity, drive.direction))) for drive in self._part.drives)

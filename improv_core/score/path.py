@@ -61,7 +61,7 @@ class PlayedPart(NamedTuple):
         return cls(movement, SAME, False, dice_of(ROBOTS) if movement.dice else None)
 
     def to(self, visit: Visit) -> PlayedPart:
-        """Return the leg of a part that plays in place of this one."""
+        """Return the part that plays in place of this one."""
         part, _, backward, dice = visit
         around = self.movement.within(NOTHING_AROUND)
         gain = self.gain if around is NOTHING_AROUND else self.gain.times(around.gain)
@@ -185,30 +185,31 @@ class Outcomes(Generic[M]):
         Raises TooLongError if that visits more parts than the budget has.
         """
         self._budget = budget
-        return self.from_leg(PlayedPart.first(movement), beats)
+        return self.first_beats(PlayedPart.first(movement), beats)
 
-    def from_leg(self, leg: PlayedPart, beats: Duration) -> M:
+    def first_beats(self, played: PlayedPart, beats: Duration) -> M:
+        """Return the effect of the first beats of a part."""
         done = self._nothing
-        while beats < leg.movement.duration and not leg.is_walked:
-            before, leg, beats = _split(leg, beats, self._budget)
+        while beats < played.movement.duration and not played.is_walked:
+            before, played, beats = _split(played, beats, self._budget)
             for each, times in before:
                 done = done.then(self._times(self._whole(each), times))
-        if beats < leg.movement.duration:
-            return done.then(self.walked(leg, beats))
-        return done.then(self._whole(leg))
+        if beats < played.movement.duration:
+            return done.then(self.walked(played, beats))
+        return done.then(self._whole(played))
 
-    def _whole(self, leg: PlayedPart) -> M:
-        if not leg.dice:
-            return self._without_dice(leg)
+    def _whole(self, played: PlayedPart) -> M:
+        if not played.dice:
+            return self._without_dice(played)
         done = self._nothing
-        for each in _decided(leg, self._budget):
+        for each in _decided(played, self._budget):
             done = done.then(self.walked(each, each.movement.duration) if each.dice else self._without_dice(each))
         return done
 
-    def _without_dice(self, leg: PlayedPart) -> M:
-        if self._is_known(leg):
-            return self._known[_key(leg)]
-        for now in inner_first(leg, self._unknown_inside, _key):
+    def _without_dice(self, played: PlayedPart) -> M:
+        if self._is_known(played):
+            return self._known[_key(played)]
+        for now in inner_first(played, self._unknown_inside, _key):
             self._budget.spend()
             done = self._nothing
             for each in _inside(now):
@@ -216,41 +217,41 @@ class Outcomes(Generic[M]):
             if isinstance(now.movement, Repeat):
                 done = self._times(done, now.movement.times or 0)
             self._known[_key(now)] = done
-        return self._known[_key(leg)]
+        return self._known[_key(played)]
 
-    def _unknown_inside(self, leg: PlayedPart) -> Iterable[PlayedPart]:
-        return [each for each in _inside(leg) if not self._is_known(each)]
+    def _unknown_inside(self, played: PlayedPart) -> Iterable[PlayedPart]:
+        return [each for each in _inside(played) if not self._is_known(each)]
 
-    def _is_known(self, leg: PlayedPart) -> bool:
-        """Return whether the effect of a leg is known. That of a leg that is walked is from now on: most are a word."""
-        key = _key(leg)
+    def _is_known(self, played: PlayedPart) -> bool:
+        """Return whether the effect of a part is known. That of one that is walked is from now on: most are a word."""
+        key = _key(played)
         if key in self._known:
             return True
-        if leg.is_walked:
+        if played.is_walked:
             self._budget.spend()
-            self._known[key] = self.walked(leg, leg.movement.duration)
-        return leg.is_walked
+            self._known[key] = self.walked(played, played.movement.duration)
+        return played.is_walked
 
-    def walked(self, leg: PlayedPart, until: Duration) -> M:
-        """Return the effect of the first `until` beats of a leg that is walked."""
-        if leg.movement.uniform is not None:
-            return self._held(leg.movement.uniform.times(leg.gain), float(until))
-        period = _period(leg.movement)
+    def walked(self, played: PlayedPart, until: Duration) -> M:
+        """Return the effect of the first `until` beats of a part that is walked."""
+        if played.movement.uniform is not None:
+            return self._held(played.movement.uniform.times(played.gain), float(until))
+        period = _period(played.movement)
         if period and until > period:
             turns, rest = divmod(until, period)
-            once, last = (self.walked(leg, beats) for beats in (period, rest))
+            once, last = (self.walked(played, beats) for beats in (period, rest))
             return self._times(once, int(turns)).then(last)
-        movement = reverse(leg.movement) if leg.backward else leg.movement
-        own = None if leg.dice else Budget(MOST_WALKED)
+        movement = reverse(played.movement) if played.backward else played.movement
+        own = None if played.dice else Budget(MOST_WALKED)
         done = self._nothing
-        for moment in walk(movement, merge=True, dice=leg.dice):
+        for moment in walk(movement, merge=True, dice=played.dice):
             left = until - moment.start
             if left <= 0:
                 break
             self._budget.spend()
             if own:
                 own.spend()
-            done = done.then(self._held(moment.velocity.times(leg.gain), float(min(moment.duration, left))))
+            done = done.then(self._held(moment.velocity.times(played.gain), float(min(moment.duration, left))))
         return done
 
     def _times(self, once: M, times: int) -> M:
@@ -264,24 +265,24 @@ class Outcomes(Generic[M]):
 
 
 def _split(
-    leg: PlayedPart, until: Duration, budget: Budget
+    played: PlayedPart, until: Duration, budget: Budget
 ) -> tuple[Iterable[tuple[PlayedPart, int]], PlayedPart, Duration]:
-    """Return the inner legs that finish within `until` beats, and how often; and the next one, and its beats."""
-    part, _, backward, dice = leg
+    """Return the inner parts that finish within `until` beats, and how often; and the next one, and its beats."""
+    part, _, backward, dice = played
     at = part.duration - until if backward else until
     if isinstance(part, Through):
         visit = part.inner(at, backward, dice)
-        return (), leg.to(visit), visit.part.duration - visit.at if visit.backward else visit.at
+        return (), played.to(visit), visit.part.duration - visit.at if visit.backward else visit.at
     if isinstance(part, Repeat) and part.body.duration != ENDLESS:
         turns = int(until // part.body.duration)
-        inner = leg.to(next(part.visits(at, backward, dice)))
+        inner = played.to(next(part.visits(at, backward, dice)))
         done = [(inner, turns)]
         if dice:
             budget.allow(turns * max(part.body.bounds.throws * VISITS_PER_THROW, 1))
-            done = [(each, 1) for each in islice(_inside(leg), turns)]
+            done = [(each, 1) for each in islice(_inside(played), turns)]
         return done, inner, until % part.body.duration
     done = []
-    for inner in _inside(leg):
+    for inner in _inside(played):
         if until < inner.movement.duration:
             break
         done.append((inner, 1))
@@ -290,13 +291,13 @@ def _split(
     return done, inner, until
 
 
-def _key(leg: PlayedPart) -> tuple[int, Velocity, bool]:
-    return id(leg.movement), leg.gain, leg.backward
+def _key(played: PlayedPart) -> tuple[int, Velocity, bool]:
+    return id(played.movement), played.gain, played.backward
 
 
-def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
-    """Yield a leg as a series of legs without dice, and of voices with dice."""
-    stack = [iter((leg,))]
+def _decided(played: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
+    """Yield a part as a series of parts without dice, and of voices with dice."""
+    stack = [iter((played,))]
     while stack:
         each = next(stack[-1], None)
         if each is None:
@@ -310,12 +311,12 @@ def _decided(leg: PlayedPart, budget: Budget) -> Iterator[PlayedPart]:
             stack.append(_inside(each))
 
 
-def _inside(leg: PlayedPart) -> Iterator[PlayedPart]:
-    """Yield the inner legs in the order they play; the body of a repeat without dice only once."""
-    part, gain, backward, dice = leg
+def _inside(played: PlayedPart) -> Iterator[PlayedPart]:
+    """Yield the inner parts in the order they play; the body of a repeat without dice only once."""
+    part, gain, backward, dice = played
     at = part.duration if backward else 0
     if isinstance(part, Through):
-        yield leg.to(part.inner(at, backward, dice))
+        yield played.to(part.inner(at, backward, dice))
     elif isinstance(part, Repeat) and not dice:
         yield PlayedPart(part.body, gain, backward, None)
     else:

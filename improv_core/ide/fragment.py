@@ -12,10 +12,10 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
-from improv_core.syntax.vocabulary import words_where
+from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
-_ITEMIZING = words_where(lambda word: word.of_items)
+_ITEMIZING = [word.text for word in WORDS.values() if word.of_items]
 MAY_ITEMIZE = re.compile(rf"\b(?:{'|'.join(_ITEMIZING)})\b")
 """A word in a program that may count items anywhere in it."""
 _WORD = re.compile(r"\w|[^\x00-\x7f]")

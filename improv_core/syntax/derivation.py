@@ -61,7 +61,6 @@ def repair(terminals: tuple[str, ...]) -> Repair:
 def prepare() -> None:
     """Load lark and the grammar, so that the first statement with an error doesn't wait for that: 0.1 s."""
     _lark()
-    _unexpected()
 
 
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
@@ -84,13 +83,6 @@ def _lark() -> Any:
 
     grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
     return Lark(grammar, start="statement", parser="lalr", lexer=TokensAsTheyAre)
-
-
-@cache
-def _unexpected() -> type[Exception]:
-    from lark import UnexpectedToken
-
-    return UnexpectedToken
 
 
 @lru_cache(maxsize=2_000)
@@ -123,9 +115,11 @@ class _Repairing:
 
     def feed(self, leaf: Leaf) -> bool:
         """Read a leaf, and return whether it fits."""
+        from lark import UnexpectedToken
+
         try:
             self.parser.feed_token(leaf)
-        except _unexpected():
+        except UnexpectedToken:
             self.unexpected = self.unexpected or Unexpected(leaf.at, frozenset(self.parser.accepts()))
             return False
         self.leaves.append(leaf)

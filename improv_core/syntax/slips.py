@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from difflib import SequenceMatcher, get_close_matches
 from fractions import Fraction
+from itertools import takewhile
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
@@ -178,9 +179,7 @@ def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic
     """Return the tokens up to `=` or `$` without a tempo, and the error if they begin with one."""
     if not _sets_tempo(tokens):
         return list(tokens), []
-    end = 2
-    while tokens[end].type in ("NUMBER", "OPERATOR"):
-        end += 1
+    end = _end_of_number(tokens, 2)
     tempo = f"beat {''.join(token.text for token in tokens[1:end])}"
     fixes = replace("Start a new line after it", Span(tokens[0].start, tokens[end].start), f"{tempo}\n")
     span = Span(tokens[0].start, tokens[end - 1].end)
@@ -210,9 +209,7 @@ def is_between(heads: Sequence[Token], token: Token) -> bool:
 
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     """Return the error about a number without its word, as in `forward 2` or `2 forward`; None if this is none."""
-    end = at
-    while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
-        end += 1
+    end = _end_of_number(tokens, at)
     if end == at or tokens[at].type != "NUMBER":
         return None
     number = "".join(token.text for token in tokens[at:end])
@@ -244,9 +241,7 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     start = at if at < len(tokens) and tokens[at].text == "(" else at - 1
     if start < 0 or tokens[start].text != "(":
         return None
-    end = start + 1
-    while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
-        end += 1
+    end = _end_of_number(tokens, start + 1)
     if end == start + 1 or end == len(tokens) or tokens[end].text != ")":
         return None
     number = "".join(token.text for token in tokens[start + 1 : end])
@@ -352,12 +347,10 @@ def _turns(degrees: Fraction, word: str) -> Iterator[_Reading]:
 
 def _edits(way: _Reading, term: Token, gone: Span) -> tuple[Edit, ...]:
     before = " ".join(way.before)
-    word = [Edit(term.span, way.word)] if way.word and way.word != term.text else []
     if gone.end > term.start:
-        first = [Edit(Span(term.start, term.start), f"{before} ")] if before else []
-        if word and before:
-            first, word = [], [Edit(term.span, f"{before} {way.word}")]
-        return (*first, *word, Edit(gone, ""))
+        written = " ".join([*way.before, way.word or term.text])
+        return (*([Edit(term.span, written)] if written != term.text else []), Edit(gone, ""))
+    word = [Edit(term.span, way.word)] if way.word and way.word != term.text else []
     # A single character between two tokens is a space. A longer gap may contain a comment.
     end = term.start if not before and term.start - gone.end == 1 else gone.end
     return (Edit(Span(gone.start, end), before), *word)
@@ -376,6 +369,11 @@ def _value(number: str) -> Fraction | None:
 
 def _sets_tempo(tokens: Sequence[Token]) -> bool:
     return [token.type for token in tokens[1:2]] == ["NUMBER"] and tokens[0].text.lower() in _TEMPO
+
+
+def _end_of_number(tokens: Sequence[Token], at: int) -> int:
+    """Return the index after the numbers, and the signs between them, that begin at an index."""
+    return at + sum(1 for _ in takewhile(lambda token: token.type in ("NUMBER", "OPERATOR"), tokens[at:]))
 
 
 def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:

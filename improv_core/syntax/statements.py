@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape
 
-_LINE = re.compile(r"([^\r\n#]*)(#[^\r\n]*)?(?:\r\n|\n|\r|$)")
-_ANY_LINE = re.compile(rf"([^\r\n{HASHES}]*)({COMMENT})?(?:\r\n|\n|\r|$)")
+_LINE = re.compile(rf"([^\r\n{HASHES}]*)({COMMENT})?(?:\r\n|\n|\r|$)")
 # A line that looks like the start of a statement always is one, so a missing bracket never swallows the rest.
 _PARAMETERS = rf"(?:[ \t]+{NAME}|[ \t]*\([ \t]*{NAME}[ \t]*\))*+"
 _BEGINS = re.compile(rf"\s*(?:beat[ \t]+[-+.0-9]|-{{3}}|{NAME}{_PARAMETERS}[ \t]*=|{NAME}[^()\[\]$=|]*\$)")
@@ -26,11 +25,8 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
     `begin` is the start of a line that does not continue a statement.
     """
     start, end, open_brackets = None, 0, 0
-    is_plain = text.isascii()
-    for match in (_LINE if is_plain else _ANY_LINE).finditer(text, begin):
-        line = match[1]
-        if not is_plain:
-            line = shape(line)
+    for match in _LINE.finditer(text, begin):
+        line = shape(match[1])
         code = line.strip(_SPACES)
         if code:
             if start is not None and not (_CONTINUES.match(code) if not open_brackets else not _BEGINS.match(line)):
@@ -50,11 +46,6 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
 
 
 def _trimmed(text: str, start: int, end: int) -> tuple[int, str]:
-    piece = text[start:end]
-    if piece.isascii():
-        piece = piece.rstrip(_SPACES)
-        body = piece.lstrip(_SPACES)
-        return start + len(piece) - len(body), body
-    shown = shape(piece).rstrip(_SPACES)
+    shown = shape(text[start:end]).rstrip(_SPACES)
     first = len(shown) - len(shown.lstrip(_SPACES))
-    return start + first, piece[first : len(shown)]
+    return start + first, text[start + first : start + len(shown)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 
 from improv_core.score import algebra, dice, ramps, reactions
@@ -292,8 +292,3 @@ WORDS: Mapping[str, Word] = {
 def of_kind(*kinds: Kind) -> list[str]:
     """Return the words of these kinds, in the table's order."""
     return [word.text for word in WORDS.values() if word.kind in kinds]
-
-
-def words_where(holds: Callable[[Word], bool]) -> Sequence[str]:
-    """Return the words for which `holds` returns true, in the table's order."""
-    return [word.text for word in WORDS.values() if holds(word)]

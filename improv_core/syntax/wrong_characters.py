@@ -158,12 +158,9 @@ def _comma(text: str, tokens: Sequence[Token], at: int, is_right: IsRight) -> Di
     commas = [each.span for place, each in enumerate(tokens) if _is_comma(tokens, place)]
     if tokens[at].text == "," and not is_right(_written(text, commas, ".")) and is_right(_written(text, commas, " ")):
         apart = f"{first.text} {last.text}"
-        return Diagnostic("syntax", span, "remove `,`: separate numbers with spaces", _changed(span, " ", apart))
-    return Diagnostic("syntax", span, message, _changed(span, ".", f"{first.text}.{last.text}"))
-
-
-def _changed(span: Span, text: str, shown: str) -> tuple[Fix, ...]:
-    return replace(f"Change to {shown}", span, text)
+        fixes = replace(f"Change to {apart}", span, " ")
+        return Diagnostic("syntax", span, "remove `,`: separate numbers with spaces", fixes)
+    return Diagnostic("syntax", span, message, replace(f"Change to {first.text}.{last.text}", span, "."))
 
 
 def _is_comma(tokens: Sequence[Token], at: int) -> bool:

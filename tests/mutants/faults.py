@@ -377,8 +377,8 @@ PROGRAM = (
     ),
     Fault(
         "program/program.py",
-        "meanings[tempos[0]].tempo",
-        "meanings[tempos[-1]].tempo",
+        "self.meanings[self.tempos[0]].tempo",
+        "self.meanings[self.tempos[-1]].tempo",
         "the last tempo counts instead of the first",
     ),
     Fault(

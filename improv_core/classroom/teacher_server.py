@@ -131,7 +131,7 @@ class TeacherPage:
         for each in self._messages():
             _put(outbox, each)
         self._outboxes.append(outbox)
-        telling = asyncio.create_task(outbox.empty_into(page))
+        telling = asyncio.create_task(outbox.empty_into(page.send_str))
         try:
             await receive(page, request, self._obey)
         finally:

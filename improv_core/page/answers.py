@@ -7,11 +7,12 @@ import json
 import sys
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
-from improv_core.page.background import Background
+from improv_core.page.background import Do
 from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import MOST_MOMENTS, window
 from improv_core.protocol.messages import Sensed, TransportMessage
@@ -39,7 +40,7 @@ class Answers:
     `show` and `take` may be called from any thread: answers to later questions take them into account.
     """
 
-    def __init__(self, background: Background) -> None:
+    def __init__(self, do: Do) -> None:
         self._score: Score | None = None
         self._picture: str | None = None  # of this score
         self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
@@ -47,22 +48,21 @@ class Answers:
         self._transport: TransportMessage | None = None
         self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
         self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
-        self._background = background
+        self._do = do
 
     def show(self, score: Score, generation: int) -> None:
         """Take the score that pages show; it plays once a transport message has its generation."""
-        self._background.do(partial(self._show, score, generation))
+        self._do(partial(self._show, score, generation))
 
     def take(self, message: TransportMessage | Sensed) -> None:
         """Follow the messages of the stage."""
-        self._background.do(partial(self._take, message))
+        self._do(partial(self._take, message))
 
     async def compute(self, answer: Callable[[], Answer]) -> Answer | None:
         """Compute an answer and return it; report a failure and return None."""
-        loop = asyncio.get_running_loop()
-        computed: asyncio.Future[Answer | None] = loop.create_future()
-        self._background.do(partial(_answer, loop, computed, answer))
-        return await computed
+        computed: Future[Answer | None] = Future()
+        self._do(partial(_compute, answer, computed))
+        return await asyncio.wrap_future(computed)
 
     def window(self, question: AskWindow) -> str | None:
         """The message that answers a `window` request; None if it asks about another score. For `compute`."""
@@ -113,18 +113,11 @@ class Answers:
                 del self._shown[each], self._replays[each]
 
 
-def _answer(
-    loop: asyncio.AbstractEventLoop, computed: asyncio.Future[Answer | None], answer: Callable[[], Answer]
-) -> None:
+def _compute(answer: Callable[[], Answer], computed: Future[Answer | None]) -> None:
     text = None
     try:
         text = answer()
     except Exception as problem:  # this answer is missing; the next ones are not
         print(f"the page: {problem!r}", file=sys.stderr)
-    with suppress(RuntimeError):  # the loop is closed
-        loop.call_soon_threadsafe(_settle, computed, text)
-
-
-def _settle(computed: asyncio.Future[Answer | None], text: Answer | None) -> None:
-    if not computed.done():  # the page that asked may be gone
+    with suppress(InvalidStateError):  # the page that asked may be gone
         computed.set_result(text)

@@ -5,15 +5,10 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
-from typing import Protocol
 
 Work = Callable[[], None]
-
-
-class Background(Protocol):
-    """Does such work, one task after another."""
-
-    def do(self, work: Work) -> None: ...
+Do = Callable[[Work], None]
+"""Does such work, one task after another. A system without threads does it at once."""
 
 
 class OwnThread:
@@ -34,10 +29,3 @@ class OwnThread:
     def _run(self) -> None:
         while (work := self._work.get()) is not None:
             work()
-
-
-class AtOnce:
-    """Does it at once, on a system without threads."""
-
-    def do(self, work: Work) -> None:
-        work()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
 from improv_core.page.meetings import Meetings
@@ -16,18 +16,11 @@ from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownS
 from improv_core.score.music import Music
 from improv_core.score.score import Score
 
+if TYPE_CHECKING:
+    from improv_core.page.ideal_floor import IdealFloor
+
 Soon = Callable[..., None]
 """Has the thread of the pages call a function with these values."""
-
-
-class PlayedScores(Protocol):
-    """The scores that a stage plays, such as `preview.begun_scores.BegunScores`."""
-
-    def add_score(self, score: Score, generation: int) -> None: ...
-
-    def knows(self, generation: int) -> bool: ...
-
-    def take(self, message: TransportMessage) -> Score: ...
 
 
 class Broadcast:
@@ -46,13 +39,13 @@ class Broadcast:
         *,
         takes_start_poses: bool,
         meetings: Meetings | None = None,
-        scores: PlayedScores | None = None,
+        scores: IdealFloor | None = None,
     ) -> None:
         self._pages = pages
         self._answers = answers
         self._soon = soon
         self._confirm = confirm
-        self._scores = scores or BegunScores()
+        self._scores: BegunScores | IdealFloor = scores or BegunScores()
         self._takes_start_poses = takes_start_poses
         self._shown = 0, 0  # the generation and scene that pages show with the beats at which their parts begin
         self._restarted = 0

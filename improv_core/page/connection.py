@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from improv_core.page.answers import Answers
-from improv_core.page.outbox import PageOutbox, PageSocket
+from improv_core.page.outbox import PageOutbox, SendText
 from improv_core.page.stop_confirmations import Order, PageStops
 from improv_core.protocol.commands import COMMANDS, Editing, PageRequest
 from improv_core.protocol.page_requests import read
@@ -52,9 +52,9 @@ class PageConnection:
             case _:
                 self._pass_on(request)
 
-    async def send_to(self, page: PageSocket) -> None:
+    async def send_by(self, send: SendText) -> None:
         """Send everything that waits or will wait, and answer the latest question, forever."""
-        await asyncio.gather(self._outbox.empty_into(page), self._answer())
+        await asyncio.gather(self._outbox.empty_into(send), self._answer())
 
     async def _answer(self) -> None:
         while True:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import astuple
 from functools import partial
 
-from improv_core.page.background import Background
+from improv_core.page.background import Do
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.meetings import RoomCheck, check_room
 from improv_core.score.score import Score
@@ -23,18 +23,16 @@ class Meetings:
     """Checks the latest score that was shown for robots that meet. `publish` gets all meetings. `tell` gets a line if a
     score has taken over from another, so that robots may meet that were apart."""
 
-    def __init__(
-        self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None], background: Background
-    ) -> None:
+    def __init__(self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None], do: Do) -> None:
         self._publish = publish
         self._tell = tell
-        self._background = background
+        self._do = do
         self._latest = 0  # the number of scores shown so far
 
     def show(self, score: Score, generation: int) -> None:
         """Check another score, or the same one once the times at which its parts began are known."""
         self._latest += 1
-        self._background.do(partial(self._look, score, generation, self._latest))
+        self._do(partial(self._look, score, generation, self._latest))
 
     def _look(self, score: Score, generation: int, number: int) -> None:
         if number == self._latest:  # otherwise a newer score waits

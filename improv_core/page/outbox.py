@@ -5,22 +5,18 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
-from typing import Literal, Protocol
+from typing import Literal
 
 from improv_core.protocol.drawn import Bump, Lengthening
 from improv_core.protocol.page_messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
 
 MOST_BUMPS = 200
 TrailKind = Literal["trails", "measured"]
-
-
-class PageSocket(Protocol):
-    """A connection to a page, such as a WebSocket."""
-
-    async def send_str(self, data: str) -> None: ...
+SendText = Callable[[str], Awaitable[object]]
+"""Sends a page a text, over any connection."""
 
 
 class PageOutbox:
@@ -73,7 +69,7 @@ class PageOutbox:
         """Wait until the page has received everything."""
         await self._empty.wait()
 
-    async def empty_into(self, page: PageSocket) -> None:
+    async def empty_into(self, send: SendText) -> None:
         """Send everything that waits or will wait, forever."""
         while True:
             await self._filled.wait()
@@ -82,7 +78,7 @@ class PageOutbox:
                 kind = next(iter(self._waiting))
                 text = self._waiting.pop(kind)
                 with suppress(ConnectionError):  # the page is gone: the reading side ends the session
-                    await page.send_str(text if isinstance(text, str) else text())
+                    await send(text if isinstance(text, str) else text())
             self._empty.set()
 
     def _lacking(self, kind: TrailKind, trails: Mapping[str, Lengthening], placed: int) -> str:

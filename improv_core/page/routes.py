@@ -191,7 +191,7 @@ class Application:
         sending: asyncio.Task[None] | None = None
         try:
             await page.prepare(request)
-            sending = asyncio.create_task(connection.send_to(page))
+            sending = asyncio.create_task(connection.send_by(page.send_str))
             self._command(self._watched(framed))
             await receive(page, request, connection.receive)
         finally:

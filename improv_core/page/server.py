@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
 from improv_core.page.background import OwnThread
-from improv_core.page.broadcast import Broadcast, PlayedScores
+from improv_core.page.broadcast import Broadcast
 from improv_core.page.loop_thread import LoopThread
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
@@ -22,6 +22,7 @@ from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.tickets import Tickets
 
 if TYPE_CHECKING:
+    from improv_core.page.ideal_floor import IdealFloor
     from improv_core.protocol.drawn import Snapshot
 
 
@@ -46,7 +47,7 @@ class PageServer:
         token: str | None = None,
         show: Path | None = None,
         tell: Callable[[str], None] = lambda line: None,
-        scores: PlayedScores | None = None,
+        scores: IdealFloor | None = None,
     ) -> None:
         self._token = token or secrets.token_urlsafe()
         self._tickets = Tickets(self._token)
@@ -54,7 +55,7 @@ class PageServer:
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._workers = [OwnThread("improv-answers"), OwnThread("improv-meetings")]
-        self._answers = Answers(self._workers[0])
+        self._answers = Answers(self._workers[0].do)
         self._stops = PageStops()
         self._thread = LoopThread("improv-viewer")
         self._command, self._stage_sockets = command, show
@@ -67,7 +68,7 @@ class PageServer:
             scores=scores,
         )
         self.publish, self.show, self.report = self._broadcast.publish, self._broadcast.show, self._broadcast.report
-        self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1])
+        self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1].do)
         self._thread.start(self._serve)
         atexit.register(self.close)  # tells the page that the performance is over, not cut off
 

@@ -13,7 +13,6 @@ from improv_core.ipc.rate_limit import Throttle
 from improv_core.outputs.simulator.collisions import NoCollisions
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.answers import Answers
-from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.connection import PageConnection
 from improv_core.page.open_pages import Pages
@@ -50,7 +49,7 @@ class BrowserBackend:
         self._stops = Stops(asleep=lambda: 0.0)
         self._simulator = Simulator(collide=NoCollisions)
         self._pages = Pages(self._simulator.snapshot)
-        self._answers = Answers(AtOnce())
+        self._answers = Answers(lambda work: work())
         self._broadcast = Broadcast(
             self._pages, self._answers, lambda do, *values: do(*values), self._confirm, takes_start_poses=False
         )
@@ -81,10 +80,10 @@ class BrowserBackend:
         self._playback.present(PROGRAM.name, "")
         self._show()
         ready()
-        await asyncio.gather(self._pages.watch(), self._page.send_to(self), self._obey())
+        await asyncio.gather(self._pages.watch(), self._page.send_by(self._send), self._obey())
 
-    async def send_str(self, data: str) -> None:
-        self._post(data)
+    async def _send(self, text: str) -> None:
+        self._post(text)
 
     def hear(self, text: str) -> None:
         """Take a request of the page. An invalid one is dropped."""

@@ -26,7 +26,7 @@ class Heard:
         self.messages: queue.Queue[MeetingsMessage] = queue.Queue()
         self.lines: queue.Queue[str] = queue.Queue()
         self.thread = OwnThread("meetings of a test")
-        self.meetings = Meetings(self.messages.put, self.lines.put, self.thread)
+        self.meetings = Meetings(self.messages.put, self.lines.put, self.thread.do)
 
     def message(self, score: Score, generation: int) -> MeetingsMessage:
         self.meetings.show(score, generation)

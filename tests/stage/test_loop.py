@@ -13,7 +13,6 @@ import pytest
 
 from improv_core.ipc.arrivals import Arrival, End, First, Play
 from improv_core.page.answers import Answers
-from improv_core.page.background import AtOnce
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.open_pages import Pages
 from improv_core.player.start_rules import WAITS
@@ -494,7 +493,7 @@ class Shown(Broadcast):
     """The scenes that pages show."""
 
     def __init__(self) -> None:
-        pages, answers = Pages(Snapshot), Answers(AtOnce())
+        pages, answers = Pages(Snapshot), Answers(lambda work: work())
         super().__init__(pages, answers, lambda do, *values: do(*values), print, takes_start_poses=False)
         self.scenes: list[int] = []
 

@@ -3,12 +3,13 @@ only."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import COMMANDS, PageOpened, PageRequest, Resume, Stop
 from improv_core.protocol.editing import Answer, ProgramSource
-from improv_core.protocol.messages import Pressed, ProgramMessage, refused_by
+from improv_core.protocol.messages import Pressed, Problem, ProgramMessage, refused_by
 from improv_core.protocol.page_messages import for_pages
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session import on_hosts
@@ -18,6 +19,11 @@ from improv_core.session.state import HERE, Change, PlayScore, SessionState, Sta
 
 StageRequest = Change | Resume | ProgramMessage | ProgramSource | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
+Mistake = tuple[str, int, int, str, str]
+"""An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
+message."""
+MOST_MISTAKES = 20
+"""The most errors that pages list."""
 Request = PlayScore | StageRequest | PageRequest | PageOpened
 
 
@@ -51,6 +57,15 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
             return on_hosts.pause(state), []
         case _:
             return _change(state, request, now)
+
+
+def program_message(name: str, folder: str, mistakes: Sequence[Mistake]) -> ProgramMessage:
+    """Return the program to play, and the errors that keep it from being played, for pages."""
+    problems: list[Problem] = [
+        {"file": file, "line": line, "column": column, "word": word, "message": message}
+        for file, line, column, word, message in mistakes[:MOST_MISTAKES]
+    ]
+    return {"type": "program", "name": name, "folder": folder, "problems": problems, "count": len(mistakes)}
 
 
 def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:

@@ -20,7 +20,7 @@ from improv_core.ipc.stage_process import StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, Pause, Stop
-from improv_core.protocol.messages import Problem, ToStage
+from improv_core.protocol.messages import ToStage
 from improv_core.protocol.tickets import issue
 from improv_core.safety import stage_stops
 from improv_core.safety.halts import KNOWN
@@ -31,7 +31,7 @@ from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, News, Now, Report, Send, SendScore, Start
 from improv_core.session.loads import Loads
 from improv_core.session.on_report import on_clock, on_close, on_report, on_time
-from improv_core.session.on_request import Request, on_request
+from improv_core.session.on_request import Mistake, Request, on_request, program_message
 from improv_core.session.start import Options, RunningStage, StartStage, keep_reaching, start_stage, wait_for_stages
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
 from improv_core.session.stop_line import stop_line
@@ -41,13 +41,6 @@ LOST = "the stage ended before it had stopped its robots"
 """The reason why another one has to stop them."""
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
-
-MOST_MISTAKES = 20
-"""The most errors that pages list."""
-
-Mistake = tuple[str, int, int, str, str]
-"""An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
-message."""
 Edit = Callable[[Editing, int], None]
 """Handles a request from a page about the program; also gets the count of stops at that moment."""
 
@@ -120,12 +113,7 @@ class Playback:
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
         """Have pages show the program to play, and the errors that keep it from being played."""
-        problems: list[Problem] = [
-            {"file": file, "line": line, "column": column, "word": word, "message": message}
-            for file, line, column, word, message in mistakes
-        ]
-        shown, count = problems[:MOST_MISTAKES], len(problems)
-        self.ask({"type": "program", "name": name, "folder": folder, "problems": shown, "count": count})
+        self.ask(program_message(name, folder, [*mistakes]))
 
     async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
         """Start the stages, also those of these hosts, unless they are running. Raises StageError."""
@@ -133,7 +121,8 @@ class Playback:
         async with self._opening:
             if self.state.is_open and hosts <= self._hosts:
                 return
-            await self._close()
+            await self._end_stages()
+            self._forget()
             self._hosts = hosts
             backend = self.options.backend
             outputs: list[Output] = ["ros"] if backend != "sim" else []
@@ -156,7 +145,8 @@ class Playback:
                 for each in starting.values():
                     each.cancel()
                 await asyncio.gather(*starting.values(), return_exceptions=True)
-                await self._close()
+                await self._end_stages()
+                self._forget()
                 raise
 
     def _reach(self, key: StageKey, first: asyncio.Task[bool] | None = None) -> None:
@@ -226,11 +216,8 @@ class Playback:
             generation = self.state.generation
             self._listen({"type": "unreached", "generation": generation, "robots": robots, "message": line}, True)
         async with self._opening:
-            await self._close()
-
-    async def _close(self) -> None:
-        await self._end_stages()
-        self._forget()
+            await self._end_stages()
+            self._forget()
 
     def _forget(self) -> None:
         self._stages.clear()
@@ -290,6 +277,9 @@ class Playback:
             self._stages.pop(key, None)
         self._decide(lambda state: on_report(state, key, message, self._now(stops)))
 
+    def _hear_clock(self, message: HeardClock) -> None:
+        self._decide(lambda state: on_clock(state, message, self._now()))
+
     def _decide(self, decide: Callable[[SessionState], Decided]) -> None:
         """Decide about something, after the stops and pauses that came before it."""
         while self._stopped:
@@ -337,10 +327,7 @@ class Playback:
             case HearClock(clock, tempo):
                 if self._clock:
                     self._clock.close()
-                hear: Callable[[HeardClock], None] = lambda message: self._decide(  # noqa: E731
-                    lambda state: on_clock(state, message, self._now())
-                )
-                self._clock = self._listen_to(clock, tempo, hear) if clock else None
+                self._clock = self._listen_to(clock, tempo, self._hear_clock) if clock else None
 
     def _tell(self, news: News | Editing, leads: bool, stops: int) -> None:
         if news["type"] == "pressed":

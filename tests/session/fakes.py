@@ -29,7 +29,7 @@ class Fake:
     def __init__(self, sink: Output, options: Options, hear: Hear, stops: Stops) -> None:
         self._hear = hear
         self._stops = stops
-        self.sink = sink
+        self.name = options.host.name if options.host else sink
         self.alive = True
         self.sent: list[ToStage] = []
         self.moves = False
@@ -92,8 +92,10 @@ class Fakes:
         self.news: list[News] = []
         self.edits: list[tuple[Editing, int]] = []
         self.clocks: list[FakeClock] = []
-        self.fails: set[str] = set()
-        self.held: set[Output] = set()  # these stages only start
+        self.fails: set[str] = set()  # these hosts and outputs
+        self.failed = 0
+        self.problem = "no {} here"
+        self.held: set[str] = set()  # these stages only start
         self.released = asyncio.Event()  # once this is set
         self.stops = Stops()
         self.playback = Playback(
@@ -112,10 +114,12 @@ class Fakes:
         return self.clocks[-1]
 
     async def _start(self, sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
-        if sink in self.held:
+        name = options.host.name if options.host else sink
+        if name in self.held:
             await self.released.wait()
-        if sink in self.fails:
-            raise StageError(f"no {sink} here")
+        if name in self.fails:
+            self.failed += 1
+            raise StageError(self.problem.format(name))
         self.stages.append(Fake(sink, options, hear, stops))
         return self.stages[-1]
 
@@ -126,8 +130,8 @@ class Fakes:
 
         await asyncio.wait_for(look(), LIMIT)
 
-    def latest(self, sink: Output) -> Fake:
-        return next(stage for stage in reversed(self.stages) if stage.sink == sink)
+    def latest(self, name: str) -> Fake:
+        return next(stage for stage in reversed(self.stages) if stage.name == name)
 
     async def begin(self) -> int | None:
         return await self.playback.play(PlayScore(DANCE, "dance.improv", self.stops.count))

@@ -15,7 +15,7 @@ from pathlib import Path
 EDITORS = Path(__file__).resolve().parent
 sys.path.insert(0, str(EDITORS.parent))
 
-from improv_core.robots.schema_tables import json_schema  # noqa: E402
+from improv_core.robots.schema import json_schema  # noqa: E402
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind  # noqa: E402
 from improv_core.syntax.words import Kind  # noqa: E402
 

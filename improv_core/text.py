@@ -62,6 +62,11 @@ class LineIndex:
         line = bisect_right(self.starts, offset) - 1
         return Position(line, offset - self.starts[line])
 
+    def ending(self, offset: int) -> str:
+        """Return the line end of the line of an offset; that of the last line is the usual one."""
+        line = self.position(offset).line
+        return self.text[self.end(line) : self.start(line + 1)] or "\n"
+
     def number(self, offset: int) -> int:
         """Return the number of the line of an offset, counted from 1, as people do."""
         return self.position(offset).line + 1

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from improv_core.ide.inlay_hint import Hint
-from improv_core.ide.inlay_hint_playing import playing_hints
+from improv_core.ide.inlay_hint import Hint, playing_hints
 from improv_core.preview.replaying import followed, note
 from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_at
 from improv_core.score.replay import Replay

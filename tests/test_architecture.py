@@ -305,7 +305,7 @@ def test_a_class_has_its_name_to_itself() -> None:
 
 
 IN_PIECES = {
-    *("analysis", "cursor", "document_symbol", "formatter", "lexer", "toml_statements"),  # of a text
+    *("analysis", "cursor", "document_symbol", "formatter", "lexer"),  # of a text
     *("sliced_json", "dynamics", "side", "strokes", "svg"),  # of a line of JSON, a motion, and a path
     *("algebra", "limits", "movement", "path", "ramps", "smoothing", "walk"),  # of a movement
 }

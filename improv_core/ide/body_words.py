@@ -11,9 +11,8 @@ from improv_core.ide.completion_item import Item
 from improv_core.ide.performers import performers
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
-from improv_core.program.predefined import TO
+from improv_core.program.definitions import TO, Takes
 from improv_core.program.program import Placed
-from improv_core.program.reader import Takes
 from improv_core.robots.bodies import DIRECTIONS
 from improv_core.score.body import START, Body
 from improv_core.score.joints import Limb, joint_moments

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
 from improv_core.ide.references import symbol_at
 from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.ide.selection import uses
-from improv_core.program.analysis import Analysis
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.program import MOST_SCENES, Placed
 from improv_core.program.timing import in_beats, in_seconds
+from improv_core.robots.config import read_robots
+from improv_core.robots.toml_text import read_toml
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Lengths
 from improv_core.text import Span
@@ -109,3 +112,23 @@ def _head(placed: Placed) -> Span:
     sign = placed.statement.sign
     assert sign
     return Span(placed.start, placed.start + sign.end)
+
+
+STEP = "forward"
+"""The movement of a robot that is tried: the first word of most programs."""
+
+
+def trials(text: str, span: Span) -> Iterator[PlayAction]:
+    """Yield the actions for a robot whose section's name is at the cursor, if it can move forward."""
+    robots = read_robots(text).robots
+    for keys, (name, *_) in read_toml(text).positions.named.items():
+        robot = str(keys[-1])
+        here = name.start <= span.end and span.start <= name.end
+        if here and keys[:-1] == ("robots",) and robot in robots and STEP in robots[robot].profile.motions:
+            yield PlayAction(f"Try {STEP} with {robot}", "improv.play.robot", "play", robot=robot)
+            yield STOP
+
+
+def trial(text: str, path: Path | None, robot: str) -> Analysis:
+    """Return the program in which a robot takes a step."""
+    return analyze(f"{robot} $ {STEP}", read_robots(text, path))

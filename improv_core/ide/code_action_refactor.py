@@ -10,17 +10,19 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
+from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
 from improv_core.ide.code_action_canon import as_canon
-from improv_core.ide.code_action_dice import other_dice
 from improv_core.ide.code_action_extract import extract
 from improv_core.ide.code_action_inline import inline_definition, inline_use
 from improv_core.ide.fragment import Fragment, fragment_at, replaced
 from improv_core.program.analysis import Analysis
+from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.syntax import nodes
 from improv_core.syntax.characters import COMMENT
 from improv_core.syntax.lexer import lex
 from improv_core.syntax.nodes import Node
+from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import LINE_END, Span
 
 MOST_TURNS = 32
@@ -40,7 +42,7 @@ def refactorings(analysis: Analysis, span: Span) -> list[Action]:
             *inline_use(analysis, fragment),
             *_unroll(fragment),
             *_fold(fragment),
-            *other_dice(fragment),
+            *_other_dice(fragment),
             *_wrap(fragment),
         ]
     return [action for action in found if sum(len(edit.text) for edit in action.edits) <= LONGEST]
@@ -95,6 +97,28 @@ def _wrap(fragment: Fragment) -> Iterator[Action]:
         ("Wrap in slow 2: takes twice as long", f"slow 2 {text if fragment.is_term else f'({text})'}"),
     ):
         yield Action(title, "refactor.rewrite", (replaced(fragment, wrapped),))
+
+
+def _other_dice(fragment: Fragment) -> Iterator[Action]:
+    """Change the nearest `seed` around a word of dice, or write one before it."""
+    node = fragment.nodes[0]
+    if not (isinstance(node, nodes.Apply) and WORDS[node.word.text].throws):
+        return
+    start = fragment.placed.start
+    seed = _nearest_seed((*fragment.around, node))
+    if seed is None:
+        put = Edit(Span(node.span.start, node.span.start).shifted(start), "seed 1 ")
+        yield Action("Other dice: seed 1", "refactor.rewrite", (put,))
+    elif seed.text.isdecimal() and len(seed.text) < LONGEST_NUMBER:
+        number = str(int(seed.text) + 1)
+        yield Action(f"Other dice: seed {number}", "refactor.rewrite", (Edit(seed.span.shifted(start), number),))
+
+
+def _nearest_seed(outside: Sequence[nodes.Node]) -> nodes.Number | None:
+    seeds = (
+        node.numbers[0] for node in reversed(outside) if isinstance(node, nodes.Apply) and node.word.text == "seed"
+    )
+    return next(seeds, None)
 
 
 def _alike(source: str, items: Sequence[Node], item: Node) -> tuple[Node, ...]:

@@ -17,8 +17,8 @@ from improv_core.ide.phrases import label, movements, parameters
 from improv_core.ide.senses import source
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
+from improv_core.program.definitions import Definition, Takes
 from improv_core.program.feasibility import impossible
-from improv_core.program.reader import Definition, Takes
 from improv_core.program.timing import in_beats
 from improv_core.score.algebra import hold
 from improv_core.score.body import Body

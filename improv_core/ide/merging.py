@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -249,7 +249,7 @@ def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], note
         notes.append("no bar: the programs don't agree on its length")
     if any(each.analysis.breaks for each in sources):
         notes.append("no scenes: robots rest until theirs begin")
-    areas = [_Area.of(each.analysis) for each in sources]
+    areas = [_area(each.analysis) for each in sources]
     middles, size = _side_by_side(areas)
     if max(size) > 2 * FARTHEST:
         raise MergeError(f"these need {max(size):,.0f} m side by side, and {2 * FARTHEST:,} m is the most: merge fewer")
@@ -281,26 +281,9 @@ class _Area:
     top: float
 
     @classmethod
-    def of(cls, analysis: Analysis) -> _Area:
-        """Measure the area around the start poses, and the floor of the program or else its paths, up to `REACH`."""
-        score = score_of(analysis)
-        starts = [(part.start.x, part.start.y, part.profile.radius) for part in score.parts.values()]
-        around = cls(
-            min(x - radius for x, _, radius in starts),
-            max(x + radius for x, _, radius in starts),
-            min(y - radius for _, y, radius in starts),
-            max(y + radius for _, y, radius in starts),
-        )
-        if size := score.world.size:
-            return around.joined(cls(-size[0] / 2, size[0] / 2, -size[1] / 2, size[1] / 2))
-        points = [point for path in paths(score, _MOST_MOMENTS) for point in outermost(path)]
-        radius = max(radius for _, _, radius in starts)
-        return cls(
-            max(min([x - radius for x, _ in points]), around.left - REACH),
-            min(max([x + radius for x, _ in points]), around.right + REACH),
-            max(min([y - radius for _, y in points]), around.bottom - REACH),
-            min(max([y + radius for _, y in points]), around.top + REACH),
-        ).joined(around)
+    def around(cls, points: Iterable[tuple[float, float]]) -> _Area:
+        xs, ys = zip(*points, strict=True)
+        return cls(min(xs), max(xs), min(ys), max(ys))
 
     @property
     def width(self) -> float:
@@ -310,18 +293,30 @@ class _Area:
     def height(self) -> float:
         return self.top - self.bottom
 
-    def joined(self, other: _Area) -> _Area:
-        return _Area(
-            min(self.left, other.left),
-            max(self.right, other.right),
-            min(self.bottom, other.bottom),
-            max(self.top, other.top),
-        )
-
     def moved(self, pose: Pose, x: float, y: float) -> Pose:
         """Return a pose after the middle of the area has moved to a point."""
         right, up = x - (self.left + self.right) / 2, y - (self.bottom + self.top) / 2
         return replace(pose, x=pose.x + right, y=pose.y + up)
+
+
+def _area(analysis: Analysis) -> _Area:
+    """Measure the area around the start poses, and the floor of the program or else its paths, up to `REACH`."""
+    score = score_of(analysis)
+    starts = [(part.start.x, part.start.y, part.profile.radius) for part in score.parts.values()]
+    near = [(x + far, y + far) for x, y, radius in starts for far in (-radius, radius)]
+    if size := score.world.size:
+        return _Area.around([*near, (-size[0] / 2, -size[1] / 2), (size[0] / 2, size[1] / 2)])
+    own, widest = _Area.around(near), max(radius for _, _, radius in starts)
+    reached = [
+        (
+            min(max(x + far, own.left - REACH), own.right + REACH),
+            min(max(y + far, own.bottom - REACH), own.top + REACH),
+        )
+        for path in paths(score, _MOST_MOMENTS)
+        for x, y in outermost(path)
+        for far in (-widest, widest)
+    ]
+    return _Area.around([*near, *reached])
 
 
 def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]], tuple[float, float]]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from improv_core.program.analysis import Analysis
-from improv_core.program.predefined import TO
+from improv_core.program.definitions import TO
 from improv_core.program.program import Placed
 from improv_core.syntax.characters import HASHES, SPACES
 from improv_core.syntax.nodes import Call, Node, Number, Parameter, PoseTerm, nodes

@@ -8,7 +8,7 @@ import unicodedata
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import Symbol, plays, references, scenes_called, symbol_at
 from improv_core.program.analysis import Analysis
-from improv_core.program.predefined import TO
+from improv_core.program.definitions import TO
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.characters import is_name, spelled

@@ -9,8 +9,8 @@ from typing import TypeAlias
 from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
+from improv_core.program.definitions import TO
 from improv_core.program.opening import OPENING
-from improv_core.program.predefined import TO
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
 from improv_core.syntax.lexer import NUMBER
 from improv_core.syntax.nodes import OfKind, Statement

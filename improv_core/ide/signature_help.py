@@ -8,7 +8,7 @@ from improv_core.ide.body_words import takes
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.phrases import comment, label, movements
 from improv_core.program.analysis import Analysis
-from improv_core.program.reader import Takes
+from improv_core.program.definitions import Takes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span

@@ -8,21 +8,20 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from heapq import heappop, heappush, nsmallest
+from heapq import heappop, heappush
 from itertools import count
 
-from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
-from improv_core.program.alone import Alone, find_alone
+from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.bindings import Bindings, bind
+from improv_core.program.definitions import Definition, Scope, predefined
 from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
-from improv_core.program.idle import Idle, find_idle
+from improv_core.program.idle import Alone, Idle, find_alone, find_idle
 from improv_core.program.limbs import check_bodies, check_pose_names
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
-from improv_core.program.predefined import predefined
-from improv_core.program.program import Placed, Program, is_endless, is_uneven, opening_of
-from improv_core.program.reader import Definition, Reader, Scope
+from improv_core.program.program import Placed, Program, opening_of
+from improv_core.program.reader import Reader
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.movement import Movement
@@ -153,7 +152,7 @@ class Analysis(Program):
     @property
     def is_settled(self) -> bool:
         """True if nothing waits for `settled`."""
-        return not (self.waiting or self.earlier or self._untold)
+        return not (self.waiting or self.earlier)
 
     def is_settled_to(self, offset: int) -> bool:
         """Return whether all statements that begin before an offset are up to date."""
@@ -171,7 +170,7 @@ class Analysis(Program):
             assert read
             return read if enough else read.settled(until=until)  # reading is the first slice of the work
         last = len(self.offsets) if until is None else bisect_right(self.offsets, until) - 1
-        if (not self.waiting or self.waiting[0] > last) and not self._untold:
+        if not self.waiting or self.waiting[0] > last:
             return self
         meanings, waiting, infeasible = list(self.meanings), list(self.waiting), dict(self.infeasible)
         done: list[int] = []
@@ -185,25 +184,16 @@ class Analysis(Program):
             if not meanings[index].is_known or meanings[index].scope != tuple(scope.values()):
                 for user in self._understand(index, scope, meanings):
                     heappush(waiting, user)
-            if problems := self._problems(index, meanings[index], brief=len(infeasible) >= MOST_SHOWN):
+            if problems := self._problems(index, meanings[index]):
                 infeasible[index] = problems
             else:
                 infeasible.pop(index, None)
-        for index in _untold(infeasible):
-            infeasible[index] = self._problems(index, meanings[index], brief=False)
         return dataclasses.replace(
             self,
             meanings=meanings,
-            faulty=self.faulty.difference(done).union(index for index in done if _is_faulty(meanings[index])),
-            uneven=self.uneven.difference(done).union(index for index in done if is_uneven(meanings[index])),
-            endless=self.endless.difference(done).union(index for index in done if is_endless(meanings[index])),
             infeasible=infeasible,
             waiting=waiting,
         )
-
-    @cached_property
-    def _untold(self) -> Sequence[int]:
-        return _untold(self.infeasible)
 
     def _understand(self, index: int, scope: Scope, meanings: list[Meaning]) -> Iterator[int]:
         """Put the new meaning of a statement into `meanings`. Yield the users of its old and new definitions."""
@@ -212,15 +202,14 @@ class Analysis(Program):
         for name in {each.name for each in (before.definition, now.definition) if each}:
             yield from self.bindings.users(name, index)
 
-    def _problems(self, index: int, meaning: Meaning, brief: bool) -> tuple[Diagnostic, ...]:
-        """Return the problems of a statement's robots. Only the first `MOST_SHOWN` are sure to have messages and
-        fixes."""
+    def _problems(self, index: int, meaning: Meaning) -> tuple[Diagnostic, ...]:
+        """Return the problems of a statement's robots."""
         statement = self.statements[index]
         if meaning.said:
-            named = check_names(statement, meaning.said.robots, self.config, brief)
+            named = check_names(statement, meaning.said.robots, self.config)
             return (*named.values(), *check_kind(statement, meaning.said, self.config))
         config = self.opening.config
-        problems = check_casting(statement, meaning, config, self.tempo, brief) if meaning.robots else ()
+        problems = check_casting(statement, meaning, config, self.tempo) if meaning.robots else ()
         if "to" in statement.uses and meaning.body:
             problems = (*problems, *check_pose_names(meaning.body, self.config))
         if meaning.robots and meaning.movement.body_words.asked:
@@ -270,8 +259,7 @@ def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
 
 def _begun(lines: LineIndex, config: Robots) -> Analysis:
     """Return the analysis of a text without its statements."""
-    none = frozenset[int]()
-    return Analysis(lines, (), (), (), (), bind(()), (), (), (), none, none, none, config, Opening(config), {})
+    return Analysis(lines, (), (), (), (), bind(()), (), (), (), config, Opening(config), {})
 
 
 def _parsed(pieces: Iterable[str]) -> list[Statement]:
@@ -321,9 +309,6 @@ def _assembled(
         tempos=_signed({"BEAT"}, statements),
         scenes=_signed({"SCENE"}, statements),
         openings=openings,
-        faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
-        uneven=frozenset(index for index, meaning in enumerate(meanings) if is_uneven(meaning)),
-        endless=frozenset(index for index, meaning in enumerate(meanings) if is_endless(meaning)),
         config=old.config,
         opening=opening_of(old.config, openings, meanings),
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
@@ -363,8 +348,6 @@ def _with_others(
         scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
         openings=openings,
         opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.config, openings, meanings),
-        faulty=old.faulty.difference(changed).union(index for index in changed if _is_faulty(meanings[index])),
-        uneven=old.uneven.difference(changed),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
         waiting=sorted(waiting),
     )
@@ -375,12 +358,6 @@ def _checked_like(old: Analysis, now: Analysis) -> Analysis:
     """Let everything that robots play wait if the limits or the tempo differ from before."""
     is_like = now.tempo == old.tempo and now.opening.config.kinds == old.opening.config.kinds
     return now if is_like else now._doubted()
-
-
-def _untold(infeasible: Mapping[int, Sequence[Diagnostic]]) -> Sequence[int]:
-    """Return the statements that are to be shown, but have diagnostics without messages."""
-    shown = nsmallest(MOST_SHOWN, infeasible)
-    return [index for index in shown if not all(each.message for each in infeasible[index])]
 
 
 def _scope(
@@ -400,7 +377,3 @@ def _scope(
 def _signed(signs: Container[str], statements: Sequence[Statement]) -> Sequence[int]:
     """Return the statements with one of these signs."""
     return [index for index, statement in enumerate(statements) if statement.kind in signs]
-
-
-def _is_faulty(meaning: Meaning) -> bool:
-    return bool(meaning.diagnostics or meaning.unresolved or meaning.misused)

@@ -8,13 +8,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
-from improv_core.program.alone import Alone
+from improv_core.program.definitions import Definition, Takes
 from improv_core.program.fixes import give_arguments, move_canon
-from improv_core.program.idle import Idle
+from improv_core.program.idle import Alone, Idle
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MOST_SCENES, Program
-from improv_core.program.reader import Definition, Takes
 from improv_core.program.unknown_names import unknown_name
 from improv_core.score.body import START
 from improv_core.slices import checkpoint
@@ -229,7 +228,7 @@ def _unresolved(program: Program, index: int, node: nodes.Name, tokens: Sequence
         message = f"`{name}` is used in its own definition: define it first, above line {line}"
         return Diagnostic("used-before-definition", node.span, message, (), (related,))
     message = f"`{name}` is not defined until line {line}: move its definition above this line"
-    above = Edit(Span(0, 0), program.statements[later].text + program.line_end(index))
+    above = Edit(Span(0, 0), program.statements[later].text + program.lines.ending(program.offsets[index]))
     moved = (above, Edit(_whole_line(program, later, index), ""))
     fixes = (Fix(f"Move the definition of {name} up", moved, guess=True),)  # another definition above may be broken
     return Diagnostic("used-before-definition", node.span, message, fixes, (related,))

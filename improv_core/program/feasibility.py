@@ -30,14 +30,9 @@ SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
 
-def check_casting(
-    statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction, brief: bool = False
-) -> tuple[Diagnostic, ...]:
-    """Return what the robots of a statement can't do at `tempo` beats per minute. Spans count from its start.
-
-    If `brief`, the diagnostics have no messages and no fixes, which take most of the time.
-    """
-    found = check_names(statement, meaning.robots, robots, brief)
+def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction) -> tuple[Diagnostic, ...]:
+    """Return what the robots of a statement can't do at `tempo` beats per minute. Spans count from its start."""
+    found = check_names(statement, meaning.robots, robots)
     wrong = {span for _, span in found}
     parts = dict(meaning.parts)
     for head in statement.heads:
@@ -45,14 +40,12 @@ def check_casting(
             continue
         profile = robots.robot(head.text).profile
         if _may_be_too_much(parts[head.text].peak, profile, tempo):
-            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo, brief):
+            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
     return tuple(found.values())
 
 
-def check_names(
-    statement: Statement, named: Collection[str], robots: Robots, brief: bool
-) -> dict[tuple[str, Span], Diagnostic]:
+def check_names(statement: Statement, named: Collection[str], robots: Robots) -> dict[tuple[str, Span], Diagnostic]:
     """Return diagnostics, by code and span, of the names before the sign that are no robots of `improv.toml`.
 
     Names that aren't in `named` are skipped: they are invalid anyway.
@@ -68,9 +61,7 @@ def check_names(
             found[code, head.span] = Diagnostic(code, head.span, message, fixes)
             continue
         if robots.robots and head.text not in robots.robots:
-            found["unknown-robot", head.span] = (
-                Diagnostic("unknown-robot", head.span, "") if brief else _unknown(head.text, head.span, robots)
-            )
+            found["unknown-robot", head.span] = _unknown(head.text, head.span, robots)
     return found
 
 
@@ -121,9 +112,7 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     )
 
 
-def _too_much(
-    robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction, brief: bool
-) -> Iterator[Diagnostic]:
+def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
     reported: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
     fastest: tuple[Excess, Moment] | None = None
     known: set[Velocity] = set()
@@ -131,11 +120,11 @@ def _too_much(
         if not moment.sources:
             continue  # a robot that waits in a canon
         checkpoint()
-        for diagnostic in _about(moment, robot, body, profile, tempo, reported, brief):
+        for diagnostic in _about(moment, robot, body, profile, tempo, reported):
             if diagnostic.code not in reported:
                 reported.add(diagnostic.code)
                 yield diagnostic
-        if moment.velocity in known or (brief and fastest):
+        if moment.velocity in known:
             continue
         known.add(moment.velocity)
         over = excess(moment.velocity, profile, tempo)
@@ -144,9 +133,7 @@ def _too_much(
     if part.body_words.asked and "too-short" not in reported:  # a word under a body part may be too short
         short = (_too_short(moment, robot, profile, tempo) for moment in islice(walk(part), MOST_MOMENTS))
         yield from islice(filter(None, short), 1)
-    if fastest and brief:
-        yield Diagnostic("too-fast", fastest[1].sources[0].span, "")
-    elif fastest:
+    if fastest:
         over, moment = fastest
         unit = "m/s" if over.kind == "linear" else "rad/s"
         message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
@@ -182,13 +169,10 @@ def _about(
     profile: Profile,
     tempo: Fraction,
     reported: Collection[str],
-    brief: bool,
 ) -> Iterator[Diagnostic]:
     span = moment.sources[0].span  # the word in this statement; the other sources are in definitions
     lacking = None if "unsupported-direction" in reported else _lacking(moment.velocity, profile)
-    if lacking and brief:
-        yield Diagnostic("unsupported-direction", span, "")
-    elif lacking:
+    if lacking:
         word = _word_that_asks(moment, body, profile) if body else None
         fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
         if unsupported(moment.velocity, profile):

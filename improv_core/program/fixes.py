@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from improv_core.diagnostics import Edit, Fix, replace
-from improv_core.program.reader import Phrase
+from improv_core.program.definitions import Phrase
 from improv_core.syntax import nodes
 from improv_core.text import Span
 

@@ -8,10 +8,11 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.conditions import check_conditions
+from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
+from improv_core.program.misuse import misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
-from improv_core.program.poses import misplaced_poses
-from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, Takes, takes
+from improv_core.program.reader import Reader, Reading, takes
 from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import NOWHERE, Movement
@@ -83,7 +84,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body and not statement.parameters:
         meant = reader.movement(body)
         if robots and ("to" in scope or meant.body_words.loose_poses):
-            diagnostics += misplaced_poses(body, reader)
+            diagnostics += misplaced_poses(body, reader.movement_made)
         if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
             diagnostics += unperformed(body, reader)
         if statement.by_robot:

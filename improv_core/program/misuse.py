@@ -1,11 +1,12 @@
-"""Diagnostics and fixes for words around movements to which they can't apply, or on which they have no effect.
+"""Diagnostics and fixes for words around movements to which they can't apply, or on which they have no effect, and for
+poses that no body part reaches.
 
 Spans count from the start of the statement. `movement_of` returns the movement of a node.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import TypeGuard
 
@@ -110,3 +111,24 @@ def _open_word(body: Node, movement_of: MovementOf) -> str:
         if isinstance(node, (Name, Call)) and movement_of(node).open:
             return nodes.use_name(node).text
     return "until"
+
+
+def misplaced_poses(body: Node, movement_of: MovementOf) -> Iterator[Diagnostic]:
+    """Report the poses, and the uses of names with poses, that no word for a body part contains."""
+    if isinstance(body, nodes.PoseTerm):
+        pose = f"{body.word.text} {body.pose.text}"
+        yield _misplaced(body, f"only body parts reach poses: write one before `{pose}`, such as `head {pose}`")
+    elif isinstance(body, nodes.Name | nodes.Call):
+        if poses := movement_of(body).body_words.loose_poses:
+            arguments = body.movements if isinstance(body, nodes.Call) else ()
+            found = [each for argument in arguments for each in misplaced_poses(argument, movement_of)]
+            name = nodes.use_name(body)
+            message = f"`{name.text}` reaches the pose `{poses[0]}`: write a body part before it"
+            yield from found or [_misplaced(name, message)]
+    elif not isinstance(body, nodes.PartTerm):
+        for child in nodes.children(body):
+            yield from misplaced_poses(child, movement_of)
+
+
+def _misplaced(node: Node, message: str) -> Diagnostic:
+    return Diagnostic("misplaced-pose", node.span, message)

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.bindings import Bindings
+from improv_core.program.definitions import Definition
 from improv_core.program.meaning import Meaning
 from improv_core.program.opening import Opening, Repeated, open_with, repeated
-from improv_core.program.reader import Definition
 from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
 from improv_core.score.lengths import lengths, scene_lengths
@@ -38,13 +38,11 @@ class Program:
     """One version of a document.
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. The others hold
-    indices of statements: `tempos` of those that set a tempo, `scenes` of the lines `---`, `openings` of all lines of
-    the opening (`---` too, because it may name a scene), which together are the `opening`, `faulty` of those whose
-    meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` of those that play
-    something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a statement
-    can't do. `waiting` is a heap of statements that have changed, or may depend on a change, until `settled` reaches
-    them. Until then they keep their old meanings, and new ones have none. `selected` are the lines that play, if not
-    all of them do.
+    indices of statements: `tempos` of those that set a tempo, `scenes` of the lines `---`, and `openings` of all lines
+    of the opening (`---` too, because it may name a scene), which together are the `opening`. `infeasible` lists, by
+    index, what the robots of a statement can't do. `waiting` is a heap of statements that have changed, or may depend
+    on a change, until `settled` reaches them. Until then they keep their old meanings, and new ones have none.
+    `selected` are the lines that play, if not all of them do.
     """
 
     lines: LineIndex
@@ -56,9 +54,6 @@ class Program:
     tempos: Sequence[int]
     scenes: Sequence[int]
     openings: Sequence[int]
-    faulty: frozenset[int]
-    uneven: frozenset[int]
-    endless: frozenset[int]
     config: Robots  # from improv.toml; `opening.config` has the program's changes
     opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
@@ -170,11 +165,6 @@ class Program:
         """Return the line on which a statement starts, counted from 1."""
         return self.lines.number(self.offsets[index])
 
-    def line_end(self, index: int) -> str:
-        """Return the line end of the line on which a statement starts."""
-        line = self.lines.position(self.offsets[index]).line
-        return self.text[self.lines.end(line) : self.lines.start(line + 1)] or "\n"
-
     def placed(self, index: int) -> Placed:
         return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
 
@@ -184,12 +174,18 @@ class Program:
         return None if index is None else self.meanings[index].definition
 
     @cached_property
+    def faulty(self) -> frozenset[int]:
+        """Statements whose meaning has diagnostics, or names that are undefined or have wrong arguments."""
+        meanings = enumerate(self.meanings)
+        return frozenset(index for index, each in meanings if each.diagnostics or each.unresolved or each.misused)
+
+    @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
-        for index in sorted(self.uneven):
-            meaning = self.meanings[index]
+        uneven = [each for each in enumerate(self.meanings) if each[1].robots and _denominator(each[1].movement) > EVEN]
+        for index, meaning in uneven:
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
                 if common.bit_length() > MOST_BITS:
@@ -280,14 +276,6 @@ class Line(NamedTuple):
 def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
     """Return the opening that these statements make with the robots of an `improv.toml`."""
     return open_with(config, [said for index in openings if (said := meanings[index].said)])
-
-
-def is_uneven(meaning: Meaning) -> bool:
-    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
-
-
-def is_endless(meaning: Meaning) -> bool:
-    return bool(meaning.robots) and meaning.ok and any(never_ends(part) for _, part in meaning.parts)
 
 
 def never_ends(played: Movement) -> bool:

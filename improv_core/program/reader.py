@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program import misuse
-from improv_core.program.limits import FEW, TOO_LONG, share_a_denominator, too_much
+from improv_core.program.definitions import NOTHING, Definition, Expansion, Phrase, Scope
+from improv_core.program.numbers import FEW, TOO_LONG, share_a_denominator, too_much
 from improv_core.program.reporting import NOBODY, Argument, Fault, Given, Items, Reporter
 from improv_core.score import algebra
 from improv_core.score.by_part import by_part, to_pose
@@ -23,85 +23,18 @@ from improv_core.score.movement import (
 from improv_core.score.reactions import Condition
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
-from improv_core.syntax.nodes import Call, Name, Node, Number, Parameter
+from improv_core.syntax.nodes import Call, Name, Node, Number
 from improv_core.syntax.parser import DEEPEST
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Applied, Needs, Word
 from improv_core.text import Span
 
-NOTHING = algebra.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
 """The most expansions of one phrase that are cached for other statements."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Phrase:
-    """A phrase with parameters, as its uses need it. `settled` has read the nodes in the body that mention no
-    parameter: they are the same in every use, and `size` counts the others. `known` are expansions that need no other
-    phrases and no arguments except numbers."""
-
-    parameters: tuple[Parameter, ...]
-    body: Node
-    scope: Scope
-    settled: Reader
-    size: int
-    known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
-
-    @property
-    def numbers(self) -> Sequence[Parameter]:
-        return [each for each in self.parameters if each.is_number]
-
-    @property
-    def movements(self) -> Sequence[Parameter]:
-        return [each for each in self.parameters if not each.is_number]
-
-
-class Takes(Enum):
-    """The operand of a word that no statement defines: a term for a body part, or the name of a pose."""
-
-    MOVEMENT = "movement"
-    POSE = "POSE"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Definition:
-    """The meaning of a name after the statement with this ID.
-
-    A phrase with parameters has no movement and no items until it is used, nor has a word that `takes` something.
-    """
-
-    name: str
-    statement: int
-    movement: Movement
-    items: Items
-    phrase: Phrase | None = None
-    takes: Takes | None = None
-
-    @property
-    def head(self) -> str:
-        """Return its usage: `poly n`, `times n (m)`, `head movement`."""
-        if self.takes:
-            return f"{self.name} {self.takes.value}"
-        parameters = self.phrase.parameters if self.phrase else ()
-        return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
-
-
-Scope = Mapping[str, Definition | None]
-"""The definition of each name in a statement; None if nothing above the statement defines it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Expansion:
-    """The meaning of a phrase with these arguments. `height` is the number of its nested levels."""
-
-    reader: Reader
-    body: Node
-    movement: Movement
-    height: int
 
 
 @dataclass(slots=True)

@@ -49,7 +49,7 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
         message = f"`{name}` is not defined: write `{joined[1]} {joined[2]}`, with a space"
     elif _takes_a_term(program.meanings[index].body, node):
         message += f", or, if it is a body part, `[profiles.NAME.body.{name}]` in improv.toml"
-    above = f"{name} = rest{program.line_end(index)}"
+    above = f"{name} = rest{program.lines.ending(program.offsets[index])}"
     fixes = replace(f"Define {name} as rest above", Span(0, 0), above, guess=True)
     return Diagnostic("unknown-name", node.span, message, fixes)
 

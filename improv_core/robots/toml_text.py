@@ -1,19 +1,24 @@
-"""A TOML text: its data, or why it is not valid, and the positions of its keys and values."""
+"""A TOML text: its data, or why it is not valid, and the positions of its keys and values.
+
+A text that is not valid is read one statement at a time, so that a wrong statement hides no other. Such a text is only
+checked; it never plays.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
 import tomllib
 
-from improv_core.diagnostics import Diagnostic
-from improv_core.robots.toml_errors import unreadable
-from improv_core.robots.toml_positions import Keys, Positions, find_positions
-from improv_core.robots.toml_statements import read_statements
+from improv_core.diagnostics import Diagnostic, replace
+from improv_core.robots.toml_positions import Keys, Positions, comments, find_positions, statements
+from improv_core.slices import checkpoint
+from improv_core.text import LineIndex, Span
 
 
 @dataclass(frozen=True)
@@ -52,3 +57,155 @@ def read_toml(text: str) -> TomlText:
         diagnostics = tuple(found.diagnostics) or (unreadable(text, str(error)),)
         return TomlText(text, {}, diagnostics, found.data, frozenset(found.broken))
     return TomlText(text, data, readable=data)
+
+
+@dataclass(slots=True)
+class Readable:
+    """The data of the valid statements, the errors of the others, and the tables that lack the data of those.
+
+    Statements below an invalid header are left out, since it isn't known to which table they belong. If a key has two
+    values, the first one counts.
+    """
+
+    data: dict[str, Any] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    broken: set[Keys] = field(default_factory=set)
+
+
+def read_statements(text: str) -> Readable:
+    """Read a text statement by statement. Never raises."""
+    found = Readable()
+    headers = {span.start: keys for span, keys in find_positions(text).headers}
+    declared: set[Keys] = set()
+    table: Keys | None = ()  # the table of the statement; None below an invalid header
+    for start, statement in _each(text, sorted(headers)):
+        checkpoint()
+        header = headers.get(start)
+        try:
+            data = tomllib.loads(statement)
+        except (ValueError, RecursionError) as error:
+            found.diagnostics.append(unreadable(statement, str(error), start))
+            if header is not None:
+                found.broken |= {header, header[:-1]}
+                table = None
+            elif table is not None:
+                found.broken.add(table)
+            continue
+        if header is not None:
+            table, data = header, _below(data, header)
+            if header in declared:
+                found.diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_SECTION))
+            declared.add(header)
+        if table is not None and not _merge(_entered(found.data, table), data):
+            found.diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_KEY))
+    return found
+
+
+def _each(text: str, headers: list[int]) -> Iterator[tuple[int, str]]:
+    """Yield the statements of a text, and their offsets. Every header starts one."""
+    for start, statement in statements(text):
+        end = start + len(statement)
+        inside = headers[bisect_right(headers, start) : bisect_left(headers, end)]
+        for begin, stop in zip([start, *inside], [*inside, end], strict=True):
+            if begin < stop:
+                yield begin, text[begin:stop]
+
+
+def _entered(data: Any, keys: Keys) -> dict[str, Any]:
+    """Return the table that keys lead to, and make it if necessary. If it has another value there, return a table that
+    belongs to nothing."""
+    for key, following in zip(keys, (*keys[1:], ""), strict=False):
+        if isinstance(key, str) and isinstance(data, dict):
+            data = data.setdefault(key, {} if isinstance(following, str) else [])
+        elif isinstance(key, int) and isinstance(data, list) and key <= len(data):
+            if key == len(data):
+                data.append({})
+            data = data[key]
+        else:
+            return {}
+    return data if isinstance(data, dict) else {}
+
+
+def _below(data: Any, keys: Keys) -> dict[str, Any]:
+    """Return the data below a header that was read alone. An array of tables has one table there."""
+    for key in keys:
+        if isinstance(data, dict):
+            data = data.get(str(key), {})
+        elif data:
+            data = data[0]
+    return data if isinstance(data, dict) else {}
+
+
+def _merge(data: dict[str, Any], more: Mapping[str, Any]) -> bool:
+    """Add entries to a table; False if one is there already and was left as it is."""
+    fits = True
+    for name, value in more.items():
+        old = data.setdefault(name, value)
+        if isinstance(old, dict) and isinstance(value, dict):
+            fits &= old is value or _merge(old, value)
+        else:
+            fits &= old is value
+    return fits
+
+
+def _first_line(start: int, statement: str) -> Span:
+    """Return the span of a statement's first line, without the space and the comment around it."""
+    comment = next((span.start for span in comments(statement)), len(statement))
+    line = statement.lstrip().partition("\n")[0]
+    begin = len(statement) - len(statement.lstrip())
+    return Span(begin, begin + len(line[: max(comment - begin, 0)].rstrip())).shifted(start)
+
+
+DUPLICATE_KEY = "this key already has a value: remove one of them"
+DUPLICATE_SECTION = "this section already exists above: merge the two"
+# Fixes for the errors that tomllib reports, by the start of its message.
+_ADVICE = {
+    "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
+    "Invalid statement": "write `key = value` or `[section]`",
+    "Invalid initial character": "write a key here, or remove the comma before it",
+    "Expected '='": "write `=` and a value after the key",
+    "Expected newline": "remove this or start a new line with it",
+    "Expected ']": "close the section name with `]`",
+    "Illegal character '\\n'": "close the string with the same quote it starts with",
+    "Unterminated string": "close the string with the same quotes it starts with",
+    "Unclosed array": "close the list with `]`",
+    "Unclosed inline table": "close the table with `}`, on the line where it starts",
+    "Cannot overwrite": DUPLICATE_KEY,
+    "Duplicate inline table key": DUPLICATE_KEY,
+    "Cannot declare": DUPLICATE_SECTION,
+    "Unescaped": r"write `\\` for one backslash",
+}
+_MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
+_UNQUOTED = re.compile(r"[A-Za-z_/][\w/-]*")
+_WORD = re.compile(r"[^\s,\]}]+|\S?")
+# tomllib reports these after the wrong text, which starts earlier on the same line.
+_BEFORE = {
+    "Cannot": re.compile(r"\S.*$"),
+    "Duplicate": re.compile(r"[^\s,{][^,{]*$"),
+    "Unescaped": re.compile(r"\\.?$"),
+}
+
+
+def unreadable(text: str, error: str, start: int = 0) -> Diagnostic:
+    """Describe the error at which `tomllib` stopped, and what to do. `error` is its message, `start` the offset of the
+    text."""
+    lines = LineIndex(text)
+    found = _MESSAGE.fullmatch(error)
+    if not found:  # not from tomllib itself but from one of Python's limits
+        message = "this file can't be read: nest brackets less deeply and use shorter numbers"
+        return Diagnostic("syntax", Span(lines.start(0), lines.end(0)).shifted(start), message)
+    what, line, column = found.groups()
+    advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)
+    # Lines of TOML end with \n or \r\n, never with \r alone. At the end of the text, mark the last word.
+    starts = [0, *(end.end() for end in re.finditer("\n", text))]
+    at = starts[int(line) - 1] + int(column) - 1 if line else len(text.rstrip())
+    word = _WORD.match(text, at)
+    span = Span(*word.span()) if word else Span(at, at)
+    before = _BEFORE.get(what.split()[0])
+    begin = before and before.search(text, lines.start(lines.position(at).line), at)
+    if begin:
+        span = Span(begin.start(), at)
+    unquoted = what.startswith("Invalid value") and _UNQUOTED.fullmatch(text, *span)
+    shown = span.shifted(start)
+    fixes = replace("Put it in quotes", shown, f'"{unquoted[0]}"') if unquoted else ()
+    return Diagnostic("syntax", shown, advice or f"this is not valid TOML: {what[:1].lower()}{what[1:]}", fixes)

@@ -10,11 +10,10 @@ from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
-from improv_core.ide.code_action_play import PlayAction, play_actions
+from improv_core.ide.code_action_play import PlayAction, play_actions, trials
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.references import symbol_at
 from improv_core.ide.rehearsal import Scenes
-from improv_core.ide.robots_file.trial import trials
 from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.robots.edits import add, place

@@ -10,8 +10,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote
 
+from improv_core.ide.code_action_play import trial
 from improv_core.ide.rehearsal import rehearse, scenes_named
-from improv_core.ide.robots_file.trial import trial
 from improv_core.ide.selection import Selection, select
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lsprotocol import types
 
 from improv_core.ide.folding_range import folds
-from improv_core.ide.robots_file import folding_range as robots_file
+from improv_core.ide.robots_file import structure as robots_file
 from improv_ls import to_lsp_locations as to_lsp
 from improv_ls.documents import Document, RobotsFile
 from improv_ls.session import Session

@@ -6,7 +6,7 @@ from functools import partial
 
 from lsprotocol import types
 
-from improv_core.ide.robots_file import selection_range as robots_file
+from improv_core.ide.robots_file import structure as robots_file
 from improv_core.ide.selection_range import selections
 from improv_ls import to_lsp_locations as to_lsp
 from improv_ls.documents import Document, RobotsFile

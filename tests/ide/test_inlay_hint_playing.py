@@ -6,7 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from textwrap import dedent
 
-from improv_core.ide.inlay_hint_playing import playing_hints
+from improv_core.ide.inlay_hint import playing_hints
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.replay import Replay

@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.robots.schema import SCHEMA, find, known
+from improv_core.robots.schema import SCHEMA, find, known, rows
 from improv_core.robots.schema_key import Key
-from improv_core.robots.schema_tables import rows
 from improv_core.robots.toml_positions import Keys
 from tests.needs import need
 from tests.robots.test_config import BLOCKS, PAGE

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from improv_core.diagnostics import applied
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_statements import read_statements
-from improv_core.robots.toml_text import read_toml
+from improv_core.robots.toml_text import read_statements, read_toml
 
 # Texts that look like syntax, to reveal a scanner that they fool.
 words = st.sampled_from(["a", "b-1", "2", "x_y"])

@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Mapping
 
 from improv_core.ide.completion import Completion
 from improv_core.ide.completion_item import Item
+from improv_core.robots.profiles import SOURCES
 from improv_core.robots.schema import find
 from improv_core.robots.schema_key import Key
-from improv_core.robots.sources import SOURCES
 from improv_core.robots.toml_positions import KeyAndValue, Keys, Positions, beginning
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import BUILT_IN

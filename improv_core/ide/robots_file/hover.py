@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from improv_core.ide.hover import Hover
 from improv_core.plain import printable
 from improv_core.robots.config import Robots, read_robots
+from improv_core.robots.profiles import SOURCES
 from improv_core.robots.schema import find
 from improv_core.robots.schema_key import Key
-from improv_core.robots.sources import SOURCES
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import Profile

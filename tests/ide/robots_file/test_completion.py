@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 
 from improv_core.ide.completion import Completion
 from improv_core.ide.robots_file.completion import complete
-from improv_core.ide.robots_file.document_symbol import flattened, outline
-from improv_core.ide.robots_file.folding_range import folds
 from improv_core.ide.robots_file.hover import hover
 from improv_core.ide.robots_file.references import declarations, symbol_at, uses
+from improv_core.ide.robots_file.structure import flattened, folds, outline
 from improv_core.robots.config import read_robots
+from improv_core.robots.profiles import SOURCES
 from improv_core.robots.schema import known
-from improv_core.robots.sources import SOURCES
 from improv_core.score.profiles import BUILT_IN
 from improv_core.text import LineIndex
 from tests.ide.test_document_symbol import drawn

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.robots_file.document_symbol import outline
+from improv_core.ide.robots_file.structure import outline
 from tests.ide.test_document_symbol import drawn
 
 

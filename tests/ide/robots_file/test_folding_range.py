@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.robots_file.folding_range import folds
+from improv_core.ide.robots_file.structure import folds
 from improv_core.text import LineIndex
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.ide.robots_file.selection_range import selections
+from improv_core.ide.robots_file.structure import selections
 from tests.ide.robots_file.test_completion import TEXTS
 
 

@@ -1,0 +1,103 @@
+"""Definitions of names, and of the words that need none: those for body parts, from profiles, and `to`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from improv_core.program.reporting import Items
+from improv_core.robots.config import Robots
+from improv_core.score.algebra import series
+from improv_core.score.movement import NOWHERE, Movement
+from improv_core.syntax.nodes import Node, Parameter
+
+if TYPE_CHECKING:
+    from improv_core.program.reader import Reader
+
+NOTHING = series(())
+TO = "to"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Phrase:
+    """A phrase with parameters, as its uses need it. `settled` has read the nodes in the body that mention no
+    parameter: they are the same in every use, and `size` counts the others. `known` are expansions that need no other
+    phrases and no arguments except numbers."""
+
+    parameters: tuple[Parameter, ...]
+    body: Node
+    scope: Scope
+    settled: Reader
+    size: int
+    known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> Sequence[Parameter]:
+        return [each for each in self.parameters if each.is_number]
+
+    @property
+    def movements(self) -> Sequence[Parameter]:
+        return [each for each in self.parameters if not each.is_number]
+
+
+class Takes(Enum):
+    """The operand of a word that no statement defines: a term for a body part, or the name of a pose."""
+
+    MOVEMENT = "movement"
+    POSE = "POSE"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Definition:
+    """The meaning of a name after the statement with this ID.
+
+    A phrase with parameters has no movement and no items until it is used, nor has a word that `takes` something.
+    """
+
+    name: str
+    statement: int
+    movement: Movement
+    items: Items
+    phrase: Phrase | None = None
+    takes: Takes | None = None
+
+    @property
+    def head(self) -> str:
+        """Return its usage: `poly n`, `times n (m)`, `head movement`."""
+        if self.takes:
+            return f"{self.name} {self.takes.value}"
+        parameters = self.phrase.parameters if self.phrase else ()
+        return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
+
+
+Scope = Mapping[str, Definition | None]
+"""The definition of each name in a statement; None if nothing above the statement defines it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expansion:
+    """The meaning of a phrase with these arguments. `height` is the number of its nested levels."""
+
+    reader: Reader
+    body: Node
+    movement: Movement
+    height: int
+
+
+def predefined(robots: Robots) -> Mapping[str, Definition]:
+    """Return the definitions of these words, which apply if nothing above defines them."""
+    return _predefined(robots.part_words)
+
+
+@lru_cache(maxsize=100)
+def _predefined(parts: frozenset[str]) -> Mapping[str, Definition]:
+    return {TO: _word(TO, Takes.POSE), **{name: _word(name, Takes.MOVEMENT) for name in sorted(parts)}}
+
+
+@lru_cache(maxsize=1_000)  # the same word has the same definition, so its uses keep their meanings
+def _word(name: str, takes: Takes) -> Definition:
+    return Definition(name, NOWHERE, NOTHING, Items((), NOWHERE), takes=takes)

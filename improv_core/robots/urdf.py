@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from io import BytesIO
-from typing import overload
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import AttributesImpl, Locator
@@ -117,14 +116,6 @@ def _has_long_tag(source: bytes) -> bool:
     return False
 
 
-@dataclass(slots=True)
-class _Open:
-    """A joint whose end is not read yet."""
-
-    line: int
-    elements: dict[str, Mapping[str, str]] = field(default_factory=dict)
-
-
 class _Reader(ContentHandler):
     """Keeps the joints that stand directly in `<robot>`: `<transmission>` and `<ros2_control>` name them, too."""
 
@@ -135,7 +126,7 @@ class _Reader(ContentHandler):
         self._name = ""
         self._links: dict[str, int] = {}
         self._joints: dict[str, UrdfJoint] = {}
-        self._open: _Open | None = None
+        self._open: tuple[int, dict[str, Mapping[str, str]]] | None = None  # a joint's line, and what is in it so far
         self._locator: Locator | None = None
 
     def setDocumentLocator(self, locator: Locator) -> None:  # noqa: N802
@@ -164,16 +155,16 @@ class _Reader(ContentHandler):
                 raise UrdfError(line, f"there are two links {link!r}")
             self._links[link] = line
         elif depth == 2 and name == "joint":
-            self._open = _Open(line, {"joint": given})
+            self._open = line, {"joint": given}
         elif depth == 3 and self._open:
-            self._open.elements[name] = given
+            self._open[1][name] = given
 
     def characters(self, content: str) -> None:
         checkpoint()
 
     def endElement(self, name: str) -> None:  # noqa: N802
         if len(self._path) == 2 and self._open:
-            joint = _joint(self._open.elements, self._open.line)
+            joint = _joint(*self._open)
             if joint.name in self._joints:
                 raise UrdfError(joint.line, f"there are two joints {joint.name!r}")
             self._joints[joint.name] = joint
@@ -185,7 +176,7 @@ class _Reader(ContentHandler):
         return Urdf(self._name, root, ordered)
 
 
-def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
+def _joint(line: int, elements: Mapping[str, Mapping[str, str]]) -> UrdfJoint:
     given = elements["joint"]
     name = _needed(given, "name", "a joint", line)
     what = f"the joint {name!r}"
@@ -201,14 +192,14 @@ def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
     if kind in MOVING and not any(axis):
         raise UrdfError(line, f"{what} has an axis of length 0")
     bounded = kind in ("revolute", "prismatic")
-    lower = _number(limit, "lower", what, line, 0.0) if bounded and limit else None
-    upper = _number(limit, "upper", what, line, 0.0) if bounded and limit else None
+    lower, upper = (_number(limit, end, what, line) or 0.0 if bounded and limit else None for end in ("lower", "upper"))
     if lower is not None and upper is not None and lower > upper:
         raise UrdfError(line, f"{what} has its lower limit {lower:g} above its upper limit {upper:g}")
-    velocity = _number(limit, "velocity", what, line, None)
+    velocity = _number(limit, "velocity", what, line)
     if velocity is not None and velocity < 0:
         raise UrdfError(line, f"{what} has the velocity limit {velocity:g}: it must not be negative")
     mimic = elements.get("mimic", {})
+    ratio = _number(mimic, "multiplier", what, line)
     return UrdfJoint(
         name,
         kind,
@@ -222,8 +213,8 @@ def _joint(elements: Mapping[str, Mapping[str, str]], line: int) -> UrdfJoint:
         upper,
         velocity,
         _needed(mimic, "joint", f"{what} mimics a joint, which", line) if "mimic" in elements else None,
-        _number(mimic, "multiplier", what, line, 1.0),
-        _number(mimic, "offset", what, line, 0.0),
+        1.0 if ratio is None else ratio,
+        _number(mimic, "offset", what, line) or 0.0,
     )
 
 
@@ -235,12 +226,8 @@ def _needed(given: Mapping[str, str], key: str, what: str, line: int) -> str:
     return text
 
 
-@overload
-def _number(given: Mapping[str, str], key: str, what: str, line: int, default: float) -> float: ...
-@overload
-def _number(given: Mapping[str, str], key: str, what: str, line: int, default: None) -> float | None: ...
-def _number(given: Mapping[str, str], key: str, what: str, line: int, default: float | None) -> float | None:
-    return _numbers(given[key], 1, key, what, line)[0] if key in given else default
+def _number(given: Mapping[str, str], key: str, what: str, line: int) -> float | None:
+    return _numbers(given[key], 1, key, what, line)[0] if key in given else None
 
 
 def _vector(given: Mapping[str, str], key: str, default: Vector, what: str, line: int) -> Vector:

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector, unit
 from improv_core.syntax.vocabulary import WORDS
@@ -182,8 +183,7 @@ def _rows(part: _Part, directions: Mapping[_Direction, UrdfJoint]) -> Iterator[s
     yield from (f"# {joint.name}: choose a direction" for joint in part.joints if joint not in directions.values())
 
 
-@dataclass(frozen=True, slots=True)
-class _Direction:
+class _Direction(NamedTuple):
     name: str
     sign: int
 

@@ -11,9 +11,9 @@ from improv_core.ide.cursor import touching
 from improv_core.ide.fragment import Fragment, fragment_at, is_broken
 from improv_core.ide.references import lines_playing
 from improv_core.program.analysis import Analysis
+from improv_core.program.definitions import ReadNodes
 from improv_core.program.feasibility import check_casting
 from improv_core.program.program import Line, Placed
-from improv_core.program.reader import Reader
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import unsupported
 from improv_core.score.algebra import series
@@ -162,10 +162,10 @@ def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | Non
     """
     *phrases, top = using
     reader, body = analysis.reader(top, robot), analysis.meanings[top].body
-    whole = _read(reader, body)
+    whole = reader.movement_made(body) if body else series(())
     for index in reversed(phrases):
         reader, body = _expanded(reader, body, analysis.meanings[index].body)
-    items = [_read(reader, node) for node in (fragment.nodes if fragment else (body,)) if node]
+    items = [reader.movement_made(node) for node in (fragment.nodes if fragment else (body,)) if node]
     inner = series(items)
     line = next((analysis.played.get(host) for host in lines_playing(analysis, top)), None)
     if not inner.dice or not line:
@@ -177,17 +177,7 @@ def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | Non
     return throwing(inner, place.throw, place.stream)
 
 
-def _read(reader: Reader, node: Node | None) -> Movement:
-    """Return the movement of a node that a reader has read, or read it now."""
-    if node is None:
-        return series(())
-    try:
-        return reader.movement_made(node)
-    except KeyError:  # the reader stopped before this node
-        return reader.movement(node)
-
-
-def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[Reader, Node | None]:
+def _expanded(reader: ReadNodes, body: Node | None, phrase: Node | None) -> tuple[ReadNodes, Node | None]:
     """Return the reader and the body of the first use of a phrase, found by its body, among the nodes read so far."""
     for node in nodes.nodes(body) if body else ():
         expansion = reader.expansion(node) if isinstance(node, nodes.Call) else None

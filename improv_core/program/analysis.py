@@ -13,7 +13,7 @@ from itertools import count
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.bindings import Bindings, bind
-from improv_core.program.definitions import Definition, Scope, predefined
+from improv_core.program.definitions import Definition, ReadNodes, Scope, predefined
 from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
 from improv_core.program.idle import Alone, Idle, find_alone, find_idle
@@ -21,7 +21,6 @@ from improv_core.program.limbs import check_bodies, check_pose_names
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
 from improv_core.program.program import Placed, Program, opening_of
-from improv_core.program.reader import Reader
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.movement import Movement
@@ -82,7 +81,7 @@ class Analysis(Program):
         """Return the movement of a node of a statement, as its first robot plays it."""
         return movement_of(node, self._scope(placed.index), len(placed.meaning.robots))
 
-    def reader(self, index: int, robot: int = 0) -> Reader:
+    def reader(self, index: int, robot: int = 0) -> ReadNodes:
         """Return a reader that has read the movement of a statement, as one of its robots plays it."""
         return reader_of(self.meanings[index], self._scope(index), self.statement_ids[index], robot)
 

@@ -7,18 +7,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-from improv_core.program.reporting import Items
+from improv_core.program.reporting import Items, Reporter
 from improv_core.robots.config import Robots
-from improv_core.score.algebra import series
+from improv_core.score import algebra
 from improv_core.score.movement import NOWHERE, Movement
-from improv_core.syntax.nodes import Node, Parameter
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Call, Name, Node, Parameter
 
-if TYPE_CHECKING:
-    from improv_core.program.reader import Reader
-
-NOTHING = series(())
+NOTHING = algebra.series(())
 TO = "to"
 
 
@@ -31,7 +28,7 @@ class Phrase:
     parameters: tuple[Parameter, ...]
     body: Node
     scope: Scope
-    settled: Reader
+    settled: ReadNodes
     size: int
     known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
 
@@ -78,11 +75,56 @@ Scope = Mapping[str, Definition | None]
 """The definition of each name in a statement; None if nothing above the statement defines it."""
 
 
+@dataclass(slots=True, eq=False)
+class ReadNodes(Reporter):
+    """The nodes of one statement, or of a phrase with its arguments, that have been read.
+
+    `made` holds the movements of all nodes except primitives, and `calls` the uses of phrases, by `id`. `settled` has
+    the nodes that are the same in every use of a phrase.
+    """
+
+    scope: Scope
+    statement: int
+    settled: ReadNodes | None = field(default=None, kw_only=True)
+    made: dict[int, Movement] = field(default_factory=dict, kw_only=True)
+    calls: dict[int, Expansion] = field(default_factory=dict, kw_only=True)
+
+    def movement_made(self, node: Node) -> Movement:
+        """Return the movement of a node that was read. One that is nested too deeply to be read counts as empty."""
+        if isinstance(node, nodes.Primitive):
+            return node.movement
+        return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
+
+    def expansion(self, call: Call) -> Expansion | None:
+        """Return the expansion of a use of a phrase that has been read; None if it is wrong."""
+        return self.calls.get(id(call)) or (self.settled.calls.get(id(call)) if self.settled else None)
+
+    def items(self, node: Node) -> Items:
+        """Return the terms of a series that was read, through parentheses, names, and phrases."""
+        node = nodes.inside_parentheses(node)
+        if isinstance(node, nodes.Series):
+            made = self.movement_made(node)
+            if isinstance(made, algebra.Series) and len(made.items) == len(node.items):
+                return Items(made.items, self.statement)
+            return Items(tuple([self.movement_made(item) for item in node.items]), self.statement)
+        if isinstance(node, Name):
+            if argument := self.given.movements.get(node.text):
+                return argument.items
+            definition = self.scope.get(node.text)
+            return definition.items if definition else Items((), self.statement)
+        if isinstance(node, Call):
+            expansion = self.expansion(node)
+            return expansion.reader.items(expansion.body) if expansion else Items((), self.statement)
+        if isinstance(node, nodes.Bracket) and not node.body:
+            return Items((), self.statement)
+        return Items((self.movement_made(node),), self.statement)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Expansion:
     """The meaning of a phrase with these arguments. `height` is the number of its nested levels."""
 
-    reader: Reader
+    reader: ReadNodes
     body: Node
     movement: Movement
     height: int

@@ -8,9 +8,9 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program import misuse
-from improv_core.program.definitions import NOTHING, Definition, Expansion, Phrase, Scope
+from improv_core.program.definitions import NOTHING, Definition, Expansion, Phrase, ReadNodes
 from improv_core.program.numbers import FEW, TOO_LONG, share_a_denominator, too_much
-from improv_core.program.reporting import NOBODY, Argument, Fault, Given, Items, Reporter
+from improv_core.program.reporting import NOBODY, Argument, Fault, Given
 from improv_core.score import algebra
 from improv_core.score.by_part import by_part, to_pose
 from improv_core.score.movement import (
@@ -54,22 +54,16 @@ class Reading:
 
 
 @dataclass(slots=True, eq=False)
-class Reader(Reporter):
+class Reader(ReadNodes):
     """Reads the nodes of one statement, or of a phrase with its arguments.
 
-    `made` holds the movements of all nodes except primitives, by `id`. `level` is the nesting level of the node being
-    read, through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that can
-    be removed: the statement can be read without them.
+    `level` is the nesting level of the node being read, through phrases, and `deepest` the deepest level so far.
+    `removable` are the empty brackets, by `id`, that can be removed: the statement can be read without them.
     """
 
-    scope: Scope
-    statement: int
     reading: Reading
-    settled: Reader | None = None
     level: int = 0
     deepest: int = 0
-    made: dict[int, Movement] = field(default_factory=dict)
-    calls: dict[int, Expansion] = field(default_factory=dict)
     removable: set[int] = field(default_factory=set)
 
     def movement(self, node: Node) -> Movement:
@@ -81,36 +75,6 @@ class Reader(Reporter):
         made = self._named(node) if isinstance(node, Name) else self._checked(node)
         self.made[id(node)] = made
         return made
-
-    def movement_made(self, node: Node) -> Movement:
-        """Return the movement of a node that was read. One that is nested too deeply to be read counts as empty."""
-        if isinstance(node, nodes.Primitive):
-            return node.movement
-        return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
-
-    def expansion(self, call: Call) -> Expansion | None:
-        """Return the expansion of a use of a phrase that has been read; None if it is wrong."""
-        return self.calls.get(id(call)) or (self.settled.calls.get(id(call)) if self.settled else None)
-
-    def items(self, node: Node) -> Items:
-        """Return the terms of a series that was read, through parentheses, names, and phrases."""
-        node = _inside_parentheses(node)
-        if isinstance(node, nodes.Series):
-            made = self.movement_made(node)
-            if isinstance(made, algebra.Series) and len(made.items) == len(node.items):
-                return Items(made.items, self.statement)
-            return Items(tuple([self.movement_made(item) for item in node.items]), self.statement)
-        if isinstance(node, Name):
-            if argument := self.given.movements.get(node.text):
-                return argument.items
-            definition = self.scope.get(node.text)
-            return definition.items if definition else Items((), self.statement)
-        if isinstance(node, Call):
-            expansion = self.expansion(node)
-            return expansion.reader.items(expansion.body) if expansion else Items((), self.statement)
-        if isinstance(node, nodes.Bracket) and not node.body:
-            return Items((), self.statement)
-        return Items((self.movement_made(node),), self.statement)
 
     def _checked(self, node: Node) -> Movement:
         checkpoint()
@@ -241,7 +205,7 @@ class Reader(Reporter):
             phrase.scope,
             definition.statement,
             reading,
-            phrase.settled,
+            settled=phrase.settled,
             given=given,
             level=self.level,
             deepest=self.level,
@@ -356,7 +320,7 @@ class Reader(Reporter):
         found = self.items(node.body)
         items = found.movements
         if found.statement != self.statement:
-            span = _inside_parentheses(node.body).span
+            span = nodes.inside_parentheses(node.body).span
             items = tuple([algebra.from_statement(item, span, found.statement) for item in items])
         return items if len(items) < FEW or self._add_up(node, items) else None
 
@@ -368,15 +332,9 @@ def takes(phrase: Phrase | None, call: Call) -> bool:
     return len(call.numbers) == len(phrase.numbers) and len(call.movements) == len(phrase.movements)
 
 
-def _inside_parentheses(node: Node) -> Node:
-    while isinstance(node, nodes.Bracket) and not node.squeezes and node.body:
-        node = node.body
-    return node
-
-
 def items_written(node: Node) -> Sequence[Node]:
     """Return the items of a movement, if they are written in the same place."""
-    inside = _inside_parentheses(node)
+    inside = nodes.inside_parentheses(node)
     return inside.items if isinstance(inside, nodes.Series) else ()
 
 

@@ -8,7 +8,8 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
-from improv_core.program.reader import Reader, items_written
+from improv_core.program.definitions import ReadNodes
+from improv_core.program.reader import items_written
 from improv_core.program.timing import in_beats, written
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration, Movement
@@ -55,7 +56,7 @@ class _Cut(NamedTuple):
     whole: Duration
 
 
-def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
+def unperformed(body: Node, reader: ReadNodes) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each stretch that is never reached in a movement that has been read."""
     for cut in _cut(body, _Window(0, ENDLESS), reader, _Budget(MOST_VISITED)):
         fixes = replace("Remove it", cut.span, "") if cut.is_removable else ()
@@ -88,7 +89,7 @@ class _Budget:
     nodes: int
 
 
-def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
+def _cut(node: Node, window: _Window, reader: ReadNodes, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
         whole = _latest(node, reader)
         lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
@@ -106,7 +107,7 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
         yield from _cut(child, inside, reader, budget, counts_items)
 
 
-def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
+def _reached(node: Node, window: _Window, reader: ReadNodes) -> Iterator[tuple[Node, _Window, bool]]:
     """Yield the reached nodes directly in a node, the part of each that plays, and whether its items are counted."""
     checkpoint()
     if window.start and reader.movement_made(node).bounds.open:
@@ -141,7 +142,7 @@ def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node
             yield node.body, performed, False
 
 
-def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Cut]:
+def _cut_arguments(call: nodes.Call, window: _Window, reader: ReadNodes, budget: _Budget) -> Iterator[_Cut]:
     """Yield the cuts in the arguments of a phrase: spans that play in none of the places that use the argument."""
     expansion = reader.expansion(call)
     definition = reader.scope.get(call.name.text)
@@ -158,7 +159,7 @@ def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _B
             yield _Cut(argument.span, False, None, whole_argument, whole_argument)
 
 
-def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Window]:
+def _played(name: str, node: Node, window: _Window, reader: ReadNodes, budget: _Budget) -> Iterator[_Window]:
     """Yield the parts of the argument with this name that play, in each place that is reached."""
     budget.nodes -= 1
     if budget.nodes <= 0:
@@ -177,7 +178,7 @@ def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Bud
         yield from _played(name, child, inside, reader, budget)
 
 
-def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple[Sequence[Node], Node | None]]:
+def _lost(node: nodes.Series, window: _Window, reader: ReadNodes) -> Iterator[tuple[Sequence[Node], Node | None]]:
     """Yield the longest stretches of items that are not reached, and the endless item before each, if any."""
     lost: list[Node] = []
     endless: Node | None = None
@@ -196,7 +197,7 @@ def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple
         yield lost, endless
 
 
-def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration, Duration]]:
+def _timed(node: nodes.Series, reader: ReadNodes) -> Iterator[tuple[Node, Duration, Duration]]:
     """Yield the items with the beats at which they begin and end: the earliest and the latest, if senses decide."""
     begin: Duration = 0
     latest: Duration = 0
@@ -214,7 +215,7 @@ def _lasting(made: Movement) -> tuple[Duration, Duration]:
     return lengths(made)[:2] if made.bounds.open else (made.duration, made.duration)
 
 
-def _latest(node: Node, reader: Reader) -> Duration:
+def _latest(node: Node, reader: ReadNodes) -> Duration:
     """Return the most beats that a node lasts."""
     return _lasting(reader.movement_made(node))[1]
 
@@ -223,7 +224,7 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
     return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
 
 
-def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
+def _inside(node: nodes.Apply, window: _Window, reader: ReadNodes) -> _Window | None:
     """Return the window in the time of the body; None if nothing plays."""
     whole, body = _latest(node, reader), _latest(node.body, reader)
     if not whole or not body:

@@ -241,6 +241,13 @@ def use_name(use: Name | Call) -> Name:
     return use.name if isinstance(use, Call) else use
 
 
+def inside_parentheses(node: Node) -> Node:
+    """Return the node inside of all parentheses around it."""
+    while isinstance(node, Bracket) and not node.squeezes and node.body:
+        node = node.body
+    return node
+
+
 def children(node: Node) -> tuple[Node, ...]:
     """Return the nodes directly inside."""
     if isinstance(node, Series):

@@ -289,17 +289,11 @@ def _name(
 def _bracket(node: nodes.Bracket) -> tuple[str, str]:
     if not node.squeezes:
         return "( )", ": a group"
-    counts = [nodes.items(voice) for voice in _voices(node)]
+    counts = [nodes.items(voice) for voice in nodes.voices(node.body)] if node.body else []
     each = " and ".join(
         "1 item, at its normal speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
     )
     return "[ ]", f": squeezed: {each}"
-
-
-def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
-    if bracket.body is None:
-        return ()
-    return bracket.body.voices if isinstance(bracket.body, nodes.Parallel) else (bracket.body,)
 
 
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
@@ -341,8 +335,9 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
     rate, brackets, others = NORMAL, 0, 0
     for place, node in enumerate(around[:-1]):
         if isinstance(node, nodes.Bracket) and node.squeezes:
-            inside = [nodes.items(voice) for voice in _voices(node) if voice in around[place + 1 : place + 3]]
-            counts = set(inside or (nodes.items(voice) for voice in _voices(node)))
+            voices = nodes.voices(node.body) if node.body else ()
+            inside = [nodes.items(voice) for voice in voices if voice in around[place + 1 : place + 3]]
+            counts = set(inside or map(nodes.items, voices))
             count = counts.pop() if len(counts) == 1 else 1
             rate, brackets = rate * count, brackets + (count != 1)
         elif isinstance(node, nodes.Apply) and (rate_by := WORDS[node.word.text].rate):

@@ -59,7 +59,7 @@ def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
     around = (*outside, node)
     if _squeezes(node) and any(map(_squeezes, outside)):
         for body in nodes.children(node):
-            for voice in body.voices if isinstance(body, nodes.Parallel) else (body,):
+            for voice in nodes.voices(body):
                 rate, _, _ = pace_in((*around, body, voice))
                 if rate != 1:
                     yield Hint(voice.span.start, f"×{written(rate)}", times_as_fast(rate), before=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
@@ -112,17 +112,18 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
     """Yield the index of each line about a robot, and the span of the robot in it."""
-    for index, statement in enumerate(analysis.statements):
-        if statement.defines is None and statement.kind != "SCENE":
-            for head in _heads(statement):
-                if head.text == robot:
-                    yield index, head.span.shifted(analysis.offsets[index])
+    lines = (index for index, each in enumerate(analysis.statements) if each.defines is None and each.kind != "SCENE")
+    return _called(analysis, lines, robot)
 
 
 def scenes_called(analysis: Analysis, name: str) -> Iterator[tuple[int, Span]]:
     """Yield the index of each line `---` with this name, and the span of the name."""
-    for index in analysis.scenes:
-        for head in analysis.statements[index].heads:
+    return _called(analysis, analysis.scenes, name)
+
+
+def _called(analysis: Analysis, lines: Iterable[int], name: str) -> Iterator[tuple[int, Span]]:
+    for index in lines:
+        for head in _heads(analysis.statements[index]):
             if head.text == name:
                 yield index, head.span.shifted(analysis.offsets[index])
 

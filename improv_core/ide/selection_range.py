@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
@@ -17,8 +17,13 @@ _WORD = re.compile(r"\w+")
 
 def selections(analysis: Analysis, offset: int) -> list[Span]:
     """Return the spans around the cursor, from the innermost to the whole document, each larger than the one before."""
-    found = [Span(0, len(analysis.text))]
-    for span in [*_around(analysis, offset), *_in_comment(analysis, offset)]:
+    return nested(analysis.text, [*_around(analysis, offset), *_in_comment(analysis, offset)])
+
+
+def nested(text: str, spans: Iterable[Span]) -> list[Span]:
+    """Return the whole text and those of the spans that lie in the one before, from the innermost on."""
+    found = [Span(0, len(text))]
+    for span in spans:
         last = found[-1]
         if span != last and span.start < span.end and last.start <= span.start and span.end <= last.end:
             found.append(span)

@@ -253,8 +253,7 @@ class Reader(ReadNodes):
             return NOTHING
         if not node.squeezes:
             return self.movement(node.body)
-        voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
-        paced = [algebra.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
+        paced = [algebra.pace(self.movement(each), Fraction(nodes.items(each))) for each in nodes.voices(node.body)]
         made = self._together(node, paced)
         is_a_beat = made.open or made.duration in (0, 1)
         if not is_a_beat and all(self.scope.get(each.text, self) for each in nodes.names(node)):

@@ -128,7 +128,7 @@ def _reached(node: Node, window: _Window, reader: ReadNodes) -> Iterator[tuple[N
             yield node.body, window, False
             return
         inside = window.part(window.start, min(window.end, _latest(node, reader)))
-        for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
+        for voice in nodes.voices(node.body):
             # A bracket counts its items. If one were removed, the others would last longer.
             yield voice, inside.times(Fraction(nodes.items(voice))), True
     elif isinstance(node, nodes.PartTerm):

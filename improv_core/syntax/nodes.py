@@ -241,6 +241,11 @@ def use_name(use: Name | Call) -> Name:
     return use.name if isinstance(use, Call) else use
 
 
+def voices(node: Node) -> tuple[Node, ...]:
+    """Return the voices of a movement: it is the only one itself if it has no `||`."""
+    return node.voices if isinstance(node, Parallel) else (node,)
+
+
 def inside_parentheses(node: Node) -> Node:
     """Return the node inside of all parentheses around it."""
     while isinstance(node, Bracket) and not node.squeezes and node.body:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from improv_core.ide.document_symbol import OutlineEntry
 from improv_core.ide.folding_range import Fold, comment_folds, widest
+from improv_core.ide.selection_range import nested
 from improv_core.robots.toml_positions import KeyAndValue, Keys, comments, multi_line_strings
 from improv_core.robots.toml_text import read_toml
 from improv_core.text import LineIndex, Span
@@ -132,9 +133,4 @@ def selections(text: str, offset: int) -> list[Span]:
         around += [entry.key, entry.value, Span(entry.key.start, entry.value.end)]
         if text[entry.value.start : entry.value.start + 1] in ('"', "'", "[", "{"):
             around.append(Span(entry.value.start + 1, entry.value.end - 1))
-    found = [Span(0, len(text))]
-    for span in sorted((span for span in around if span.holds(offset)), key=lambda span: span.start - span.end):
-        last = found[-1]
-        if span != last and span.start < span.end and last.start <= span.start and span.end <= last.end:
-            found.append(span)
-    return found[::-1]
+    return nested(text, sorted((span for span in around if span.holds(offset)), key=lambda span: span.start - span.end))

@@ -6,7 +6,6 @@ A link is a program that joins two network namespaces and delays, jitters, and d
 
 from __future__ import annotations
 
-import getpass
 import os
 import subprocess
 import sys
@@ -16,11 +15,13 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
+from tests.benchmarks.servers import processor_time
+from tests.hosts.sshd import client_config, server_config
+from tests.ros.hosts import Host
 
 LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
 BASE = "improv-air"
 """Namespace of the parent."""
-_INSIDE = 'mount -t tmpfs tmpfs /dev/shm && exec "$@"'
 
 
 def memory(process: Path) -> float:
@@ -56,19 +57,8 @@ class Machine:
             "XDG_CACHE_HOME": self._folder / "cache",
             "PATH": f"{self._python()}:/usr/bin:/bin",
         }
-        lines = {
-            "Port": 22,
-            "ListenAddress": self.address,
-            "HostKey": server,
-            "AuthorizedKeysFile": key.with_suffix(".pub"),
-            "PidFile": "none",
-            "UsePAM": "no",
-            "StrictModes": "no",
-            "PermitRootLogin": "prohibit-password",
-            "SetEnv": " ".join(f"{name}={value}" for name, value in there.items()),
-        }
         config = self._folder / "sshd_config"
-        config.write_text("".join(f"{name} {value}\n" for name, value in lines.items()))
+        config.write_text(server_config(self.address, 22, server, key.with_suffix(".pub"), there))
         Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)
         ahead = str(self.ahead)
         clock = ["unshare", "--time", "--monotonic", ahead, "--boottime", ahead, "--fork", "--kill-child"]
@@ -83,9 +73,7 @@ class Machine:
             with suppress(OSError, StopIteration, IndexError):
                 words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
                 name = next(word for word in words if f"{self._folder}/cache/improv/stages" in word).rpartition("/")[2]
-                fields = (process / "stat").read_text().rpartition(") ")[2].split()
-                spent = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-                found.append((f"{name} {words[2]}", memory(process), spent))
+                found.append((f"{name} {words[2]}", memory(process), processor_time(int(process.name))))
         parts = ", ".join(f"{name} {used:.0f} MB, {spent:.1f} s of CPU" for name, used, spent in found)
         return f"{sum(used for _, used, _ in found):.0f} MB in all ({parts})"
 
@@ -96,16 +84,7 @@ class Machine:
 
     def config(self, key: Path, known: Path) -> str:
         """Return the ssh config about it."""
-        lines = {
-            "HostName": self.address,
-            "User": getpass.getuser(),
-            "IdentityFile": key,
-            "IdentitiesOnly": "yes",
-            "IdentityAgent": "none",
-            "UserKnownHostsFile": known,
-            "GlobalKnownHostsFile": "/dev/null",
-        }
-        return f"Host {self.name}\n" + "".join(f"  {name} {value}\n" for name, value in lines.items())
+        return client_config(self.name, self.address, key, known)
 
     def _python(self) -> Path:
         """Make a folder with the Python there, which finds ROS."""
@@ -121,7 +100,7 @@ class Machine:
 
 def entering(namespace: str) -> list[str]:
     """Return the command that runs another command in a network, with its own shared memory."""
-    return ["ip", "netns", "exec", namespace, "unshare", "--mount", "sh", "-c", _INSIDE, "sh"]
+    return Host(namespace, namespace).command()
 
 
 def on_air(env: Mapping[str, str]) -> dict[str, str]:

@@ -9,6 +9,7 @@ counts apart. The clocks of the machines differ by thousands of seconds. With `I
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import os
@@ -24,6 +25,17 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from improv_core.outputs.ros.setup.interpreter import find_ros_python
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import When
+from improv_core.robots.config import read_robots
+from improv_core.safety.stops import Stops
+from improv_core.score.score import Score
+from improv_core.session.acts import News
+from improv_core.session.session import Playback
+from improv_core.session.start import Options
+from improv_core.session.state import PlayScore
 from tests.benchmarks.air import BASE, entering, machines, on_air
 from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
 from tests.benchmarks.tables import machine, p99, print_head, print_row
@@ -35,8 +47,11 @@ GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
 """Every 10 s, nothing passes for a second."""
 STOPS = 0.5
 """Seconds before the message that all have stopped, from which on robots may have stopped."""
-DANCES = 20.0
+SETTLING = 20.0
 """Seconds for which a host dances until its memory is read."""
+PERIOD = 20.0
+"""Seconds in which there are a save, a pause, and a change of speed."""
+DANCES = "forward left", "left forward"
 
 
 @dataclass(frozen=True)
@@ -96,7 +111,7 @@ def _used() -> str:
         playing = subprocess.Popen(_parent(1, 60.0, True, 0.5), env=on_air(env), stdout=subprocess.PIPE, text=True)
         try:
             lines_until('"playing"', playing.stdout)
-            time.sleep(DANCES)
+            time.sleep(SETTLING)
             return machine.used()
         finally:
             playing.kill()
@@ -106,7 +121,54 @@ def _used() -> str:
 def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[str]:
     """Return the command that plays a dance."""
     arguments = [str(robots), str(seconds), "hosts" if hosts else "here", str(patience)]
-    return [*entering(BASE), sys.executable, "-m", "tests.benchmarks.hosts_parent", *arguments]
+    return [*entering(BASE), sys.executable, "-m", __name__, *arguments]
+
+
+def _score(robots: int, hosts: bool, patience: float, dance: str) -> Score:
+    """Make a score of robots that all dance alike, each with its own host or none."""
+    names = [f"r{number}" for number in range(robots)]
+    toml = "".join(
+        f'[robots.r{number}]\nhost = "host{number}"\nlink_patience = {patience}\n' for number in range(robots) if hosts
+    )
+    return score_of(analyze(f"beat 60\n{' '.join(names)} $ repeat ({dance})\n", read_robots(toml)))
+
+
+async def _perform(robots: int, seconds: float, hosts: bool, patience: float) -> None:
+    """Play a dance with saves, pauses, and changes of speed. Print each message that matters, with the time of this
+    machine."""
+    begun = asyncio.Event()
+
+    def hear(message: News, leads: bool) -> None:
+        if leads and message["type"] == "transport":
+            if message["state"] == "playing":
+                begun.set()
+            print(json.dumps({**message, "poses": None}), flush=True)
+        elif message["type"] in ("warning", "error", "gone", "link", "unreached"):
+            print(json.dumps({**message, "now": time.monotonic()}), flush=True)
+
+    stops = Stops()
+    playback = Playback(Options("ros", find_python=find_ros_python), hear, stops)
+
+    async def save(dance: str, when: When) -> None:
+        await playback.play(PlayScore(_score(robots, hosts, patience, dance), "dance", stops.count, when))
+
+    try:
+        await save(DANCES[0], "restart")
+        await asyncio.wait_for(begun.wait(), 60)
+        end, period = time.monotonic() + seconds, 0
+        while time.monotonic() < end:
+            period += 1
+            await asyncio.sleep(PERIOD / 4)
+            await save(DANCES[period % 2], "beat")
+            await asyncio.sleep(PERIOD / 4)
+            stops.stop({"type": "pause"})
+            await asyncio.sleep(2)
+            playback.ask({"type": "resume"}, stops.count)
+            await asyncio.sleep(PERIOD / 4 - 2)
+            playback.ask({"type": "speed", "factor": 1.25 if period % 2 else 1.0})
+            await asyncio.sleep(PERIOD / 4)
+    finally:
+        await playback.close()
 
 
 def _found(told: Sequence[Mapping[str, Any]], heard: Mapping[str, Sequence[Heard]]) -> Found:
@@ -145,3 +207,7 @@ def _due(moments: Sequence[Mapping[str, Any]], at: float) -> float:
         if each["monotonic"] - 0.001 <= nearest <= end + 0.001:
             candidates.append(nearest)
     return min(candidates, key=lambda due: abs(due - at))
+
+
+if __name__ == "__main__":
+    asyncio.run(_perform(int(sys.argv[1]), float(sys.argv[2]), sys.argv[3] == "hosts", float(sys.argv[4])))

@@ -133,36 +133,50 @@ class Host:
             "XDG_DATA_HOME": self.home / "data",
             "PATH": self.bin,
         }
-        lines = {
+        config = server_config("127.0.0.1", self.port, self.folder / "server", self.authorized, there)
+        (self.folder / "sshd_config").write_text(config)
+        careless = {
             "Port": self.port,
-            "ListenAddress": "127.0.0.1",
-            "HostKey": self.folder / "server",
-            "AuthorizedKeysFile": self.authorized,
-            "PidFile": "none",
-            "UsePAM": "no",
-            "StrictModes": "no",
-            "PasswordAuthentication": "no",
-            "KbdInteractiveAuthentication": "no",
-            "PermitRootLogin": "prohibit-password",
-            "SetEnv": " ".join(f"{name}={value}" for name, value in there.items()),
-        }
-        (self.folder / "sshd_config").write_text("".join(f"{name} {value}\n" for name, value in lines.items()))
-        here = {
-            "HostName": "127.0.0.1",
-            "Port": self.port,
-            "User": getpass.getuser(),
-            "IdentityFile": self.folder / "ours",
-            "IdentitiesOnly": "yes",
-            "IdentityAgent": "none",
-            "StrictHostKeyChecking": "no",  # somebody careless: Improv must not be
+            "StrictHostKeyChecking": "no",  # Improv must not be
             "ForwardAgent": "yes",
             "ControlMaster": "auto",
             "ControlPath": self.folder / "control",
             "RemoteCommand": "touch ran",
-            "UserKnownHostsFile": self.known,
-            "GlobalKnownHostsFile": "/dev/null",
         }
-        self.config.write_text(f"Host {NAME}\n" + "".join(f"  {name} {value}\n" for name, value in here.items()))
+        self.config.write_text(client_config(NAME, "127.0.0.1", self.folder / "ours", self.known, careless))
+
+
+def server_config(address: str, port: int, key: Path, authorized: Path, there: Mapping[str, object]) -> str:
+    """Return the configuration of a server whose programs get these variables."""
+    lines = {
+        "Port": port,
+        "ListenAddress": address,
+        "HostKey": key,
+        "AuthorizedKeysFile": authorized,
+        "PidFile": "none",
+        "UsePAM": "no",
+        "StrictModes": "no",
+        "PasswordAuthentication": "no",
+        "KbdInteractiveAuthentication": "no",
+        "PermitRootLogin": "prohibit-password",
+        "SetEnv": " ".join(f"{name}={value}" for name, value in there.items()),
+    }
+    return "".join(f"{name} {value}\n" for name, value in lines.items())
+
+
+def client_config(name: str, address: str, key: Path, known: Path, others: Mapping[str, object] | None = None) -> str:
+    """Return the configuration of ssh about a host, which uses nothing of the person's own."""
+    lines = {
+        "HostName": address,
+        "User": getpass.getuser(),
+        "IdentityFile": key,
+        "IdentitiesOnly": "yes",
+        "IdentityAgent": "none",
+        "UserKnownHostsFile": known,
+        "GlobalKnownHostsFile": "/dev/null",
+        **(others or {}),
+    }
+    return f"Host {name}\n" + "".join(f"  {key} {value}\n" for key, value in lines.items())
 
 
 @contextmanager

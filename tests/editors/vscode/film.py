@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
@@ -21,7 +21,7 @@ from typing import Any
 from playwright.sync_api import Page, expect
 
 from tests.editors.editors import nothing_left
-from tests.editors.vscode.workbench import framed_page, run_command, word, workbench
+from tests.editors.vscode.workbench import framed_page, run_command, vscode, word
 
 SIZE = {"width": 1120, "height": 640}
 KEY = 0.05
@@ -51,11 +51,7 @@ def main() -> None:
     if path.suffix == ".png":
         take_picture(path)
         return
-    with (
-        TemporaryDirectory() as folder,
-        nothing_left() as env,
-        workbench(Path(folder), PROGRAM, SETTINGS, env) as page,
-    ):
+    with _window(PROGRAM, SETTINGS) as page:
         _prepare(page)
         looks = list(_session(page))
     save(looks, path)
@@ -65,7 +61,7 @@ def take_picture(path: Path) -> None:
     settings = {**SETTINGS, "security.workspace.trust.enabled": False, "editor.minimap.enabled": False}
     settings["workbench.activityBar.location"] = "hidden"
     program = f"{PROGRAM}turtle2 $ repeat retrograde square\n"
-    with TemporaryDirectory() as folder, nothing_left() as env, workbench(Path(folder), program, settings, env) as page:
+    with _window(program, settings) as page:
         page.set_viewport_size({"width": 1080, "height": 640})
         run_command(page, "View: Toggle Primary Side Bar Visibility")
         word(page, "beat").click()
@@ -74,6 +70,17 @@ def take_picture(path: Path) -> None:
         expect(framed_page(page).locator("#beat-now")).to_have_text(str(DRAWN))
         page.screenshot(path=path)
         run_command(page, "Improv: Stop Robots")
+
+
+@contextmanager
+def _window(program: str, settings: Mapping[str, object]) -> Iterator[Page]:
+    with (
+        TemporaryDirectory() as folder,
+        nothing_left() as env,
+        vscode(Path(folder), env) as started,
+        started.window(Path(folder) / "work", program, settings) as page,
+    ):
+        yield page
 
 
 def _prepare(page: Page) -> None:

@@ -136,18 +136,6 @@ def vscode(folder: Path, env: Mapping[str, str]) -> Iterator[VSCode]:
 
 
 @contextmanager
-def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
-    """Open a window of its own VS Code, with `dance.improv` in a folder that is not trusted yet."""
-    work = folder / "work"
-    with (
-        code_server(folder, env) as address,
-        _browser() as page,
-        opened(page, address, folder, work, program, settings, {}),
-    ):
-        yield page
-
-
-@contextmanager
 def _browser() -> Iterator[Page]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)

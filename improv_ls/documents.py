@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from lsprotocol import types
-from pygls.uris import to_fs_path
+from pygls.uris import from_fs_path, to_fs_path
 
 from improv_core.program.analysis import Analysis, unread
 from improv_core.program.files import ReadError, read_robots_file, robots_or_problem
@@ -39,6 +40,9 @@ class RobotsFile:
     lines: LineIndex
 
 
+AnyDocument: TypeAlias = Document | RobotsFile
+
+
 def is_program(uri: str, language_id: str) -> bool:
     """Return whether an editor has opened a program: by its language, or by its name if the editor knows no
     `improv`."""
@@ -67,14 +71,18 @@ def robots_of(uri: str) -> Robots:
     return robots_or_problem(path.parent) if path else Robots()
 
 
-def robots_file_now(uri: str, opened: Mapping[str, RobotsFile]) -> RobotsFile | None:
+def on_disk(robots: Robots) -> RobotsFile | None:
+    """Return the `improv.toml` that these robots were read from; None if there is none."""
+    uri = from_fs_path(str(robots.path)) if robots.path else None
+    return RobotsFile(uri, None, LineIndex(robots.text)) if uri else None
+
+
+def robots_file_now(path: Path, opened: Mapping[str, RobotsFile]) -> RobotsFile | None:
     """Return the `improv.toml` for an edit: the editor's or, if it isn't open there, the one on disk now, since another
     program may just have written it. Empty if there is none, and None if it can't be read."""
-    path = path_of(uri)
+    uri = from_fs_path(str(path)) or ""
     try:
-        return opened.get(uri) or RobotsFile(
-            uri, None, LineIndex(read_robots_file(path) if path and path.exists() else "")
-        )
+        return opened.get(uri) or RobotsFile(uri, None, LineIndex(read_robots_file(path) if path.exists() else ""))
     except ReadError:
         return None
 

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.placing import UNPLACED
@@ -16,9 +15,9 @@ from improv_core.protocol.editing import ProgramChange
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
 from improv_core.text import Span, difference
-from improv_ls.documents import Document, RobotsFile, name_of, robots_file_now
+from improv_ls.documents import AnyDocument, Document, RobotsFile, name_of, robots_file_now
 from improv_ls.editor import ANSWER_LIMIT, Editor
-from improv_ls.to_lsp_locations import ChangedText, workspace_edit
+from improv_ls.to_lsp_locations import Changes, workspace_edit
 
 SONG_NOT_WRITTEN = "its section [music] is missing, or written in an unusual form"
 """The reason in a message if `first_beat` could not be written."""
@@ -42,37 +41,31 @@ class Placing:
             if not document:
                 self._editor.warn(f"{name} was not changed: open it in the editor first")
                 return
-            uri, changed = self._changed(document, asked)
-            name = name_of(uri)
-            edits = changed.edits if changed else None
-            if edits is None:
+            edited, edits = self._edits(document, asked)
+            name = name_of(edited.uri) if edited else FILE_NAME
+            if not edited or edits is None:
                 why = SONG_NOT_WRITTEN if asked["type"] == "tune" else UNPLACED
                 self._editor.warn(f"{name} was not changed: {why}")
             elif not self._editor.can("workspace.apply_edit"):
                 lines = " and ".join(f"`{line}`" for edit in edits for line in edit.text.split("\n") if line.strip())
                 self._editor.warn(f"this editor takes no edits: write {lines} into {name} yourself")
-            elif changed and edits:
-                await self._ask(uri, changed, asked)
+            elif edits:
+                await self._ask([(edited, edits)], _called(asked))
 
-    def _changed(self, document: Document, asked: ProgramChange) -> tuple[str, ChangedText | None]:
-        """Return the URI to change, and the change; None if the person has to fix something first."""
+    def _edits(self, document: Document, asked: ProgramChange) -> tuple[AnyDocument | None, Sequence[Edit] | None]:
+        """Return the document or file to change, and the edits; None if the person has to fix something first."""
         if not is_first_beat(asked):
-            edits = edits_of(document.analysis, asked)
-            lines = document.analysis.lines
-            return document.uri, None if edits is None else ChangedText(document.version, lines, edits)
-        config = document.analysis.config
-        uri = (config.path and from_fs_path(str(config.path))) or FILE_NAME
-        file = robots_file_now(uri, self._robots_files)
+            return document, edits_of(document.analysis, asked)
+        path = document.analysis.config.path
+        file = robots_file_now(path, self._robots_files) if path else None
         made = set_first_beat(file.lines.text, asked["value"]) if file else None
         if not file or made is None:
-            return uri, None
+            return file, None
         start, end, written = difference(file.lines.text, made)
-        edits = [Edit(Span(start, end), written)] if start < end or written else []
-        return uri, ChangedText(file.version, file.lines, edits)
+        return file, [Edit(Span(start, end), written)] if start < end or written else []
 
-    async def _ask(self, uri: str, changed: ChangedText, asked: ProgramChange) -> None:
-        what = _called(asked)
-        edit = workspace_edit({uri: changed}, self._editor.takes_document_changes, self._editor.encoding)
+    async def _ask(self, changes: Changes, what: str) -> None:
+        edit = workspace_edit(changes, self._editor)
         asking = self._editor.server.workspace_apply_edit_async(types.ApplyWorkspaceEditParams(edit, f"Improv: {what}"))
         try:
             applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied

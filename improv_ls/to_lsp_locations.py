@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TypeAlias
 
 from lsprotocol import types
 
@@ -13,6 +13,8 @@ from improv_core.ide.folding_range import Fold
 from improv_core.ide.references import Reference
 from improv_core.plain import message
 from improv_core.text import LineIndex, Span
+from improv_ls.documents import AnyDocument
+from improv_ls.editor import Editor
 from improv_ls.positions import Encoding, to_range
 
 _KINDS = {
@@ -30,16 +32,12 @@ _KINDS = {
 _FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRangeKind.Region}
 
 
-class ChangedText(NamedTuple):
-    """The edits of a document or file; a version only if it is open."""
-
-    version: int | None
-    lines: LineIndex
-    edits: Sequence[Edit]
+Changes: TypeAlias = Sequence[tuple[AnyDocument, Sequence[Edit]]]
+"""The edits of documents and files."""
 
 
-def location(uri: str, lines: LineIndex, span: Span, encoding: Encoding) -> types.Location:
-    return types.Location(uri, to_range(lines, span, encoding))
+def location(document: AnyDocument, span: Span, encoding: Encoding) -> types.Location:
+    return types.Location(document.uri, to_range(document.lines, span, encoding))
 
 
 def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> types.DocumentHighlight:
@@ -47,25 +45,23 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
     return types.DocumentHighlight(to_range(lines, reference.span, encoding), kind)
 
 
-def workspace_edit(
-    changed: Mapping[str, ChangedText], versions: bool, encoding: Encoding, new: Sequence[str] = ()
-) -> types.WorkspaceEdit:
-    """Return the edits of several documents, with their versions if the client takes versions, and of `new` files,
-    which it must be able to create."""
-    edits = {
-        uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
-        for uri, each in changed.items()
-        if each.edits
-    }
-    if not versions and not new:
-        return types.WorkspaceEdit(changes=edits)
+def workspace_edit(changes: Changes, editor: Editor, new: Sequence[str] = ()) -> types.WorkspaceEdit:
+    """Return edits for an editor, with the versions of documents if it takes versions, and of `new` files, which it
+    must be able to create."""
+    texts = [
+        (each, [types.TextEdit(to_range(each.lines, edit.span, editor.encoding), edit.text) for edit in edits])
+        for each, edits in changes
+        if edits
+    ]
+    if not editor.takes_document_changes and not new:
+        return types.WorkspaceEdit(changes={each.uri: edits for each, edits in texts})
     created = types.CreateFileOptions(ignore_if_exists=True)
     return types.WorkspaceEdit(
         document_changes=[
             *(types.CreateFile(uri, options=created) for uri in new),
             *(
-                types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri, changed[uri].version), each)
-                for uri, each in edits.items()
+                types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(each.uri, each.version), edits)
+                for each, edits in texts
             ),
         ]
     )
@@ -83,9 +79,8 @@ def document_symbol(lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -
 
 
 def symbol_information(uri: str, lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.SymbolInformation:
-    return types.SymbolInformation(
-        location(uri, lines, entry.name_span, encoding), message(entry.name), _KINDS[entry.kind]
-    )
+    place = types.Location(uri, to_range(lines, entry.name_span, encoding))
+    return types.SymbolInformation(place, message(entry.name), _KINDS[entry.kind])
 
 
 def call_hierarchy_item(uri: str, lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.CallHierarchyItem:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
@@ -18,25 +17,25 @@ from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.robots.edits import add, place
 from improv_core.text import Span, difference
-from improv_ls.documents import Document, RobotsFile, path_of, robots_file_now
+from improv_ls.documents import AnyDocument, Document, RobotsFile, path_of, robots_file_now
 from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
 from improv_ls.positions import to_range, to_scenes, to_span
 from improv_ls.session import Session
-from improv_ls.to_lsp_locations import ChangedText, workspace_edit
+from improv_ls.to_lsp_locations import workspace_edit
 
 MOST_EDITS = 20
 """The most edits of an action that are sent before somebody chooses it, to editors that ask for the edits then."""
 
 
-def code_action(ls: Session, document: Document | RobotsFile, params: types.CodeActionParams) -> list[types.CodeAction]:
+def code_action(ls: Session, document: AnyDocument, params: types.CodeActionParams) -> list[types.CodeAction]:
     span = to_span(document.lines, params.range, ls.editor.encoding)
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
     later = "edit" in (ls.editor.can("text_document.code_action.resolve_support.properties") or ())
     later = later and bool(ls.editor.can("text_document.code_action.data_support"))
     fixes_all = _is_one_of(FIX_ALL, only)
     edits = [
-        _converted(ls, document, action, changed, span if later and len(action.edits) > MOST_EDITS else None)
-        for action, changed in _actions(ls, document, span, fixes_all)
+        _converted(ls, document, action, edited, span if later and len(action.edits) > MOST_EDITS else None)
+        for action, edited in _actions(ls, document, span, fixes_all)
         if not only or _is_one_of(action.kind, only)
     ]
     done = [
@@ -51,17 +50,16 @@ def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
     """Add the edits to an action, for the current text; none if the action no longer exists there."""
     uri, start, end = action.data if isinstance(action.data, list) and len(action.data) == 3 else ("", 0, 0)
     if document := ls.documents.get(uri) or ls.robots_files.get(uri):
-        for found, changed in _actions(ls, document, Span(start, end), action.kind == FIX_ALL):
+        for found, edited in _actions(ls, document, Span(start, end), action.kind == FIX_ALL):
             if (found.title, found.kind) == (action.title, action.kind):
-                action.edit = _edit(ls, document, changed)
+                action.edit = _edit(ls, document, found, edited)
                 break
     return action
 
 
-def _actions(
-    ls: Session, document: Document | RobotsFile, span: Span, fixes_all: bool
-) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
-    """Yield actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
+def _actions(ls: Session, document: AnyDocument, span: Span, fixes_all: bool) -> Iterator[tuple[Action, AnyDocument]]:
+    """Yield actions, and the document or file that each edits; the one that fixes all only if the client has asked for
+    it by its kind."""
     if isinstance(document, RobotsFile):
         found = fixes(read_robots(document.lines.text, path_of(document.uri)).diagnostics, span)
     else:
@@ -70,29 +68,25 @@ def _actions(
             found += refactorings(document.analysis, span)
         found += fix_all(document.analysis) if fixes_all else ()
     for action in found:
-        yield action, {document.uri: ChangedText(document.version, document.lines, action.edits)}
+        yield action, document
     if isinstance(document, Document):
         yield from _additions(ls, document, span)
         yield from _listing(ls, document, span)
 
 
-def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
+def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, RobotsFile]]:
     """Yield fixes that add a robot to `improv.toml`."""
     robots, text = document.analysis.config, document.analysis.text
-    uri = from_fs_path(str(robots.path)) if robots.path else None
-    if not uri:
-        return
-    if not (file := robots_file_now(uri, ls.robots_files)):
+    if not robots.path or not (file := robots_file_now(robots.path, ls.robots_files)):
         return
     for problem in document.analysis.diagnostics:
         if problem.code == "unknown-robot" and problem.span.start <= span.end and span.start <= problem.span.end:
             name = text[slice(*problem.span)]
             if not robots.role_of(name) and (edit := add(file.lines.text, name)):
-                action = Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,))
-                yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
+                yield Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,)), file
 
 
-def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
+def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, RobotsFile]]:
     """Yield, for a robot, the action that lists all robots of the program in `improv.toml`, or in a new one, if it
     lists none."""
     config, program, symbol = document.analysis.config, path_of(document.uri), symbol_at(document.analysis, span.start)
@@ -100,25 +94,23 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
         return
     if not config.path and not ls.editor.creates_files:
         return
-    uri = from_fs_path(str(config.path or program.parent / FILE_NAME)) or ""
-    if not (file := robots_file_now(uri, ls.robots_files)):
+    if not (file := robots_file_now(config.path or program.parent / FILE_NAME, ls.robots_files)):
         return
     text = place(file.lines.text, {}, document.analysis.robots)
     if text and text != file.lines.text:
         start, end, written = difference(file.lines.text, text)
         where = FILE_NAME if config.path else f"a new {FILE_NAME}"
-        action = Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),))
-        yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
+        yield Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),)), file
 
 
-def _play_actions(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[PlayAction]:
+def _play_actions(ls: Session, document: AnyDocument, span: Span) -> Iterator[PlayAction]:
     """Yield actions that play, silence, or stop something there."""
     if isinstance(document, RobotsFile):
         return trials(document.lines.text, span)
     return play_actions(document.analysis, span.start, *ls.performance.silenced)
 
 
-def _command(ls: Session, document: Document | RobotsFile, action: PlayAction) -> types.CodeAction:
+def _command(ls: Session, document: AnyDocument, action: PlayAction) -> types.CodeAction:
     arguments: list[Any] = [document.uri] if action.command == "play" else []
     if isinstance(action.only, Scenes):
         arguments.append(to_scenes(action.only))
@@ -138,7 +130,7 @@ def _is_one_of(kind: str, wanted: list[str]) -> bool:
 
 
 def _converted(
-    ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, ChangedText], later: Span | None
+    ls: Session, document: AnyDocument, action: Action, edited: AnyDocument, later: Span | None
 ) -> types.CodeAction:
     """Convert an action with its edits, or with the cursor's span if the editor asks for the edits later."""
     prefers = ls.editor.can("text_document.code_action.is_preferred_support")
@@ -147,17 +139,12 @@ def _converted(
         kind=action.kind,
         diagnostics=as_sent(ls, document, action.diagnostics) or None,
         is_preferred=(prefers and action.preferred) or None,
-        edit=None if later else _edit(ls, document, changed),
+        edit=None if later else _edit(ls, document, action, edited),
         data=[document.uri, *later] if later else None,
     )
 
 
-def _edit(ls: Session, document: Document | RobotsFile, changed: dict[str, ChangedText]) -> types.WorkspaceEdit:
-    editor = ls.editor
-    return workspace_edit(changed, editor.takes_document_changes, editor.encoding, _new(document, changed))
-
-
-def _new(document: Document | RobotsFile, changed: dict[str, ChangedText]) -> list[str]:
-    """Return the changed files that do not exist yet: an `improv.toml`."""
-    exists = isinstance(document, RobotsFile) or document.analysis.config.path
-    return [] if exists else [uri for uri in changed if uri != document.uri]
+def _edit(ls: Session, document: AnyDocument, action: Action, edited: AnyDocument) -> types.WorkspaceEdit:
+    """Return the edits of an action. They may create an `improv.toml` for a program that has none."""
+    exists = edited is document or not isinstance(document, Document) or document.analysis.config.path
+    return workspace_edit([(edited, action.edits)], ls.editor, [] if exists else [edited.uri])

@@ -9,15 +9,13 @@ from improv_core.ide.completion import document as documentation_of
 from improv_core.ide.completion_item import Item
 from improv_core.ide.robots_file import completion as robots_file
 from improv_ls import to_lsp
-from improv_ls.documents import Document, RobotsFile, path_of
+from improv_ls.documents import AnyDocument, RobotsFile, path_of
 from improv_ls.handlers.hover import shows_pictures
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 
 
-def completion(
-    ls: Session, document: Document | RobotsFile, params: types.CompletionParams
-) -> types.CompletionList | None:
+def completion(ls: Session, document: AnyDocument, params: types.CompletionParams) -> types.CompletionList | None:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     if isinstance(document, RobotsFile):
         found, short = robots_file.complete(document.lines.text, offset, _robots_of(ls, document)), {"value"}

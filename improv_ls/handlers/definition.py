@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.ide import references as finding
 from improv_core.ide.body_definition import declarations
-from improv_core.text import LineIndex
-from improv_ls.documents import Document, robots_of
+from improv_ls.documents import Document, on_disk, robots_of
 from improv_ls.handlers.references import sections, symbol_under
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
@@ -26,14 +24,14 @@ def definition(
     if found := sections(ls, document, symbol):
         return found[:1]
     span = finding.definition(document.analysis, symbol)
-    return [location(document.uri, document.lines, span, ls.editor.encoding)] if span else []
+    return [location(document, span, ls.editor.encoding)] if span else []
 
 
 def _declared(ls: Session, document: Document, position: types.Position) -> list[types.Location]:
     """Return the place where the current `improv.toml` declares the body part or the pose under the cursor."""
     robots = robots_of(document.uri)
-    if not robots.path:
+    if not (file := on_disk(robots)):
         return []
     offset = to_offset(document.lines, position, ls.editor.encoding)
-    spans, lines = declarations(document.analysis, offset, robots)[:1], LineIndex(robots.text)
-    return [location(from_fs_path(str(robots.path)) or "", lines, span, ls.editor.encoding) for span in spans]
+    spans = declarations(document.analysis, offset, robots)[:1]
+    return [location(file, span, ls.editor.encoding) for span in spans]

@@ -7,12 +7,12 @@ from lsprotocol import types
 from improv_core.ide.document_symbol import flattened, outline
 from improv_core.ide.robots_file import structure as robots_file
 from improv_ls import to_lsp_locations as to_lsp
-from improv_ls.documents import Document, RobotsFile
+from improv_ls.documents import AnyDocument, RobotsFile
 from improv_ls.session import Session
 
 
 def document_symbol(
-    ls: Session, document: Document | RobotsFile, params: types.DocumentSymbolParams
+    ls: Session, document: AnyDocument, params: types.DocumentSymbolParams
 ) -> list[types.DocumentSymbol] | list[types.SymbolInformation]:
     lines, encoding = document.lines, ls.editor.encoding
     if isinstance(document, RobotsFile):

@@ -10,21 +10,19 @@ from improv_core.diagnostics import Edit
 from improv_core.ide.formatting import format_all, format_span
 from improv_core.ide.on_type_formatting import indent
 from improv_core.ide.robots_file import formatting as robots_file
-from improv_ls.documents import Document, RobotsFile
+from improv_ls.documents import AnyDocument, Document, RobotsFile
 from improv_ls.positions import to_offset, to_range, to_span
 from improv_ls.session import Session
 
 
-def formatting(
-    ls: Session, document: Document | RobotsFile, params: types.DocumentFormattingParams
-) -> list[types.TextEdit]:
+def formatting(ls: Session, document: AnyDocument, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
     if isinstance(document, RobotsFile):
         return _converted(ls, document, robots_file.format_file(document.lines.text))
     return _converted(ls, document, format_all(document.analysis))
 
 
 def range_formatting(
-    ls: Session, document: Document | RobotsFile, params: types.DocumentRangeFormattingParams
+    ls: Session, document: AnyDocument, params: types.DocumentRangeFormattingParams
 ) -> list[types.TextEdit]:
     span = to_span(document.lines, params.range, ls.editor.encoding)
     if isinstance(document, RobotsFile):
@@ -39,5 +37,5 @@ def on_type_formatting(
     return _converted(ls, document, indent(document.analysis, offset))
 
 
-def _converted(ls: Session, document: Document | RobotsFile, edits: Sequence[Edit]) -> list[types.TextEdit]:
+def _converted(ls: Session, document: AnyDocument, edits: Sequence[Edit]) -> list[types.TextEdit]:
     return [types.TextEdit(to_range(document.lines, edit.span, ls.editor.encoding), edit.text) for edit in edits]

@@ -9,12 +9,12 @@ from lsprotocol import types
 from improv_core.ide.hover import hover as hover_at
 from improv_core.ide.robots_file import hover as robots_file
 from improv_ls import to_lsp
-from improv_ls.documents import Document, RobotsFile
+from improv_ls.documents import AnyDocument, RobotsFile
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 
 
-def hover(ls: Session, document: Document | RobotsFile, params: types.HoverParams) -> types.Hover | None:
+def hover(ls: Session, document: AnyDocument, params: types.HoverParams) -> types.Hover | None:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     formats = ls.editor.can("text_document.hover.content_format")
     if isinstance(document, RobotsFile):

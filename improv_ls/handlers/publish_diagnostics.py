@@ -6,14 +6,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.files import robots_from
 from improv_core.robots.config import Robots
-from improv_core.text import LineIndex
 from improv_ls import to_lsp
-from improv_ls.documents import Document, RobotsFile, path_of
+from improv_ls.documents import AnyDocument, Document, RobotsFile, on_disk, path_of
 from improv_ls.session import Session
 
 
@@ -31,9 +29,9 @@ def diagnostics_of(ls: Session, document: Document) -> list[Diagnostic]:
 
 def publish_robots(ls: Session, robots: Robots) -> None:
     """Send the diagnostics of an `improv.toml` on disk, unless it is open: then those of the editor's text are sent."""
-    uri = from_fs_path(str(robots.path)) if robots.path else None
-    if uri and uri not in ls.robots_files:
-        _send(ls, RobotsFile(uri, None, LineIndex(robots.text)), robots.diagnostics)
+    file = on_disk(robots)
+    if file and file.uri not in ls.robots_files:
+        _send(ls, file, robots.diagnostics)
 
 
 def publish_robots_file(ls: Session, file: RobotsFile) -> None:
@@ -57,12 +55,12 @@ def withdraw_robots(ls: Session, uri: str) -> None:
     publish_robots(ls, user.analysis.config if user else Robots(path=path))
 
 
-def as_sent(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:
+def as_sent(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:
     """Convert diagnostics of a document, with the parts that the editor supports."""
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
     return [to_lsp.diagnostic(document.uri, document.lines, each, encoding, support) for each in found]
 
 
-def _send(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> None:
+def _send(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> None:
     items = as_sent(ls, document, found)
     ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(document.uri, items, document.version))

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.ide import references as finding
 from improv_core.ide.references import Symbol, symbol_at
-from improv_core.text import LineIndex
-from improv_ls.documents import Document, robots_of
+from improv_ls.documents import Document, on_disk, robots_of
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import location
@@ -22,7 +20,7 @@ def references(ls: Session, document: Document, params: types.ReferenceParams) -
     return [
         *(sections(ls, document, symbol) if declared else []),
         *(
-            location(document.uri, document.lines, each.span, ls.editor.encoding)
+            location(document, each.span, ls.editor.encoding)
             for each in finding.references(document.analysis, symbol)
             if declared or not each.defines
         ),
@@ -39,6 +37,5 @@ def sections(ls: Session, document: Document, symbol: Symbol) -> list[types.Loca
     if symbol.kind != "robot":
         return []
     robots = robots_of(document.uri)
-    lines, spans = LineIndex(robots.text), finding.sections(robots, symbol.text)
-    uri = from_fs_path(str(robots.path)) if robots.path else None
-    return [location(uri, lines, span, ls.editor.encoding) for span in spans] if uri else []
+    spans, file = finding.sections(robots, symbol.text), on_disk(robots)
+    return [location(file, span, ls.editor.encoding) for span in spans] if file else []

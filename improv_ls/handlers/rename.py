@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from urllib.parse import unquote
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
-from pygls.uris import from_fs_path
 
+from improv_core.diagnostics import Edit
 from improv_core.ide import rename as renaming
 from improv_core.plain import message_without_links
-from improv_core.text import LineIndex
-from improv_ls.documents import Document, RobotsFile, robots_of
+from improv_ls.documents import AnyDocument, Document, RobotsFile, on_disk, robots_of
 from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 from improv_ls.sharing import programs_for
-from improv_ls.to_lsp_locations import ChangedText, workspace_edit
+from improv_ls.to_lsp_locations import Changes, workspace_edit
 
 
 def prepare_rename(
-    ls: Session, document: Document | RobotsFile, params: types.PrepareRenameParams
+    ls: Session, document: AnyDocument, params: types.PrepareRenameParams
 ) -> types.PrepareRenamePlaceholder:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     with _refusals():
@@ -35,14 +34,14 @@ def prepare_rename(
     return types.PrepareRenamePlaceholder(to_range(document.lines, span, ls.editor.encoding), name)
 
 
-def rename(ls: Session, document: Document | RobotsFile, params: types.RenameParams) -> types.WorkspaceEdit:
+def rename(ls: Session, document: AnyDocument, params: types.RenameParams) -> types.WorkspaceEdit:
     offset = to_offset(document.lines, params.position, ls.editor.encoding)
     with _refusals():
         if isinstance(document, RobotsFile):
-            changed = robots_file.rename(ls, document, offset, params.new_name)
+            changes = robots_file.rename(ls, document, offset, params.new_name)
         else:
-            changed = _in_program(ls, document, offset, params.new_name)
-    return workspace_edit(changed, ls.editor.takes_document_changes, ls.editor.encoding)
+            changes = _in_program(ls, document, offset, params.new_name)
+    return workspace_edit(changes, ls.editor)
 
 
 @contextmanager
@@ -55,30 +54,27 @@ def _refusals() -> Iterator[None]:
         raise JsonRpcException(message_without_links(str(refusal)), failed) from refusal
 
 
-def _in_program(ls: Session, document: Document, offset: int, new: str) -> dict[str, ChangedText]:
+def _in_program(ls: Session, document: Document, offset: int, new: str) -> Changes:
     symbol = renaming.renamable(document.analysis, offset)
     edits = renaming.rename(document.analysis, symbol, new)
-    changed = {document.uri: ChangedText(document.version, document.lines, edits)}
-    return changed | (_elsewhere(ls, document, symbol.text, new) if symbol.kind == "robot" else {})
+    return [(document, edits), *(_elsewhere(ls, document, symbol.text, new) if symbol.kind == "robot" else ())]
 
 
-def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, ChangedText]:
+def _elsewhere(ls: Session, document: Document, old: str, new: str) -> Changes:
     """Return the edits of `improv.toml` and of all other programs that share one of its robots. Raises RefusalError.
 
     A robot that is not in that file belongs to its program alone.
     """
     robots = robots_of(document.uri)
-    uri = from_fs_path(str(robots.path)) if robots.path else None
-    edits = renaming.rename_section(robots, old, new)
-    if not uri or not edits:
-        return {}
-    changed = {uri: ChangedText(None, LineIndex(robots.text), edits)}
+    file, edits = on_disk(robots), renaming.rename_section(robots, old, new)
+    if not file or not edits:
+        return []
+    changes: list[tuple[AnyDocument, Sequence[Edit]]] = [(file, edits)]
     for other in programs_for(ls.documents, robots.path, old):
         if other.uri != document.uri:
             try:
-                edits = renaming.rename_robot(other.analysis, old, new)
+                changes.append((other, renaming.rename_robot(other.analysis, old, new)))
             except renaming.RefusalError as refusal:
                 name = other.uri.rpartition("/")[2]
                 raise renaming.RefusalError(f"in {unquote(name)}: {refusal}") from refusal
-            changed[other.uri] = ChangedText(other.version, other.lines, edits)
-    return changed
+    return changes

@@ -18,7 +18,7 @@ from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 from improv_ls.sharing import programs_for
-from improv_ls.to_lsp_locations import ChangedText, highlight, location
+from improv_ls.to_lsp_locations import Changes, highlight, location
 
 
 def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) -> list[types.Location]:
@@ -66,26 +66,20 @@ def renamable(file: RobotsFile, offset: int) -> FileSymbol:
     raise renaming.RefusalError(f"only {what} in this file can be renamed: put the cursor on one")
 
 
-def rename(ls: Session, file: RobotsFile, offset: int, new: str) -> dict[str, ChangedText]:
+def rename(ls: Session, file: RobotsFile, offset: int, new: str) -> Changes:
     """Return the edits of the file, and of all programs that have a robot, a body part, or a pose. Raises
     RefusalError."""
     symbol, text = renamable(file, offset), file.lines.text
     if symbol.section == "profiles":
-        edits = finding.rename_profile(text, symbol, new)
-        return {file.uri: ChangedText(file.version, file.lines, edits)}
+        return [(file, finding.rename_profile(text, symbol, new))]
     if symbol.section in ("body", "poses"):
         edits, renamed = body_names.rename_in_file(text, symbol, new)
-        changed = {file.uri: ChangedText(file.version, file.lines, edits)}
-        for program, analysis in _with_word(ls, file, symbol):
-            edits = body_names.rename_in_program(analysis, symbol, new, renamed)
-            changed[program.uri] = ChangedText(program.version, program.lines, edits)
-        return changed
+        programs = _with_word(ls, file, symbol)
+        used = [(each, body_names.rename_in_program(analysis, symbol, new, renamed)) for each, analysis in programs]
+        return [(file, edits), *used]
     edits = renaming.rename_section(Robots(text=text), symbol.name, new)
-    changed = {file.uri: ChangedText(file.version, file.lines, edits)}
-    for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
-        edits = renaming.rename_robot(program.analysis, symbol.name, new)
-        changed[program.uri] = ChangedText(program.version, program.lines, edits)
-    return changed
+    sharing = programs_for(ls.documents, path_of(file.uri), symbol.name)
+    return [(file, edits), *((each, renaming.rename_robot(each.analysis, symbol.name, new)) for each in sharing)]
 
 
 def _symbol(ls: Session, file: RobotsFile, position: types.Position) -> FileSymbol | None:
@@ -93,7 +87,7 @@ def _symbol(ls: Session, file: RobotsFile, position: types.Position) -> FileSymb
 
 
 def _here(ls: Session, file: RobotsFile, spans: list[Span]) -> list[types.Location]:
-    return [location(file.uri, file.lines, span, ls.editor.encoding) for span in spans]
+    return [location(file, span, ls.editor.encoding) for span in spans]
 
 
 def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.Location]:
@@ -101,11 +95,11 @@ def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.
     if symbol.section in ("body", "poses"):
         for program, analysis in _with_word(ls, file, symbol):
             for _, span in body_names.used_in(analysis, symbol):
-                yield location(program.uri, program.lines, span, ls.editor.encoding)
+                yield location(program, span, ls.editor.encoding)
     if symbol.section == "robots":
         for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
             for _, span in plays(program.analysis, symbol.name):
-                yield location(program.uri, program.lines, span, ls.editor.encoding)
+                yield location(program, span, ls.editor.encoding)
 
 
 def _with_word(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[tuple[Document, Analysis]]:

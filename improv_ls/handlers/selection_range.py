@@ -9,13 +9,13 @@ from lsprotocol import types
 from improv_core.ide.robots_file import structure as robots_file
 from improv_core.ide.selection_range import selections
 from improv_ls import to_lsp_locations as to_lsp
-from improv_ls.documents import Document, RobotsFile
+from improv_ls.documents import AnyDocument, RobotsFile
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 
 
 def selection_range(
-    ls: Session, document: Document | RobotsFile, params: types.SelectionRangeParams
+    ls: Session, document: AnyDocument, params: types.SelectionRangeParams
 ) -> list[types.SelectionRange]:
     lines, encoding = document.lines, ls.editor.encoding
     if isinstance(document, RobotsFile):

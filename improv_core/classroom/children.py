@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Collection
 from pathlib import Path
 
-from improv_core.classroom.messages import FromChildren, SendOut, Serving
+from improv_core.classroom.messages import FromChildren, Remove, Serving
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.website.build import MARK
@@ -55,7 +55,7 @@ class Children:
 
     def remove(self, numbers: Collection[int]) -> None:
         """Refuse everything that these children send from now on."""
-        message: SendOut = {"numbers": [*numbers]}
+        message: Remove = {"type": "remove", "numbers": [*numbers]}
         self._helper.put(message)
 
     def close(self) -> None:

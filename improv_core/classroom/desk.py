@@ -50,7 +50,7 @@ class Desk:
         if news["type"] == "joined":
             shown = ChildShown(type="child", number=number, name=news["name"], count=0, ok=False, line="", picture="")
             self._show({**shown, "line": "has joined"}, "")
-        elif news["type"] == "left":
+        elif news["type"] == "gone":
             self._drop([number])
         elif latest := self._latest.get(number):  # it wasn't just removed
             known = latest.child

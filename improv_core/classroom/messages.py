@@ -20,13 +20,6 @@ class Joined(TypedDict):
     name: str
 
 
-class Left(TypedDict):
-    """A child has left: its browser has joined again."""
-
-    type: Literal["left"]
-    number: int
-
-
 class Handed(TypedDict):
     """A child has sent its `count`-th dance."""
 
@@ -55,12 +48,6 @@ class Serving(TypedDict):
     problem: str
 
 
-class SendOut(TypedDict):
-    """Children that can't send anything from now on."""
-
-    numbers: list[int]
-
-
 class ChildShown(TypedDict):
     """A child, the number of dances it has sent, and the check of the latest one."""
 
@@ -74,7 +61,7 @@ class ChildShown(TypedDict):
 
 
 class SentOut(TypedDict):
-    """A child was removed from the class."""
+    """A child is no longer in the class: its browser has joined again, or the teacher has removed it."""
 
     type: Literal["gone"]
     number: int
@@ -117,7 +104,7 @@ class Perform(TypedDict):
     robot: str
 
 
-FromChildren = Joined | Left | Handed | DanceRead
+FromChildren = Joined | SentOut | Handed | DanceRead
 FromDesk = ChildShown | SentOut | NowPlaying | RealRobots
 Command = PlayThese | Remove | Perform
 

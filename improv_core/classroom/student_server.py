@@ -12,7 +12,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypedDict, cast
@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypedDict, cast
 from aiohttp import web
 
 from improv_core.classroom.connections import StudentConnections
-from improv_core.classroom.messages import FromChildren, SendOut, Serving
+from improv_core.classroom.messages import FromChildren, Handed, Remove, Serving
 from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
-from improv_core.classroom.turns import SentDance, Turns
+from improv_core.classroom.turns import Turns
 from improv_core.page.song_file import CONTENT_TYPES
 from improv_core.page.web_server import runner_of
 from improv_core.protocol.fields import Text
@@ -115,7 +115,7 @@ class StudentServer:
     def address(self) -> str:
         return f"http://{self._host}/"
 
-    def remove(self, numbers: list[int]) -> None:
+    def remove(self, numbers: Collection[int]) -> None:
         """Refuse everything that these children send from now on."""
         self._room = without(self._room, numbers)
         self._turns.forget(numbers)
@@ -177,7 +177,7 @@ class StudentServer:
             return _answer(problem.status, {"problem": str(problem)})
         if browser in before:
             self._turns.forget([before[browser]])
-            self._tell({"type": "left", "number": before[browser]})
+            self._tell({"type": "gone", "number": before[browser]})
         self._tell({"type": "joined", "number": member.number, "name": member.name})
         answer = _answer(200, {"secret": secret, "name": member.name})
         answer.set_cookie(COOKIE, browser, path="/class", httponly=True, samesite="Strict")
@@ -201,8 +201,9 @@ class StudentServer:
                 raise ForbiddenError(403, "join the class first")  # the teacher removed it meanwhile
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        self._tell({"type": "handed", "number": member.number, "count": member.count, "text": text})
-        self._turns.put(member.number, SentDance(member.count, text))
+        handed: Handed = {"type": "handed", "number": member.number, "count": member.count, "text": text}
+        self._tell(handed)
+        self._turns.put(handed)
         return _answer(200, {"name": member.name})
 
 
@@ -253,7 +254,7 @@ async def _serve(site: Path, address: str, port: int) -> None:
 
     def listen() -> None:
         for line in sys.stdin.buffer:
-            message: SendOut = json.loads(line)
+            message: Remove = json.loads(line)
             loop.call_soon_threadsafe(server.remove, message["numbers"])
         loop.call_soon_threadsafe(serving.cancel)
 

@@ -5,18 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 
 from improv_core.classroom.checker import HEAVY, LIMIT, QUICK, DanceReader
-from improv_core.classroom.messages import DanceRead
-
-
-@dataclass(frozen=True, slots=True)
-class SentDance:
-    """The `count`-th dance of a child."""
-
-    count: int
-    text: str
+from improv_core.classroom.messages import DanceRead, Handed
 
 
 def next_child(waiting: Collection[int], spent: Mapping[int, float]) -> int:
@@ -35,11 +26,11 @@ class Turns:
         self._spent: dict[int, float] = defaultdict(float)
         self._latest: dict[int, int] = {}
 
-    def put(self, number: int, dance: SentDance) -> None:
+    def put(self, dance: Handed) -> None:
         """Add a dance that a child has sent."""
-        self._latest[number] = dance.count
-        self._slow.drop(number)
-        self._quick.put(number, dance)
+        self._latest[dance["number"]] = dance["count"]
+        self._slow.drop(dance["number"])
+        self._quick.put(dance)
 
     def forget(self, numbers: Collection[int]) -> None:
         """Drop children that have left."""
@@ -59,16 +50,17 @@ class Turns:
 
     async def _serve(self, lane: _Lane) -> None:
         while True:
-            number, dance = await lane.take(self._spent)
-            found = await lane.reader.look(dance.text)
-            if self._latest.get(number) != dance.count:
+            dance = await lane.take(self._spent)
+            number, count = dance["number"], dance["count"]
+            found = await lane.reader.look(dance["text"])
+            if self._latest.get(number) != count:
                 continue
             self._spent[number] += found["spent"] if found else lane.limit
             if not found and lane is self._quick:
-                self._slow.put(number, dance)
+                self._slow.put(dance)
                 continue
             ok, line, picture = (found["ok"], found["line"], found["picture"]) if found else (False, HEAVY, "")
-            self._tell(DanceRead(type="looked", number=number, count=dance.count, ok=ok, line=line, picture=picture))
+            self._tell(DanceRead(type="looked", number=number, count=count, ok=ok, line=line, picture=picture))
 
 
 class _Lane:
@@ -76,19 +68,18 @@ class _Lane:
 
     def __init__(self, limit: float) -> None:
         self.limit, self.reader = limit, DanceReader(limit)
-        self._waiting: dict[int, SentDance] = {}
+        self._waiting: dict[int, Handed] = {}
         self._some = asyncio.Event()
 
-    def put(self, number: int, dance: SentDance) -> None:
-        self._waiting[number] = dance
+    def put(self, dance: Handed) -> None:
+        self._waiting[dance["number"]] = dance
         self._some.set()
 
     def drop(self, number: int) -> None:
         self._waiting.pop(number, None)
 
-    async def take(self, spent: Mapping[int, float]) -> tuple[int, SentDance]:
+    async def take(self, spent: Mapping[int, float]) -> Handed:
         while not self._waiting:
             self._some.clear()
             await self._some.wait()
-        number = next_child(self._waiting, spent)
-        return number, self._waiting.pop(number)
+        return self._waiting.pop(next_child(self._waiting, spent))

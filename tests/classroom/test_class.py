@@ -25,7 +25,7 @@ from improv_core.classroom.children import ChildrenError, check_site
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
 from improv_core.classroom.student_server import File, StudentServer, files_of
-from improv_core.classroom.turns import SentDance, Turns, next_child
+from improv_core.classroom.turns import Turns, next_child
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
 from improv_core.session.start import Options
@@ -401,7 +401,7 @@ def test_a_heavy_dance_moves_to_the_process_for_heavy_dances(limit: float, line:
     async def scenario() -> None:
         found: asyncio.Queue[DanceRead] = asyncio.Queue()
         turns = Turns(found.put_nowait, quick=0.001, limit=limit)
-        turns.put(1, SentDance(1, "# \n" * 9_000 + "r $ forward"))
+        turns.put({"type": "handed", "number": 1, "count": 1, "text": "# \n" * 9_000 + "r $ forward"})
         serving = asyncio.create_task(turns.serve())
         async with asyncio.timeout(LIMIT):
             assert (await found.get())["line"].startswith(line)

@@ -7,7 +7,8 @@ import time
 from collections.abc import Awaitable, Callable, Sequence
 
 from improv_core.ide.inlay_hint import Hint
-from improv_core.protocol.messages import TransportMessage, beat_at
+from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.transport import beat_at
 from improv_ls.editor import Editor
 
 SHORTEST = 0.5

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from improv_core.ide.inlay_hint import Hint, playing_hints
 from improv_core.preview.replaying import followed, note
-from improv_core.protocol.messages import Sensed, State, TransportMessage, beat_at
+from improv_core.protocol.messages import Sensed, State, TransportMessage
+from improv_core.protocol.transport import beat_at
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.score.takeover import joined

@@ -26,13 +26,6 @@ count."""
 Item = TypeVar("Item")
 
 
-class _First(Generic[Item]):
-    """An item that overtakes all others."""
-
-    def __init__(self, item: Item) -> None:
-        self.item = item
-
-
 class UrgentQueue(Generic[Item]):
     """Any thread and any signal handler may put items in; one thread gets them.
 
@@ -41,7 +34,8 @@ class UrgentQueue(Generic[Item]):
     """
 
     def __init__(self) -> None:
-        self._arriving: queue.SimpleQueue[Item | _First[Item]] = queue.SimpleQueue()  # safe in a signal handler
+        # Safe in a signal handler. An item with True overtakes all others.
+        self._arriving: queue.SimpleQueue[tuple[Item, bool]] = queue.SimpleQueue()
         self._first: deque[Item] = deque()
         self._edges: deque[Item] = deque()
         self._sensed: deque[Any] = deque()
@@ -50,18 +44,18 @@ class UrgentQueue(Generic[Item]):
 
     def put(self, item: Item) -> None:
         """Add an item, after all others unless it is urgent."""
-        self._arriving.put(item)
+        self._arriving.put((item, False))
 
     def put_first(self, item: Item) -> None:
         """Add an item that overtakes all others, except those that were put first before it."""
-        self._arriving.put(_First(item))
+        self._arriving.put((item, True))
 
     def get(self, *, timeout: float | None = None) -> Item:
         """Return the next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
         while not self._arriving.empty():
-            item = self._arriving.get_nowait()
-            if isinstance(item, _First):
-                self._first.append(item.item)
+            item, first = self._arriving.get_nowait()
+            if first:
+                self._first.append(item)
             elif not isinstance(item, Edge):
                 self._arrange(item)
             elif isinstance(item.what, RobotSense):
@@ -82,8 +76,8 @@ class UrgentQueue(Generic[Item]):
         self._took_sensed = False
         if self._waiting:
             return self._waiting.popleft()
-        item = self._arriving.get(timeout=timeout)
-        return item.item if isinstance(item, _First) else item
+        item, _ = self._arriving.get(timeout=timeout)
+        return item
 
     def _arrange(self, item: Item) -> None:
         overtaken: deque[Item] = deque()

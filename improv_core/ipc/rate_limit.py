@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from improv_core.protocol.commands import COMMANDS, PageRequest, about
 
@@ -12,22 +11,20 @@ PERIOD = 0.02
 MOST = 500
 """The most messages that a page may send in a second. A hand on a mouse and ten keys of senses send at most 350."""
 
+PassOn = Callable[[PageRequest], None]
+Later = Callable[[float, Callable[[], None]], object]
+"""Calls a function after a number of seconds."""
+
 
 class Throttle:
     """Passes a request on at once, or within `PERIOD` if another was passed on just before.
 
     A stop waits only for other stops. Of each kind, only the latest waits: it replaces the earlier ones of all pages,
     because all of them control the same performance. So a stop may wait for a moment, but never gets lost.
-    `later` calls a function after a number of seconds.
     """
 
-    def __init__(
-        self,
-        pass_on: Callable[[PageRequest], None],
-        later: Callable[[float, Callable[[], None]], object],
-    ) -> None:
-        self._usual = _Lane(pass_on, later)
-        self._urgent = _Lane(pass_on, later)
+    def __init__(self, pass_on: PassOn, later: Later) -> None:
+        self._usual, self._urgent = _Lane(pass_on, later), _Lane(pass_on, later)
 
     def take(self, request: PageRequest) -> None:
         row = COMMANDS[request["type"]]
@@ -39,13 +36,9 @@ class Throttle:
 class _Lane:
     """Requests that wait for each other."""
 
-    def __init__(
-        self,
-        pass_on: Callable[[PageRequest], None],
-        later: Callable[[float, Callable[[], None]], object],
-    ) -> None:
+    def __init__(self, pass_on: PassOn, later: Later) -> None:
         self._pass_on = pass_on
-        self._later = partial(later, PERIOD)
+        self._later = later
         self._waiting: dict[tuple[str, str], PageRequest] = {}
         self._resting = False
 
@@ -62,7 +55,7 @@ class _Lane:
         waiting, self._waiting = self._waiting, {}
         self._resting = bool(waiting)
         if waiting:
-            self._later(self._pass_waiting)
+            self._later(PERIOD, self._pass_waiting)
         for request in waiting.values():
             self._pass_on(request)
 

@@ -10,7 +10,8 @@ from fractions import Fraction
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.commands import AUTOMATIONS, Automation
 from improv_core.protocol.fields import within_reach
-from improv_core.protocol.messages import State, is_muted
+from improv_core.protocol.messages import State
+from improv_core.protocol.transport import is_muted
 from improv_core.safety.interlocks import EmergencyStops
 from improv_core.safety.preflight import Standing
 from improv_core.score.movement import ENDLESS, Duration, Exact, near

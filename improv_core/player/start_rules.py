@@ -31,10 +31,9 @@ from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
 from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
 from improv_core.protocol.commands import Automation
-from improv_core.protocol.messages import refused_by
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.safety import preflight
-from improv_core.safety.interlocks import pose_of, waits_for
+from improv_core.safety.interlocks import pose_of, refused_by, waits_for
 from improv_core.score.following import OLDEST
 from improv_core.score.movement import Exact, near
 from improv_core.score.outside_clock import followed, waiting_line

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.protocol.messages import Sensed, TransportMessage, beat_at
+from improv_core.protocol.messages import Sensed, TransportMessage
+from improv_core.protocol.transport import beat_at
 from improv_core.score.movement import near
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score

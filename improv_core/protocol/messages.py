@@ -6,8 +6,7 @@ message arrives from another process, `read_to_stage` or `read_from_stage` check
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypedDict, cast
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
@@ -360,44 +359,6 @@ FromStage = (
 )
 SIMULATED = "simulator"
 """The source of poses that need no measuring: the simulator knows where its robots are."""
-
-
-def beat_at(transport: TransportMessage, now: float) -> float:
-    """Return the beat at a monotonic time, according to a stage's latest transport message."""
-    passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
-    beat = transport["beat"] + passed * transport["tempo"] / 60
-    return beat if transport["beats"] is None else min(beat, transport["beats"])
-
-
-def counted(transport: TransportMessage, beat: float) -> str:
-    """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`, `beat 3/∞`; in bars, `bar 2,
-    beat 1`."""
-    beats, passed = transport["beats"], math.floor(beat)
-    whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
-    passed = int(min(passed, whole - 1))
-    if "bar" in transport:
-        bar, rest = divmod(passed, transport["bar"])
-        return f"bar {bar + 1}, beat {rest + 1}"
-    return f"beat {passed + 1}/{'∞' if beats is None else whole}"
-
-
-def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
-    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
-    muted ones."""
-    return robot not in soloed if soloed else robot in muted
-
-
-def refused_by(on: Collection[str], named: str | None) -> str:
-    """Return the message about a score that can't play because emergency stops are on. The score has `named` one of
-    them, or another one, or none."""
-    others = sorted({*on} - {named})
-    if not others:
-        return f"✗ the emergency stop on {named} is on: release it, then save again"
-    false = f"ros2 topic pub --once {others[0]} std_msgs/msg/Bool '{{data: false}}'"
-    return (
-        f"✗ the emergency stop on {others[0]} is still on, although improv.toml no longer names it: "
-        f"release it (`{false}`) or restart Improv, then save again"
-    )
 
 
 def read_to_stage(line: bytes) -> ToStage:

@@ -9,8 +9,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from improv_core.protocol.commands import AUTOMATIONS, Automation, Restart, Resume, Stop
-from improv_core.protocol.messages import FromStage, State, TransportMessage
+from improv_core.protocol.commands import AUTOMATIONS, Automation, Restart, Resume
+from improv_core.protocol.messages import FromStage, State
 
 STOPPED = "robots were stopped: play again on the page, in the editor, or by saving"
 """The reason why an automation can't have robots move."""
@@ -36,12 +36,6 @@ class Heard:
             waits_for, startable_by = message.get("waits_for", ()), message.get("startable_by", AUTOMATIONS)
             return replace(self, state=message["state"], waits_for=waits_for, startable_by=startable_by)
         return self
-
-
-def stop_of(transport: TransportMessage) -> Stop:
-    """Return the stop for another stage when one has stopped; it keeps `by`, since that counts for all."""
-    startable_by = transport.get("startable_by", ())
-    return {"type": "stop", "by": startable_by[0]} if len(startable_by) == 1 else {"type": "stop"}
 
 
 class Reply(NamedTuple):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
-from improv_core.protocol.messages import Pressed, refused_by
+from improv_core.protocol.messages import Pressed
 from improv_core.score.score import Safety
 
 GAMEPAD = "the gamepad at the page"
@@ -96,3 +96,16 @@ def waits_for(
 def pose_of(robot: str) -> str:
     """Return the name of the condition that a robot's pose is known."""
     return f"a pose of {robot}"
+
+
+def refused_by(on: Collection[str], named: str | None) -> str:
+    """Return the message about a score that can't play because emergency stops are on. The score has `named` one of
+    them, or another one, or none."""
+    others = sorted({*on} - {named})
+    if not others:
+        return f"✗ the emergency stop on {named} is on: release it, then save again"
+    false = f"ros2 topic pub --once {others[0]} std_msgs/msg/Bool '{{data: false}}'"
+    return (
+        f"✗ the emergency stop on {others[0]} is still on, although improv.toml no longer names it: "
+        f"release it (`{false}`) or restart Improv, then save again"
+    )

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.commands import Pause, Stop
 from improv_core.protocol.messages import Armed, FromStage, TransportMessage
-from improv_core.protocol.play_again import stop_of
+from improv_core.protocol.transport import stop_of
 from improv_core.session import clock, together
 from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, warning
 from improv_core.session.halting import halted, has_halted

@@ -13,8 +13,8 @@ from improv_core.protocol.commands import COMMANDS
 from improv_core.protocol.messages import Decided as SenseDecided
 from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
-from improv_core.protocol.play_again import stop_of
 from improv_core.protocol.robot_messages import FaultMessage
+from improv_core.protocol.transport import stop_of
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
 from improv_core.session.halting import halt, halted, has_halted, obeyed, tell_obeyed

@@ -9,8 +9,9 @@ from dataclasses import replace
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import COMMANDS, PageOpened, PageRequest, Resume, Stop
 from improv_core.protocol.editing import Answer, ProgramSource
-from improv_core.protocol.messages import Pressed, Problem, ProgramMessage, refused_by
+from improv_core.protocol.messages import Pressed, Problem, ProgramMessage
 from improv_core.protocol.page_messages import for_pages
+from improv_core.safety.interlocks import refused_by
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScore, send, warning

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 
-from improv_core.protocol.messages import TransportMessage, counted
+from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.transport import counted
 
 AFTER = 0.02
 """Seconds after each beat until people see it: at the beat itself, the stage needs the processor."""

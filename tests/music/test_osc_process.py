@@ -213,5 +213,5 @@ def test_a_failure_is_reported() -> None:
     child = Child(helper_command("osc"), Policy(LIMIT))
     child.write(b'{"type": "plays", "generation": 1, "score": {}}\n')
     *_, said = said_by(child, 2)
-    assert said == {"type": "warning", "message": "OSC fails: ValueError: it is not a score"}
+    assert said == {"type": "warning", "message": "OSC fails: KeyError: 'known'"}
     assert child.end() == 1

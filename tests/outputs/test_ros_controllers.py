@@ -10,8 +10,10 @@ from unittest.mock import Mock
 
 import pytest
 
+from improv_core.outputs.ros.joints import controller as ros_controller
 from improv_core.outputs.ros.joints import controllers as ros_controllers
-from improv_core.outputs.ros.joints.controllers import PATIENCE, PERIOD, RosControllers
+from improv_core.outputs.ros.joints.controller import PERIOD
+from improv_core.outputs.ros.joints.controllers import PATIENCE, RosControllers
 from improv_core.outputs.ros.joints.trajectories import Course
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.algebra import hold
@@ -49,7 +51,7 @@ class Topic:
 def courses(monkeypatch: pytest.MonkeyPatch) -> None:
     """Send courses instead of messages; tests/outputs/test_trajectories.py tests the messages."""
     monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
-    monkeypatch.setattr(ros_controllers, "message_of", lambda channel, course: course)
+    monkeypatch.setattr(ros_controller, "message_of", lambda channel, course: course)
 
 
 def motions(course: Course) -> list[tuple[float, float]]:

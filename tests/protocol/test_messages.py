@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 
 from improv_core.protocol.decoding import ProtocolError, by_type
-from improv_core.protocol.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
+from improv_core.protocol.messages import FromStage, ToStage, read_from_stage, read_to_stage
 from improv_core.protocol.music_messages import FromClock, FromOsc, ToOsc
 from improv_core.protocol.page_messages import ForPages, FromPage, ToPage
 from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
 from improv_core.protocol.reader_messages import FromReader, ToReader
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
+from improv_core.protocol.transport import counted
 from tests import protocol_tables
 from tests.page.conftest import transport
 

@@ -82,7 +82,7 @@ def stop_on_the_way_home() -> None:
         if missing := sink.missing():
             sink.ask(missing)
         sink.resetting([] if missing else ["ada"])
-        return any(controller.moves for controller in sink._controllers._robots["ada"].controllers)
+        return any(controller.moves for controller in sink._controllers._robots["ada"])
 
     until(moves)
     sink.send("ada", STILL, 0.0)

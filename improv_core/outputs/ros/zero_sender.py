@@ -36,23 +36,21 @@ class PendingZeros:
         self._others = others
         self._tell = tell
         self._now = now
-        self._moved: set[str] = set()  # topics on which robots were sent a velocity after the last zero
         self._pending: dict[str, _Entry] = {}  # by topic, the one that was checked longest ago first
 
     def note_velocity(self, topic: RosTopic, frame: str) -> None:
         """Note that a robot is about to be sent a velocity, in this frame."""
         self._standby.note_velocity(topic.name, frame)
-        self._moved.add(topic.name)
         self._pending.pop(topic.name, None)
 
     def note_zero(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
         """Note that a robot was sent this zero."""
+        moved = topic.name in self._standby.moving
         self._standby.note_zero(topic.name)
         now, entry = self._now(), self._pending.get(topic.name)
         if entry:
             entry.state = entry.state.sent(now)
-        elif topic.name in self._moved:
-            self._moved.discard(topic.name)
+        elif moved:
             state = pending_zero(now, topic.count_listeners(), topic.was_heard)
             self._pending[topic.name] = _Entry(robot, topic, frame, state, zero)
 

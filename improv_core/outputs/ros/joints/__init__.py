@@ -1,4 +1,4 @@
 """The joints of real robots, moved by controllers of ros2_control.
 
-Begin with `trajectories`, which computes the controllers' commands; `controllers` sends them.
+Begin with `trajectories`, which computes the controllers' commands; `controller` sends them.
 """

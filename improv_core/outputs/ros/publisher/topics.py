@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 from improv_core.outputs.ros.nodes import Nodes
 from improv_core.preview.forecast import Forecast
-from improv_core.protocol.messages import TransportMessage, counted, is_muted
+from improv_core.protocol.messages import TransportMessage
 from improv_core.protocol.publisher_messages import Health
+from improv_core.protocol.transport import counted, is_muted
 from improv_core.safety.fault_rules import LATE
 from improv_core.score.motion import Pose
 

@@ -50,7 +50,8 @@ class Standby:
         self.problem: str | None = None
         """The latest problem with the standby, in one line."""
         self._publishers: dict[tuple[str, str], tuple[Publish, Callable[[], int]]] = {}  # by topic and kind
-        self._moving: dict[str, str] = {}  # topics, and the frames of velocities on them
+        self.moving: dict[str, str] = {}
+        """The topics on which robots were sent a velocity after the last zero, and the frames of velocities."""
         self._pending: dict[str, str] = {}  # the same for robots that may not have received their zeros
         self._pulse = 0.0  # when the next sign of life is due
         self._monitor = StandbyMonitor(clock())
@@ -109,7 +110,7 @@ class Standby:
         self._monitor.note_time(now)
         if self._child and (ended or self._monitor.is_lost()):
             self._replace("has ended" if ended else "does not answer")
-        if self._monitor.must_stop(bool(self._moving), self.is_ready(self._moving)):
+        if self._monitor.must_stop(bool(self.moving), self.is_ready(self.moving)):
             self._alarm(
                 f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
                 "save to play again, or turn off `ros.standby`"
@@ -131,16 +132,16 @@ class Standby:
 
     def note_velocity(self, topic: str, frame: str) -> None:
         """Note that the robot on a topic is about to get a velocity, in this frame."""
-        if self._moving.get(topic) != frame:
-            self._moving[topic] = frame
+        if self.moving.get(topic) != frame:
+            self.moving[topic] = frame
             self._pending.pop(topic, None)
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
     def note_zero(self, topic: str) -> None:
         """Note that the robot on a topic got a zero."""
-        if topic in self._moving:
-            self._pending[topic] = self._moving.pop(topic)
-            if not self._moving:
+        if topic in self.moving:
+            self._pending[topic] = self.moving.pop(topic)
+            if not self.moving:
                 self._tell({"type": "stands"})
 
     def note_pending(self, topic: str, frame: str) -> None:
@@ -155,7 +156,7 @@ class Standby:
 
     def live(self, patience: float = PATIENCE) -> None:
         """Send a sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
-        if self._moving and (self._clock() >= self._pulse or patience != PATIENCE):
+        if self.moving and (self._clock() >= self._pulse or patience != PATIENCE):
             self._ask(patience)
 
     def close(self) -> None:
@@ -165,7 +166,7 @@ class Standby:
         if self._starting:
             self._starting.join(POLICY.end)
             self._adopt(self._clock())
-        if not self._moving:
+        if not self.moving:
             self._tell({"type": "end"})
         if self._child and self._pending:
             self._child.close_input()
@@ -213,7 +214,7 @@ class Standby:
         self._monitor.note_start(now)
         for message, _ in self._publishers.values():
             self._tell(message)
-        for topic, frame in self._moving.items():
+        for topic, frame in self.moving.items():
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
         for topic, frame in self._pending.items():
             self._tell({"type": "pending", "topic": topic, "frame": frame})

@@ -1,0 +1,211 @@
+"""The commands to one controller of a robot's joints, on its ROS 2 topic (passed in)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from improv_core.outputs.cdr import numbers_message
+from improv_core.outputs.ros.joints.trajectories import (
+    Channel,
+    Course,
+    current_course,
+    homing_channel,
+    homing_course,
+    joint_states_of,
+    let_go,
+    message_of,
+    paced,
+    stopped,
+    turned,
+)
+from improv_core.outputs.ros.topic import Now, RosTopic
+from improv_core.outputs.ros.zero_sender import PendingZeros
+from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off
+from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.score.joints import JointMotion
+from improv_core.score.score import Part
+
+SETTLED = 0.5
+"""Seconds after which stopped joints have come to rest, so that their measured positions count."""
+PERIOD = 0.05
+"""Seconds between two messages to joints that move to their starts."""
+OFTEN = 0.75
+"""Repeat a command only after this share of its period. Each body part asks for its own repeats, and a controller that
+moves several gets all of them."""
+
+Measured = Callable[[str], Mapping[str, tuple[float, float]]]
+"""Returns the positions of a robot's joints, each with its time of arrival in monotonic seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The facts that all controllers share: ROS's clock, the positions of joints, the zeros that may not have arrived,
+    and the monotonic time."""
+
+    clock: Any
+    measured: Measured
+    pending_zeros: PendingZeros
+    now: Now
+
+
+class RosController:
+    """A controller of a robot and its latest course, which is None until the positions of its joints are known.
+
+    Only velocity controllers never stop by themselves, so pending zeros are about their topics. A trajectory ends at
+    rest, and a position is one at which a joint stands.
+    """
+
+    def __init__(self, part: Part, channel: Channel, topic: RosTopic, around: Surroundings) -> None:
+        self.channel = channel
+        self.topic = topic
+        self.homing: Channel | None = None
+        """The channel that brings its joints to their starts, while they move there."""
+        self._part = part
+        self._around = around
+        self._course: Course | None = None
+        self._sent = -math.inf
+        self._moved = -math.inf  # when it last got a command to move
+        self._from_measured = True  # True if its next course starts at the measured positions of its joints
+        self._homing_tried = False  # True after it has tried to bring its joints to their starts
+
+    @property
+    def moves(self) -> bool:
+        """True if its joints move by its latest course."""
+        return self._course is not None and self._course.moves
+
+    @property
+    def moves_home(self) -> bool:
+        """True if `improv.toml` has its joints brought to their starts before beat 0."""
+        body = self._part.profile.body
+        return body is not None and body.home == "move"
+
+    @property
+    def needs_zeros(self) -> bool:
+        """True if its joints keep moving until they get a zero."""
+        return self.channel.interface == "velocity"
+
+    def take(self, part: Part, restart: bool) -> None:
+        """Perform this part from now on."""
+        self._part = part
+        self._from_measured = self._from_measured or restart
+        self._homing_tried = self._homing_tried and not restart
+        if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
+            zero = numbers_message([0.0] * len(self.channel.joints))
+            self._around.pending_zeros.note_inherited(part.robot, self.topic, "", zero)
+
+    def ask(self) -> None:
+        """Have its listeners confirm a command that moves nothing."""
+        if course := self._update(begins=False):
+            self.topic.ask(message_of(self.channel, course), self._around.clock, b"")
+
+    def send(self, joints: Mapping[str, JointMotion], at: float, pace: float) -> str:
+        """Publish the command for those of its joints from performance time `at` on, unless their positions are
+        unknown. Return a joint that something holds back, so that it continues from its real position; "" if none."""
+        told = [joints[joint.name] for joint in self.channel.joints if joint.name in joints]
+        if not told:
+            return ""
+        self.halt()
+        begins = any(motion.velocity for motion in told)
+        before = self._update(begins=begins)
+        if before is None:
+            return ""
+        self._from_measured = self._from_measured and not begins
+        wanted = turned(self.channel, before, joints, at)
+        self._course = course = let_go(self.channel, before, wanted, self._recent())
+        pairs = zip(self.channel.joints, wanted.motions, course.motions, strict=True)
+        held = [joint.name for joint, motion, other in pairs if motion.position != other.position and wanted.moves]
+        is_repeated = course.moves and course.velocities == before.velocities
+        if not is_repeated or self._around.now() >= self._sent + OFTEN / self._part.profile.command_rate:
+            self._publish(message_of(self.channel, paced(course, pace)))
+        return held[0] if held else ""
+
+    def steers_home(self) -> bool:
+        """Update the course of joints that move to their starts, and return whether to `go_home` now. They try only
+        once, because something may block them."""
+        now = self._around.now()
+        if self._homing_tried or now < self._sent + PERIOD or self.topic.missing(self.moves) is not None:
+            return False
+        if self.homing and self._course:
+            wanted = turned(self.homing, self._course, {}, now)
+            free = let_go(self.homing, self._course, wanted, self._recent())
+            # If something holds one back, they all stay where they are.
+            self._course = wanted if free == wanted else stopped(self.homing, free, 0.0)
+            return True
+        course = self._update(begins=False)
+        if not course or not (homing := homing_channel(self.channel, course)):
+            return False
+        self.homing, self._course = homing, homing_course(homing, course, now)
+        return True
+
+    def go_home(self) -> None:
+        """Send the course of joints that move to their starts."""
+        assert self.homing
+        assert self._course
+        self._send(message_of(self.homing, self._course))
+        if self.moves:
+            self._moved = self._sent
+        else:
+            self._homing_tried, self.homing = True, None
+
+    def halt(self) -> None:
+        """Stop joints that are on their way to their starts."""
+        if self.homing and self._course:
+            self._course = stopped(self.homing, self._course, self._around.now() - self._course.since)
+            self.homing = None
+            self._send(message_of(self.channel, self._course))
+
+    def leave(self) -> None:
+        """Stop joints that another controller moves from now on."""
+        if self._course:
+            course = stopped(self.channel, self._course, max(self._around.now() - self._sent, 0.0))
+            message = message_of(self.channel, course)
+            for _ in range(LAST_ZEROS):
+                self.topic.publish(message, self._around.clock, b"")
+            if self.needs_zeros:
+                self._around.pending_zeros.note_zero(self._part.robot, self.topic, "", message)
+
+    def off(self) -> Sequence[JointOff]:
+        """The joints that aren't at their starts or whose positions are unknown."""
+        topic, needed = joint_states_of(self._part), self.channel.needs_positions
+        if not self._part.scenes or not (topic or needed):
+            return ()
+        brought = self.moves_home and not self._homing_tried and needed
+        return [*joints_off(self._part.robot, self.channel.joints, topic, self._fresh(), brought)]
+
+    def _publish(self, message: bytes) -> None:
+        """Send the latest course, and note zeros that it needs."""
+        if self.needs_zeros and self.moves:
+            self._around.pending_zeros.note_velocity(self.topic, "")
+        self._send(message)
+        if self.moves:
+            self._moved = self._sent
+        elif self.needs_zeros:
+            self._around.pending_zeros.note_zero(self._part.robot, self.topic, "", message)
+
+    def _send(self, message: bytes) -> None:
+        self.topic.publish(message, self._around.clock, b"")
+        self._sent = self._around.now()
+
+    def _update(self, *, begins: bool) -> Course | None:
+        """Return the current course, before a new command; None if unknown."""
+        rests = self._around.now() >= self._moved + SETTLED
+        self._course = current_course(
+            self.channel, self._course, self._fresh(), begins=begins, from_measured=self._from_measured, rests=rests
+        )
+        return self._course
+
+    def _fresh(self) -> dict[str, float]:
+        """The known current positions of the robot's joints."""
+        return {joint: position for joint, (position, _) in self._recent().items()}
+
+    def _recent(self) -> dict[str, tuple[float, float]]:
+        """These positions, each with its age in seconds."""
+        now, body = self._around.now(), self._part.profile.body
+        return {
+            name: (position + body.joint[name].offset, max(now - at, 0.0))
+            for name, (position, at) in self._around.measured(self._part.robot).items()
+            if at >= now - FRESH and body and name in body.joint
+        }

@@ -1,0 +1,40 @@
+"""Facts that follow from a stage's reports of the playback position. Pure functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+
+from improv_core.protocol.commands import Stop
+from improv_core.protocol.messages import TransportMessage
+
+
+def beat_at(transport: TransportMessage, now: float) -> float:
+    """Return the beat at a monotonic time, according to a stage's latest transport message."""
+    passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
+    beat = transport["beat"] + passed * transport["tempo"] / 60
+    return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+
+def counted(transport: TransportMessage, beat: float) -> str:
+    """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`, `beat 3/∞`; in bars, `bar 2,
+    beat 1`."""
+    beats, passed = transport["beats"], math.floor(beat)
+    whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
+    passed = int(min(passed, whole - 1))
+    if "bar" in transport:
+        bar, rest = divmod(passed, transport["bar"])
+        return f"bar {bar + 1}, beat {rest + 1}"
+    return f"beat {passed + 1}/{'∞' if beats is None else whole}"
+
+
+def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
+    muted ones."""
+    return robot not in soloed if soloed else robot in muted
+
+
+def stop_of(transport: TransportMessage) -> Stop:
+    """Return the stop for another stage when one has stopped; it keeps `by`, since that counts for all."""
+    startable_by = transport.get("startable_by", ())
+    return {"type": "stop", "by": startable_by[0]} if len(startable_by) == 1 else {"type": "stop"}

@@ -17,7 +17,8 @@ from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import NOWHERE, Movement
 from improv_core.syntax import nodes
-from improv_core.syntax.gather import TooDeepError, gather
+from improv_core.syntax.descent import TooDeepError
+from improv_core.syntax.gather import gather
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
 from improv_core.syntax.vocabulary import WORDS
 

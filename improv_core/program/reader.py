@@ -23,8 +23,8 @@ from improv_core.score.movement import (
 from improv_core.score.reactions import Condition
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
+from improv_core.syntax.descent import DEEPEST
 from improv_core.syntax.nodes import Call, Name, Node, Number
-from improv_core.syntax.parser import DEEPEST
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Applied, Needs, Word
 from improv_core.text import Span

@@ -23,17 +23,28 @@ from improv_core.syntax.nodes import (
     Primitive,
     Series,
 )
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
+DEEPEST = 200
+"""The most levels of nested brackets and transformers."""
 AT_ONCE = 100
 """Terms between two places where parsing can be interrupted: less than a millisecond."""
+
+
+class TooDeepError(Exception):
+    """Movements are nested too deeply at `span`."""
+
+    def __init__(self, span: Span) -> None:
+        super().__init__(f"this is nested more than {DEEPEST} levels deep: name a part and use the name")
+        self.span = span
 
 
 def descend(tokens: Sequence[Token]) -> Node | None:
     """Return the movement of these tokens. None if they are not exactly one: then the grammar finds the error.
 
-    A test compares this with the grammar. It recurses once for each level of brackets and transformers.
+    A test compares this with the grammar. It recurses once for each level of brackets and transformers. Raises
+    TooDeepError.
     """
     try:
         return _Descent(tokens).movement(_END)
@@ -90,6 +101,7 @@ class _Descent:
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self._rest = chain(tokens, (_AFTER_LAST,))
+        self._depth = 0
         self.next = next(self._rest)
 
     def take(self, kinds: Collection[str]) -> Token:
@@ -141,33 +153,34 @@ class _Descent:
             while self.next.type in _FACTORS:
                 numbers.append(self.number())
             return Call(span(start, numbers[-1].span.end), name, tuple(numbers))
+        if kind == "MISSING":
+            return Missing(span(start, end))
+        if kind not in _NESTING:
+            raise _UnexpectedError
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise TooDeepError(token.span)
+        node = self._nested(token)
+        self._depth -= 1
+        return node
+
+    def _nested(self, token: Token) -> Node:
+        kind, start = token.type, token.start
         if kind in _CLOSERS:
             closer = _CLOSERS[kind]
             body = None if self.next.type == closer else self.movement(closer)
-            last = self.take((closer,))
-            return Bracket(span(start, last.end), kind == "LSQB", body)
-        if kind in ("PLAIN", "REPEAT", "FACTOR", "RAMP"):
-            has_numbers = kind != "PLAIN" and (kind != "REPEAT" or self.next.type in _FACTORS)
-            written = tuple([self.number() for _ in range(_NUMBERS[kind])]) if has_numbers else ()
-            body = self.term()
-            return Apply(span(start, body.span.end), token, body, written)
-        if kind == "REFLECT":
-            plane = self.take(("PLANE",))
-            body = self.term()
-            return Apply(span(start, body.span.end), token, body, across=plane)
-        if kind == "GUARD":
-            condition = self.condition()
-            body = self.term()
-            return Apply(span(start, body.span.end), token, body, condition=condition)
-        if kind == "MISSING":
-            return Missing(span(start, end))
-        if kind != "IF":
-            raise _UnexpectedError
-        condition = self.condition()
-        then = self.voice()
-        self.take(("ELSE",))
-        otherwise = self.term()
-        return Choice(span(start, otherwise.span.end), token, condition, then, otherwise)
+            return Bracket(span(start, self.take((closer,)).end), kind == "LSQB", body)
+        if kind == "IF":
+            condition, then = self.condition(), self.voice()
+            self.take(("ELSE",))
+            otherwise = self.term()
+            return Choice(span(start, otherwise.span.end), token, condition, then, otherwise)
+        has_numbers = kind in _NUMBERS and (kind != "REPEAT" or self.next.type in _FACTORS)
+        numbers = tuple([self.number() for _ in range(_NUMBERS[kind])]) if has_numbers else ()
+        plane = self.take(("PLANE",)) if kind == "REFLECT" else None
+        guard = self.condition() if kind == "GUARD" else None
+        body = self.term()
+        return Apply(span(start, body.span.end), token, body, numbers, plane, guard)
 
     def number(self) -> Number:
         factors = [self.take(_FACTORS)]
@@ -183,4 +196,5 @@ class _Descent:
 
 
 _CLOSERS = {"LPAR": "RPAR", "LSQB": "RSQB"}
+_NESTING = frozenset({*_CLOSERS, "IF", *(kind.value for kind in TRANSFORMERS)})
 _AFTER_A_VOICE = frozenset({"BAR", "RPAR", "RSQB", "ELSE", _END})

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
 
+from improv_core.syntax.descent import DEEPEST, TooDeepError
 from improv_core.syntax.nodes import (
     Apply,
     Bracket,
@@ -21,16 +22,7 @@ from improv_core.syntax.nodes import (
     PoseTerm,
     Series,
 )
-from improv_core.syntax.parser import DEEPEST
 from improv_core.text import Span
-
-
-class TooDeepError(Exception):
-    """Movements are nested too deeply at `span`."""
-
-    def __init__(self, span: Span) -> None:
-        super().__init__(f"this is nested more than {DEEPEST} levels deep: name a part and use the name")
-        self.span = span
 
 
 def gather(

@@ -12,18 +12,15 @@ from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import SEPARATORS
 from improv_core.syntax.derivation import Leaf, repair
-from improv_core.syntax.descent import descend, descend_tempo
+from improv_core.syntax.descent import TooDeepError, descend, descend_tempo
 from improv_core.syntax.heads import Head, classified, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
 from improv_core.syntax.opening import opening_line
 from improv_core.syntax.slips import bracketed_number, misplaced_number
-from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
+from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.wrong_characters import can_remove, number_meant, shown, wrong_character
 from improv_core.text import Span
-
-DEEPEST = 200
-"""The most levels of nested brackets and transformers."""
 
 # Code that reads a tree recurses up to ten frames per level, which is more than Python's default limit of 1,000.
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
@@ -85,18 +82,18 @@ def _parsed(text: str) -> Statement:
     if head.parameters or "GUARD" in types or "IF" in types:
         rest = classified(rest, head.numbers)
         types = {token.type for token in rest}
-    sign = head.sign
-    if len(rest) > DEEPEST and (too_deep := _too_deep(rest)):
-        return Statement(text, (too_deep,), sign)
-    diagnostics = list(head.diagnostics)
-    body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
-    if not body and not tempo:
-        if not types.isdisjoint(BRACKETS):
-            rest, wrong_brackets = close_brackets(rest)
-            diagnostics += wrong_brackets
-        body, tempo, wrong_form = parse_and_repair(rest, head)
-        if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
-            diagnostics += wrong_form
+    sign, diagnostics = head.sign, list(head.diagnostics)
+    try:
+        body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
+        if not body and not tempo:
+            if not types.isdisjoint(BRACKETS):
+                rest, wrong_brackets = close_brackets(rest)
+                diagnostics += wrong_brackets
+            body, tempo, wrong_form = parse_and_repair(rest, head)
+            if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
+                diagnostics += wrong_form
+    except TooDeepError as error:
+        return Statement(text, (Diagnostic("too-deep", error.span, str(error)),), sign)
     if strange:
         diagnostics = [strange]
     name = head.names[0].text if sign and sign.type == "EQUAL" else None
@@ -128,36 +125,6 @@ def _is_right(text: str) -> bool:
 def _has_arguments(tokens: Sequence[Token]) -> bool:
     """Return whether a number follows a name."""
     return any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(tokens))
-
-
-def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
-    """Return the error if brackets and transformers nest too deeply. A transformer applies until its term starts."""
-    opened: list[tuple[str, int]] = []  # brackets, and `if` until its `else`: each with its level
-    level = 0
-    for token in tokens:
-        kind = token.type
-        if kind in ("LPAR", "LSQB", "IF"):
-            opened.append((kind, level))
-            level += 1
-        elif kind in ("RPAR", "RSQB"):
-            while opened and opened[-1][0] == "IF":
-                opened.pop()
-            del opened[-1:]
-            level = opened[-1][1] + 1 if opened else 0
-        elif kind == "ELSE":
-            if opened and opened[-1][0] == "IF":
-                level = opened.pop()[1] + 1
-        elif kind in _TRANSFORMERS:
-            level += 1
-        elif kind in ("PRIMITIVE", "NAME"):
-            level = opened[-1][1] + 1 if opened else 0
-        if level > DEEPEST:
-            message = f"this is nested more than {DEEPEST} levels deep: name a part and use the name"
-            return Diagnostic("too-deep", token.span, message)
-    return None
-
-
-_TRANSFORMERS = frozenset(kind.value for kind in TRANSFORMERS)
 
 
 def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:

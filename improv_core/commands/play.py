@@ -21,14 +21,13 @@ from improv_core.commands.rehearsal import check_end, perform
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import USUAL, first, performance, run
 from improv_core.outputs.recording.recorder import Recorder, sensed_in
-from improv_core.player.reports import Told
 from improv_core.player.sensing import foreseen
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.protocol.decoding import ProtocolError
-from improv_core.protocol.messages import Sensed, TransportMessage
+from improv_core.protocol.messages import FromStage, Sensed, TransportMessage
 from improv_core.session.start import Options
 
 
@@ -163,7 +162,7 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
     last: TransportMessage | None = None
     errors = Errors()
 
-    def tell(message: Told) -> None:
+    def tell(message: FromStage) -> None:
         nonlocal last
         if message["type"] == "transport":
             last = message

@@ -23,8 +23,8 @@ from improv_core.commands.rehearsal import check_end, perform
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
-from improv_core.player.reports import Told
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import FromStage
 from improv_core.session.start import Options
 from improv_core.storage.atomic_write import replacing, why
 
@@ -78,7 +78,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
     return 0
 
 
-def note(recorder: Recorder, message: Told) -> None:
+def note(recorder: Recorder, message: FromStage) -> None:
     """Record senses and decisions of a computed performance."""
     if message["type"] == "sensed" or message["type"] == "decided":
         recorder.note(message, recorder.time(message["performed"]))

@@ -8,8 +8,8 @@ from dataclasses import replace
 from improv_core.commands.exit_codes import CommandError
 from improv_core.player.events import Load
 from improv_core.player.player import Player
-from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
+from improv_core.protocol.messages import FromStage
 from improv_core.protocol.output import Sink
 from improv_core.score.movement import ENDLESS
 from improv_core.score.score import Score
@@ -25,7 +25,7 @@ def perform(
     score: Score,
     sink: Sink,
     seconds: float | None = None,
-    tell: Callable[[Told], None] = lambda message: None,
+    tell: Callable[[FromStage], None] = lambda message: None,
     senses: Iterable[Foreseen] | None = None,
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).

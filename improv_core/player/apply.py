@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from typing import Any
 
 from improv_core.player import acts, reports
 from improv_core.player.acts import Act
-from improv_core.player.events import Event, Listened
+from improv_core.player.events import Event
 from improv_core.player.start_rules import robots_to_home, waits
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
@@ -94,10 +95,9 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
 
 
 def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
-    found = tracks.listeners.find(now)
+    found = tracks.listeners.find(now, act.moving)
     may_home = robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf) if tracks.sink.real else ()
-    resetting = tracks.sink.resetting(may_home)
-    return Listened(found.listen, resetting or found.waits, act.moving, found.deaf, found.overdue)
+    return replace(found, waits=tracks.sink.resetting(may_home) or found.waits)
 
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:

@@ -14,14 +14,13 @@ from improv_core.player.agenda import Rank
 from improv_core.player.apply import do
 from improv_core.player.decide import decide, trouble
 from improv_core.player.events import AHEAD_OF_DUE, Event
-from improv_core.player.reports import Told
 from improv_core.player.return_state import HomeStep, Sightings
 from improv_core.player.run import Run
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import time_left
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.commands import Cue, Force, OscSense
-from improv_core.protocol.messages import Poses
+from improv_core.protocol.messages import FromStage, Poses
 from improv_core.protocol.output import Edge, RawJoints, RawPose, Sink, StopButton
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.score.peer_clock import Anchor
@@ -43,7 +42,7 @@ class Player:
     It has a run, which only its loop replaces, and the tracks that play the run.
     """
 
-    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+    def __init__(self, sink: Sink, tell: Callable[[FromStage], None], wall: Callable[[], float]) -> None:
         self._sink = sink
         self._tracks = Tracks(sink, tell, wall)
         self._vitals_due = -math.inf

@@ -8,26 +8,12 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from improv_core.player.run import Run
 from improv_core.protocol.commands import AUTOMATIONS
 from improv_core.protocol.fields import PoseJson, to_pose_json
-from improv_core.protocol.messages import (
-    Armed,
-    Decided,
-    ErrorLine,
-    Measured,
-    MeasuredRobot,
-    Misplaced,
-    Poses,
-    Pressed,
-    RobotsSeen,
-    Sensed,
-    StageWarning,
-    TransportMessage,
-)
+from improv_core.protocol.messages import Decided, MeasuredRobot, Poses, Sensed, TransportMessage
 from improv_core.protocol.output import RawJoints
 from improv_core.protocol.robot_messages import (
     FaultMessage,
     JointPositions,
     RobotInstant,
-    Unreached,
     Vitals,
     VitalsRobot,
     WorstJson,
@@ -42,26 +28,10 @@ from improv_core.score.movement import ENDLESS, Duration, Exact
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 
-Told = (
-    TransportMessage
-    | Sensed
-    | Decided
-    | Measured
-    | RobotsSeen
-    | Misplaced
-    | Armed
-    | FaultMessage
-    | Vitals
-    | Unreached
-    | JointPositions
-    | Pressed
-    | StageWarning
-    | ErrorLine
-)
-"""A message of a player."""
 
-
-def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
+def transport(
+    run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float
+) -> TransportMessage:
     """Report the playback position at a time on the clock, which is `wall` in Unix time."""
     beats = run.beats(over)
     message: TransportMessage = {
@@ -101,13 +71,13 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
     return message
 
 
-def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Told:
+def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Sensed:
     """Report the value of a robot's sense from a beat on."""
     robot, sense = what
     return {"type": "sensed", "sense": sense, "value": value, **_moment(run, robot, beat, performed, wall)}
 
 
-def decided(run: Run, robot: str, decision: Decision, performed: float, wall: float) -> Told:
+def decided(run: Run, robot: str, decision: Decision, performed: float, wall: float) -> Decided:
     """Report the decision of a word that reads senses."""
     sources = [[source.statement, *source.span] for source in decision.sources]
     moment = _moment(run, robot, decision.beat, performed, wall)
@@ -165,7 +135,7 @@ def vitals(
     batteries: Mapping[str, float],
     standing: Collection[str],
     returning: Collection[str],
-) -> Told:
+) -> Vitals:
     """Report the condition of real robots. `standing` are those that were away; some are `returning`."""
     robots: dict[str, VitalsRobot] = {
         robot: {

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Set
-from typing import NamedTuple
 
+from improv_core.player.events import Listened
 from improv_core.protocol.output import Sink
 from improv_core.score.score import Score
 
@@ -23,16 +23,6 @@ LOOK_AT = 20
 """The number of robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
 _TOPIC = "\0"  # stands for a robot's topic in a line about several robots
-
-
-class Found(NamedTuple):
-    """The expected robots that listen since the last look, whether beat 0 has to wait for others, the robots that don't
-    listen, and whether the limit has just run out."""
-
-    listen: set[str]
-    waits: bool
-    deaf: frozenset[str]
-    overdue: bool
 
 
 class Listeners:
@@ -76,8 +66,9 @@ class Listeners:
         """Have beat 0 wait until these robots listen."""
         self._awaited, self._expected, self._waits = set(robots), now, True
 
-    def find(self, now: float) -> Found:
-        """Find the expected robots that hear us, and ask the others."""
+    def find(self, now: float, moving: Collection[str] | None) -> Listened:
+        """Find the expected robots that hear us since the last look, and ask the others. Those that are `moving` must
+        not keep moving meanwhile."""
         before, missing = self._awaited, self._sink.missing(self._awaited)
         self._sink.ask(missing)
         self._awaited, waited = set(missing), self._waits
@@ -85,7 +76,8 @@ class Listeners:
             now < self._met[robot] + PATIENCE or (line == "" and now < self._expected + ANSWERS)
             for robot, line in missing.items()
         )
-        return Found(before - self._awaited, self._waits, frozenset(missing), waited and not self._waits)
+        overdue = waited and not self._waits
+        return Listened(before - self._awaited, self._waits, moving, frozenset(missing), overdue)
 
     def readmit(self) -> None:
         """Let robots that stood play again if they listen."""

@@ -15,7 +15,6 @@ from improv_core.player.events import Event, Facts, Load
 from improv_core.player.joint_commands import JointCommands
 from improv_core.player.limb_tracks import Limbs
 from improv_core.player.open_part import TooManyChangesError
-from improv_core.player.reports import Told
 from improv_core.player.return_state import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
@@ -24,7 +23,7 @@ from improv_core.player.setpoint_queue import SetpointQueue
 from improv_core.player.setpoints import Velocity, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.fields import PoseJson
-from improv_core.protocol.messages import SIMULATED
+from improv_core.protocol.messages import SIMULATED, FromStage
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
@@ -42,7 +41,7 @@ MEASURE_PERIOD = 0.05
 class Tracks:
     """Each robot's track: its setpoints and, if senses decide what it does, its open part. They go to one sink."""
 
-    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+    def __init__(self, sink: Sink, tell: Callable[[FromStage], None], wall: Callable[[], float]) -> None:
         self.sink = sink
         self.tell = tell
         self.run = Run(startable_by=frozenset())  # until a person has played something

@@ -11,12 +11,11 @@ import pytest
 
 from improv_core.player.events import Load
 from improv_core.player.player import Player
-from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
 from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import TransportMessage, When
+from improv_core.protocol.messages import FromStage, TransportMessage, When
 from improv_core.protocol.output import Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
@@ -90,7 +89,7 @@ class Stage:
     def __init__(self, start: float = 1000.0) -> None:
         self.now = start
         self.sink = Memory()
-        self.told: list[Told] = []
+        self.told: list[FromStage] = []
         self.player = Player(self.sink, self.told.append, lambda: 0.0)
 
     def load(self, program: str, when: When = "restart") -> None:

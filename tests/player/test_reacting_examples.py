@@ -10,25 +10,25 @@ import pytest
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.player.reports import Told
 from improv_core.player.sensing import Foreseen
 from improv_core.program.compiler import score_of
+from improv_core.protocol.messages import FromStage
 from improv_core.score.senses import CUE, RobotSense
 from tests.commands.command_line import REACTING
 
 DANCERS = ["ada", "bo", "cy"]
 
 
-def played(name: str, senses: Iterable[Foreseen] | None = None) -> list[Told]:
+def played(name: str, senses: Iterable[Foreseen] | None = None) -> list[FromStage]:
     """Play an example for a minute at most, and return the reports; with `senses`, robots sense only these."""
     analysis = read_to_play(next(path for path in REACTING if path.stem == name))
     assert analysis
-    told: list[Told] = []
+    told: list[FromStage] = []
     perform(score_of(analysis), Simulator(period=None), 60.0, told.append, senses)
     return told
 
 
-def decided(told: Iterable[Told]) -> list[tuple[str, float]]:
+def decided(told: Iterable[FromStage]) -> list[tuple[str, float]]:
     """The robots that reacted, and the beats."""
     return [(each["robot"], each["beat"]) for each in told if each["type"] == "decided"]
 

@@ -9,9 +9,8 @@ import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
-from improv_core.player.reports import Told
 from improv_core.preview.begun_scores import BegunScores
-from improv_core.protocol.messages import When
+from improv_core.protocol.messages import FromStage, When
 from improv_core.score.score import Score
 from improv_core.session.part_versions import PartVersions
 from tests.player.test_player import Stage, score
@@ -35,7 +34,7 @@ class Followed(Stage):
         self._begun.add_score(numbered, self._generation)
         self.perform(numbered, self._generation, when)
 
-    def _tell(self, message: Told) -> None:
+    def _tell(self, message: FromStage) -> None:
         if message["type"] == "transport" and self._begun.knows(message["generation"]):
             assert _beginnings(self._begun.take(message)) == _beginnings(self.player.run.score)
             self.compared.append(self.player.run.score.scene)

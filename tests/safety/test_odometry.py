@@ -15,11 +15,11 @@ from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.events import Load
 from improv_core.player.player import Player
-from improv_core.player.reports import Told
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors, error
 from improv_core.protocol.limits import MEASURED_AT_REST
+from improv_core.protocol.messages import FromStage
 from improv_core.protocol.output import Noticed, RawJoints, RawPose
 from improv_core.robots.config import read_robots
 from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
@@ -210,7 +210,7 @@ def test_simulated_robots_are_measured_in_their_world() -> None:
     analysis = analyze("beat 60\nr exact $ repeat 2 (forward left)\n", read_robots(robots))
     simulator, errors, count = Simulator(period=None), Errors(), 0
 
-    def tell(message: Told) -> None:
+    def tell(message: FromStage) -> None:
         nonlocal count
         if message["type"] == "measured":
             errors.take(message)

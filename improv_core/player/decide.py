@@ -270,7 +270,6 @@ _RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
     events.Replaced: _replaced,
     events.EmergencyStop: stop_rules.emergency_stop,
     events.Changed: start_rules.changed,
-    events.Stood: start_rules.stood,
     events.Stalled: stop_rules.stalled,
     events.Overloaded: stop_rules.overloaded,
     events.Faults: stop_rules.faults,

@@ -105,12 +105,7 @@ class EmergencyStop:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """A condition for moving may have changed: a deadman button, or the robots that listen."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stood:
-    """Robots that are not in their places were measured again."""
+    """A condition for moving may have changed: a deadman button, the robots that listen, or where robots stand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +147,7 @@ AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
 """The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
 but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
 Internal = (
-    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | Changed | Stood | Stalled | Overloaded | Faults
+    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | Changed | Stalled | Overloaded | Faults
     | TooNear | Returning | Anchor | Due
 )  # fmt: skip
 """`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,

@@ -138,9 +138,8 @@ class Player:
         """Take measured poses, and report where robots were and where they ideally would have been. If real robots are
         too near to each other, everything pauses."""
         self._tracks.measure(poses, now)
-        if self.run.misplaced is not None:
-            self.take(events.Stood(), now)
-        if self.run.mode == "paused" and self.run.continues and self.run.score.safety.sight:
+        waits_for_pose = self.run.mode == "paused" and self.run.continues and self.run.score.safety.sight
+        if waits_for_pose or self.run.misplaced is not None:
             self.take(events.Changed(), now)
         if event := self._tracks.separation.look(self.run, now):
             self.take(event, now)

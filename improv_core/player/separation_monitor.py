@@ -107,13 +107,15 @@ class SeparationMonitor:
 
     def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
         """Yield lines about poses and the checks that need them, each once."""
-        yield from self.news(run, now)
-        yield from self.clocks(run, odometry.clocks())
-        yield from self.delays(run, odometry.ages())
+        ages = odometry.ages()
+        if self._sink.real and run.mode == "playing":
+            yield from self._unguarded(run, now)
+            yield from self._other_clocks(run, odometry.clocks())
+            yield from self._delays(run, ages)
 
-    def news(self, run: Run, now: float) -> Iterator[str]:
+    def _unguarded(self, run: Run, now: float) -> Iterator[str]:
         """Yield lines about robots that aren't guarded, each once."""
-        if not self._sink.real or run.score.world.keep_apart is None or run.mode != "playing" or not _ours(run):
+        if run.score.world.keep_apart is None or not _ours(run):
             return
         parts, guarded = run.score.parts, _guarded(run)
         if unknown := sorted(parts.keys() - guarded.keys() - self._told):
@@ -127,11 +129,9 @@ class SeparationMonitor:
         far = {robot: at for robot, at in self._lost.items() if robot in guarded and parts[robot].elsewhere}
         self._lost = {robot: at for robot, at in far.items() if now < at + QUIET} | dict.fromkeys(lost, now)
 
-    def clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
+    def _other_clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
         """Yield lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. Their
         stamps are so many seconds `ahead`."""
-        if not self._sink.real or run.mode != "playing":
-            return
         parts = run.score.parts
         for robot in _dependent(run):
             if robot not in ahead or robot in self._misdated or parts[robot].use_sim_time:
@@ -144,11 +144,9 @@ class SeparationMonitor:
                 "they count from when they come; synchronize the clocks, such as with chrony"
             )
 
-    def delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
+    def _delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
         """Yield lines about robots whose poses come too late to be of use. `ages` are the lowest ages at which they
         came, in seconds."""
-        if not self._sink.real or run.mode != "playing":
-            return
         late = {robot for robot in _dependent(run) if ages.get(robot, 0.0) > OLDEST}
         if new := late - self._delayed:
             seconds = max(ages[robot] for robot in new)

@@ -143,12 +143,14 @@ def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool
 
 
 def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
+    run, told = _look_again(run, facts)
     must_wait = waits(run, facts)
     if must_wait and run.mode == "playing":
         return _wait(run, facts)
     if not must_wait and run.mode == "paused" and run.continues:
-        return play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, facts.places)
-    return run, []
+        run, acts = play_from(run, run.transport.origin, run.transport.performed(facts.now), facts, facts.places)
+        return run, [*told, *acts]
+    return run, told
 
 
 def comes_in(run: Run) -> bool:
@@ -166,15 +168,6 @@ def coming_in(run: Run, facts: Facts) -> Run:
     left = clock.until(float(run.transport.origin), run.slope, run.bar, facts.now)
     enters = performed + left if left < math.inf else None
     return replace(run, clock=replace(clock, enters=enters, looks=math.inf if enters is None else enters))
-
-
-def stood(run: Run, event: events.Stood, facts: Facts) -> Decided:
-    """Report the robots that are not in their places yet. They don't begin by themselves."""
-    found = preflight.misplaced(facts.places, run.score.safety.preflight)
-    if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
-        return run, []
-    there = [] if found else [warning_line("all robots are in their places: play again")]
-    return replace(run, misplaced=found), [Tell(preflight.message(found, run.generation)), *there]
 
 
 def play_from(
@@ -224,6 +217,15 @@ def robots_to_home(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Coll
     if deaf and not run.score.safety.start_without:
         return []
     return [robot for robot in run.score.parts if robot not in deaf and not run.stands(robot, facts.standing)]
+
+
+def _look_again(run: Run, facts: Facts) -> Decided:
+    """Report the robots that are not in their places yet. They don't begin by themselves."""
+    found = preflight.misplaced(facts.places, run.score.safety.preflight)
+    if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
+        return run, []
+    there = [] if found else [warning_line("all robots are in their places: play again")]
+    return replace(run, misplaced=found), [Tell(preflight.message(found, run.generation)), *there]
 
 
 def _wait(run: Run, facts: Facts) -> Decided:

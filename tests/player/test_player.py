@@ -402,8 +402,3 @@ def test_all_wait_for_a_robot_that_went_away() -> None:
     stage.run(5)
     assert stage.states == ["playing", "paused", "playing", "ended"]
     assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
-
-
-def numbered(dance: Score) -> Score:
-    parts = {name: replace(part, editions=(index,)) for index, (name, part) in enumerate(dance.parts.items(), 1)}
-    return replace(dance, parts=parts)

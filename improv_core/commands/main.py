@@ -131,4 +131,4 @@ class Commands(Group):
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_HELP})
 @click.version_option(__version__, prog_name="improv")
 def improv() -> None:
-    """LiveOptions coding for robot motion: write a few words of choreography, and robots move."""
+    """Live coding for robot motion: write a few words of choreography, and robots move."""

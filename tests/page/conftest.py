@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, FloatRect, Page, expect, sync_playwright
 
 from improv_core.ipc.stage_process import Stage
 from improv_core.outputs.simulator.simulator import Simulator
@@ -309,12 +309,12 @@ def wait(page: Page, condition: str) -> None:
     )
 
 
-@contextmanager
-def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]:
-    """Open a stage that plays a program and a page of it, for several tests of a file: to open them takes longer than
-    most of these tests. Each test leaves the page as it found it, and begins with `play_anew`."""
+@pytest.fixture(scope="module")
+def opened(request: pytest.FixtureRequest, chromium: Chromium) -> Iterator[tuple[Show, Page]]:
+    """Open a stage that plays the `PROGRAM` of a file, and a page of it, for several of its tests: to open them takes
+    longer than most of these tests. Each test leaves the page as it found it, and begins with `play_anew`."""
     show = Show(start_on_thread)
-    show.play(program)
+    show.play(request.module.PROGRAM)
     with using(chromium):
         page, wrong = new_page(chromium.window)
         watch(page, show)
@@ -327,7 +327,7 @@ def shared_page(chromium: Chromium, program: str) -> Iterator[tuple[Show, Page]]
 
 @pytest.fixture
 def shared(browser: Browser, opened: tuple[Show, Page]) -> tuple[Show, Page]:
-    """Return the stage and the page that a file has `opened` with `shared_page`, for one of its tests."""
+    """Return the stage and the page that are `opened` for a file, for one of its tests."""
     return opened
 
 
@@ -353,7 +353,13 @@ def switch_to(page: Page, scheme: Scheme) -> None:
 def at(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return the place of a point of the world on the page, in pixels; once the view has come to rest."""
     wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
-    box = page.locator("#stage").bounding_box()
-    assert box
+    stage = box(page, "#stage")
     place = page.evaluate(f"improv.toScreen({x}, {y})")
-    return box["x"] + place["x"], box["y"] + place["y"]
+    return stage["x"] + place["x"], stage["y"] + place["y"]
+
+
+def box(page: Page, selector: str) -> FloatRect:
+    """Return where an element is on the page, in pixels."""
+    found = page.locator(selector).bounding_box()
+    assert found
+    return found

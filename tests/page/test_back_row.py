@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import Keep, Show, wait, watch
+from tests.page.conftest import Keep, Show, box, wait, watch
 
 LETTERS = "text => parseFloat(getComputedStyle(text).fontSize)"
 
@@ -17,14 +17,12 @@ def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show
     watch(page, show, "beat 60\nada $ repeat forward\n")
     page.set_viewport_size({"width": 1920, "height": 1080})
     beat, program = page.locator("#beat-now"), page.locator("#score-text")
-    small, letters = beat.bounding_box(), program.evaluate(LETTERS)
+    small, letters = box(page, "#beat-now"), program.evaluate(LETTERS)
     page.get_by_role("button", name="Present").click()
     for hidden in ("#timeline", "#tools", "#controls", "#caption"):
         expect(page.locator(hidden)).to_be_hidden()
     wait(page, "document.getElementById('stage').clientHeight === innerHeight")
-    large = beat.bounding_box()
-    assert small
-    assert large
+    large = box(page, "#beat-now")
     assert large["height"] > 5 * small["height"]
     assert program.evaluate(LETTERS) > 1.3 * letters
     expect(program.locator(".moving.lit")).to_have_text(["forward"])

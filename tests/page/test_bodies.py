@@ -20,7 +20,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
 from tests.axe import violations
-from tests.page.conftest import SCHEMES, Keep, switch_to, wait
+from tests.page.conftest import SCHEMES, Keep, box, switch_to, wait
 from tests.robots.test_skeletons import TOML, URDF
 
 FOUR = """ada bert carla dan is puppet
@@ -61,11 +61,10 @@ def test_a_robot_with_a_urdf_is_a_stick_figure_that_turns_by_dragging_and_by_key
 
     wait(page, "document.querySelector('#bodies .sticks .moving').getAttribute('d')")
     before = seen()
-    box = figure.bounding_box()
-    assert box
-    page.mouse.move(box["x"] + 50, box["y"] + 50)
+    where = box(page, "#bodies .sticks")
+    page.mouse.move(where["x"] + 50, where["y"] + 50)
     page.mouse.down()
-    page.mouse.move(box["x"] + 90, box["y"] + 60)
+    page.mouse.move(where["x"] + 90, where["y"] + 60)
     page.mouse.up()
     dragged = seen()
     figure.press("ArrowLeft")
@@ -110,9 +109,7 @@ def test_axe_finds_nothing_and_no_size_covers_the_floor(page: Page, still: Calla
     for width, height in ((1280, 800), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
         expect(page.locator("#bodies-list > li")).to_have_count(4)
-        floor, bodies = (page.locator(name).bounding_box() for name in ("#hall", "#bodies"))
-        assert floor
-        assert bodies
+        floor, bodies = (box(page, name) for name in ("#hall", "#bodies"))
         assert floor["width"] * floor["height"] > 0.3 * width * height
         assert bodies["x"] >= floor["x"] + floor["width"] or bodies["y"] + bodies["height"] <= floor["y"], "beside it"
         for scheme in SCHEMES:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from datetime import datetime
 
 import pytest
@@ -12,32 +12,25 @@ from playwright.sync_api import Page, expect
 from improv_core.page.server import PageServer
 from improv_core.protocol.page_messages import for_pages
 from tests.page.conftest import (
-    Chromium,
     Commands,
     Keep,
     Show,
     asked,
     at,
+    box,
     play_anew,
-    shared_page,
     transport,
     wait,
 )
 
-LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
-
-
-@pytest.fixture(scope="module")
-def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
-    with shared_page(chromium, LONG) as opened:
-        yield opened
+PROGRAM = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
 
 
 @pytest.fixture
 def stage(shared: tuple[Show, Page]) -> Page:
-    """The page on which LONG begins again."""
+    """The page on which PROGRAM begins again."""
     show, page = shared
-    play_anew(page, show, LONG)
+    play_anew(page, show, PROGRAM)
     wait(page, "improv.transport.state === 'playing'")
     return page
 
@@ -65,9 +58,9 @@ def test_every_button_controls_the_dance(stage: Page) -> None:
 def test_the_play_button_begins_an_armed_dance(shared: tuple[Show, Page], keep: Keep) -> None:
     show, page = shared
     state = page.locator("#state-word")
-    play_anew(page, show, LONG, arming={"begins": datetime(2099, 11, 24, 20, 15).timestamp()})
+    play_anew(page, show, PROGRAM, arming={"begins": datetime(2099, 11, 24, 20, 15).timestamp()})
     expect(state).to_have_text(re.compile("^armed for .*:15"))
-    play_anew(page, show, LONG, arming={})
+    play_anew(page, show, PROGRAM, arming={})
     expect(state).to_have_text("armed")
     expect(page.get_by_role("status")).to_have_text("armed: press Play to begin")
     keep(page, "armed.png")
@@ -128,11 +121,10 @@ def test_the_timeline_is_a_slider_for_hand_and_keys(stage: Page) -> None:
     stage.keyboard.press("k")
     wait(stage, "improv.transport.state === 'paused'")
     slider = stage.get_by_role("slider", name="Position in beats")
-    box = slider.bounding_box()
-    assert box
-    stage.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + 40)
+    line = box(stage, "#playline")
+    stage.mouse.move(line["x"] + line["width"] * 0.6, line["y"] + 40)
     stage.mouse.down()
-    stage.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + 40, steps=4)
+    stage.mouse.move(line["x"] + line["width"] * 0.7, line["y"] + 40, steps=4)
     stage.mouse.up()
     wait(stage, "improv.beat > 5")
     slider.focus()
@@ -202,7 +194,7 @@ def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
 
 
 def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> None:
-    page = still(LONG)
+    page = still(PROGRAM)
     fit = page.get_by_role("button", name="Fit")
     at(page, 0, 0)  # once the view has come to rest
     before = page.evaluate("improv.view")

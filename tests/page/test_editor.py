@@ -11,7 +11,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import violations
-from tests.page.conftest import SCHEMES, Keep, Show, at, wait, watch
+from tests.page.conftest import SCHEMES, Keep, Show, at, box, wait, watch
 from tests.page.editing import IDLE, PLAYING, Edit
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
@@ -267,8 +267,7 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     wait(page, "improv.transport.state === 'stopped'")
     page.get_by_role("button", name="Starts").click()
     dialog = page.get_by_role("dialog", name="Start poses")
-    card = dialog.bounding_box()
-    assert card
+    card = box(page, "#start-poses")
     wait(page, f"improv.toScreen(0, 0).x > {card['x'] + card['width'] + 16}")  # the rings are beside it
     page.mouse.move(*at(page, 0, -2))
     page.mouse.down()
@@ -306,11 +305,8 @@ def test_messages_are_rows_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[s
     expect(rows).to_have_count(45)
     expect(page.get_by_role("heading", name="45 messages")).to_be_visible()
     page.set_viewport_size({"width": 390, "height": 844})
-    stage, listed = page.locator("#hall").bounding_box(), page.locator("#diagnostics").bounding_box()
-    assert stage
-    assert listed
-    assert stage["height"] > 0.3 * 844
-    assert listed["height"] < 0.33 * 844
+    assert box(page, "#hall")["height"] > 0.3 * 844
+    assert box(page, "#diagnostics")["height"] < 0.33 * 844
     keep(page, "edit-messages.png")
     rows.first.locator(".where").focus()
     page.keyboard.press("ArrowDown")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,13 +17,12 @@ from improv_core.score.svg import plot
 from tests.axe import violations
 from tests.page.conftest import (
     SCHEMES,
-    Chromium,
     Keep,
     Show,
     at,
+    box,
     next_frame,
     play_anew,
-    shared_page,
     switch_to,
     wait,
 )
@@ -32,14 +31,8 @@ from tests.page.looks import COUNT
 ROOT = Path(__file__).parents[2]
 
 CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
-DANCE = "beat 60\nada $ forward left forward\n"
+PROGRAM = "beat 60\nada $ forward left forward\n"
 FAINT = [222, 164, 124]  # half of the first robot's color in the light
-
-
-@pytest.fixture(scope="module")
-def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
-    with shared_page(chromium, DANCE) as opened:
-        yield opened
 
 
 def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page]) -> None:
@@ -69,7 +62,7 @@ PAINTED = f"""(
 
 @pytest.mark.slow("looks at every pixel, again and again")
 def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -> None:
-    page = still(DANCE)
+    page = still(PROGRAM)
     wait(page, PAINTED)
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) < 40")
@@ -100,9 +93,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
     page.set_viewport_size({"width": 844, "height": 390})  # as when a phone is turned
     wait(page, f"document.getElementById('stage').clientWidth <= 844 && !({COVERED})().length")
     assert set(page.evaluate(SEEN)) >= BUTTONS
-    hall = page.locator("#hall").bounding_box()
-    assert hall
-    assert hall["height"] > 120
+    assert box(page, "#hall")["height"] > 120
     present = page.get_by_role("button", name="Present")
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
@@ -111,16 +102,10 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
         assert page.evaluate(COVERED) == [], f"at {width} pixels"
         assert set(page.evaluate(SEEN)) >= BUTTONS
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-        stop = page.get_by_role("button", name="Stop").bounding_box()
-        assert stop
-        assert stop["y"] < 60  # an editor's messages lie at the bottom
-        box, tools, tracks = (page.locator(each).bounding_box() for each in ("#hall", "#tools", "#tracks"))
-        assert box
-        assert tools
-        assert tracks
-        assert box["height"] > 0.49 * height, f"at {width} pixels"
-        assert tools["height"] < 60  # one row
-        assert tracks["height"] < 0.26 * height  # the rest is scrolled to
+        assert box(page, "#stop")["y"] < 60  # an editor's messages lie at the bottom
+        assert box(page, "#hall")["height"] > 0.49 * height, f"at {width} pixels"
+        assert box(page, "#tools")["height"] < 60  # one row
+        assert box(page, "#tracks")["height"] < 0.26 * height  # the rest is scrolled to
         keep(page, f"page-twelve-{width}.png")
         present.click()
         next_frame(page)
@@ -130,7 +115,7 @@ def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[...
 
 def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page], simulator: Simulator) -> None:
     page.emulate_media(reduced_motion="reduce")
-    still(DANCE)
+    still(PROGRAM)
     assert page.evaluate("getComputedStyle(document.querySelector('.lamp')).transform") == "none"
     at(page, 0, 0)  # once the view has come to rest
     view = page.evaluate("improv.view")

@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import Show, wait, watch
+from tests.page.conftest import Show, box, wait, watch
 
 WORN = """
 [profiles.worn]
@@ -41,8 +41,7 @@ def test_the_page_shows_a_robots_error_now_and_earlier(page: Page, show: Show) -
     assert re.fullmatch(r"\d\.\d\d m, \d+° off", last)
     expect(off).to_have_text(last)
     expect(page.locator("li[data-robot=bert] .off")).to_have_text("")
-    line = page.locator("#playline").bounding_box()
-    assert line
+    line = box(page, "#playline")
     page.mouse.move(line["x"] + 3, line["y"] + line["height"] / 2)
     expect(page.locator("#robots-head")).to_have_text("beat 1")
     expect(off).not_to_have_text(last)

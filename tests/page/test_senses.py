@@ -11,6 +11,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.score.senses import BuiltIn, Key, Senses, Topic
 from tests.page.conftest import Commands, asked, link, transport, wait
 from tests.page.looks import PIXEL
@@ -39,18 +40,8 @@ def sensing(page: Page, viewer: PageServer, simulator: Simulator, senses: Senses
 
 
 def sensed(viewer: PageServer, sense: str, value: bool | None) -> None:
-    viewer.publish(
-        {
-            "type": "sensed",
-            "generation": 1,
-            "robot": "ada",
-            "sense": sense,
-            "value": value,
-            "beat": 1.0,
-            "performed": 1.0,
-            "wall": 1,
-        }
-    )
+    instant: RobotInstant = {"generation": 1, "robot": "ada", "beat": 1.0, "performed": 1.0, "wall": 1}
+    viewer.publish({"type": "sensed", "sense": sense, "value": value, **instant})
 
 
 def test_a_chip_shows_a_sense_and_its_area_lights_up(sensing: Page, viewer: PageServer) -> None:

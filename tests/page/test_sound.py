@@ -5,17 +5,16 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.page.conftest import LIMIT, Chromium, Show, next_frame, play_anew, shared_page, wait, watch
+from tests.page.conftest import LIMIT, Show, next_frame, play_anew, wait, watch
 from tests.page.editing import Edit
 from tests.page.songs import clicks, improv_toml
 
-DANCE = "beat 120\nbar 3\nada $ repeat (forward left)\n"
+PROGRAM = "beat 120\nbar 3\nada $ repeat (forward left)\n"
 SONG = clicks(200, 120)
 RIGHT = "Math.abs(improv.song - (0.5 + improv.beat / 2)) < 0.25"
 """True if the page plays the position that belongs to the beat. The benchmark measures the error."""
@@ -29,18 +28,12 @@ TAP = """milliseconds => {
 """Taps the beat at a time that the test sets."""
 
 
-@pytest.fixture(scope="module")
-def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
-    with shared_page(chromium, DANCE) as opened:
-        yield opened
-
-
 @pytest.fixture
 def dance(shared: tuple[Show, Page], tmp_path: Path) -> Page:
-    """A page on which DANCE plays with its song, whose first beat is after half a second. No earlier song is left."""
+    """A page on which PROGRAM plays with its song, whose first beat is after half a second. No earlier song is left."""
     show, page = shared
-    play_anew(page, show, DANCE)
-    play_anew(page, show, DANCE, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
+    play_anew(page, show, PROGRAM)
+    play_anew(page, show, PROGRAM, improv_toml(tmp_path, SONG, first_beat=0.5), folder=tmp_path)
     page.locator("#stage").click()  # before that, browsers play nothing
     return page
 
@@ -65,14 +58,14 @@ def test_a_save_keeps_the_song_which_is_not_sent_again(dance: Page, shared: tupl
     wait(dance, RIGHT)
     with dance.expect_response(re.compile("/song")) as answer:
         next_frame(dance)  # Playwright listens only once it has answered something
-        show.play(DANCE, '[music]\nfile = "song.wav"\nfirst_beat = 0.5', when="now", folder=tmp_path)
+        show.play(PROGRAM, '[music]\nfile = "song.wav"\nfirst_beat = 0.5', when="now", folder=tmp_path)
     assert answer.value.status == 304
     wait(dance, RIGHT)
 
 
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
-    watch(page, show, DANCE)
+    watch(page, show, PROGRAM)
     sent: list[str] = []
     page.on("request", lambda request: sent.append(request.method))
     page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": SONG})
@@ -98,7 +91,7 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
 def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: BrowserContext) -> None:
     robots = tmp_path / "improv.toml"
     robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
-    (tmp_path / "dance.improv").write_text(DANCE, encoding="utf-8")
+    (tmp_path / "dance.improv").write_text(PROGRAM, encoding="utf-8")
     edit = Edit(tmp_path / "dance.improv", window)
     try:
         page = edit.page()
@@ -113,6 +106,6 @@ def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: Br
             page.evaluate(TAP, 625 * tap)  # 96 beats a minute
         expect(page.locator("#tapped")).to_have_text("96 beats a minute")
         page.get_by_role("button", name="beat 96").click()
-        expect(page.locator("#text")).to_have_value(DANCE.replace("120", "96"))
+        expect(page.locator("#text")).to_have_value(PROGRAM.replace("120", "96"))
     finally:
         edit.close()

@@ -14,7 +14,7 @@ from improv_core.protocol.page_messages import for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Vitals
 from improv_core.score.faults import Fault
 from tests.axe import violations
-from tests.page.conftest import SCHEMES, Chromium, Keep, Show, play_anew, shared_page, switch_to, wait
+from tests.page.conftest import SCHEMES, Keep, Show, box, play_anew, switch_to, wait
 
 SIZES = ((1920, 1080), (1280, 800), (390, 844))
 TROUBLE: Sequence[tuple[int, Fault]] = [(2, "silent"), (5, "off_path"), (5, "stuck"), (10, "gone")]
@@ -55,15 +55,12 @@ def faults(count: int) -> Iterator[FaultMessage]:
             }  # fmt: skip
 
 
+PROGRAM = program(2)
+
+
 def tell(show: Show, message: Any) -> None:
     """Send the page's stage this message, as from a stage of real robots that leads."""
     show.tell(for_pages(json.loads(json.dumps(message))))
-
-
-@pytest.fixture(scope="module")
-def opened(chromium: Chromium) -> Iterator[tuple[Show, Page]]:
-    with shared_page(chromium, program(2)) as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -154,10 +151,8 @@ def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, keep: 
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         for what in ("#show-wall", "#wall"):
-            box = page.locator(what).bounding_box()
-            assert box
-            assert box["x"] >= 0
-            assert box["x"] + box["width"] <= width
+            where = box(page, what)
+            assert 0 <= where["x"] <= width - where["width"]
         assert page.locator("#stop").is_visible()
         for scheme in SCHEMES:
             switch_to(page, scheme)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import wait
+from tests.page.conftest import box, wait
 from tests.page.looks import PIXEL
 
 WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
@@ -34,10 +34,9 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
     for x in (-5, 5):
         for y in (-4, 4):
             place = page.evaluate(f"improv.toScreen({x}, {y})")
-            box = page.locator("#stage").bounding_box()
-            assert box
-            assert 0 < place["x"] < box["width"]
-            assert 0 < place["y"] < box["height"]
+            stage = box(page, "#stage")
+            assert 0 < place["x"] < stage["width"]
+            assert 0 < place["y"] < stage["height"]
 
 
 @pytest.mark.parametrize(

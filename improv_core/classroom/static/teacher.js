@@ -26,9 +26,6 @@ let socket
 
 const dialog = /** @type {HTMLDialogElement} */ (find("front"))
 const list = find("children")
-const play = /** @type {HTMLButtonElement} */ (find("play"))
-const remove = /** @type {HTMLButtonElement} */ (find("remove"))
-const save = /** @type {HTMLButtonElement} */ (find("front-save"))
 
 /** @param {string} id */
 function find(id) {
@@ -36,6 +33,9 @@ function find(id) {
   if (!element) throw new Error(`the page has no ${id}`)
   return element
 }
+
+/** @param {string} id @param {boolean} off */
+const disable = (id, off) => find(id).toggleAttribute("disabled", off)
 
 /** @param {string} path */
 const withToken = (path) => `${path}?${new URLSearchParams({ token })}`
@@ -113,8 +113,8 @@ function draw(child) {
 const playable = () => [...chosen].filter((number) => children.get(number)?.ok)
 
 function showChosen() {
-  play.disabled = playable().length === 0
-  remove.disabled = chosen.size === 0
+  disable("play", playable().length === 0)
+  disable("remove", chosen.size === 0)
 }
 
 /** @param {string} kind @param {string} text */
@@ -135,7 +135,7 @@ async function show(child) {
   find("front-name").textContent = child.name
   find("front-text").textContent = ""
   frontText = null
-  save.disabled = true
+  disable("front-save", true)
   describe(child)
   if (!dialog.open) dialog.showModal()
   const answer = await fetch(withToken(`dance/${child.number}/${child.count}`)).catch(() => null)
@@ -143,7 +143,7 @@ async function show(child) {
   if (text === null || front?.number !== child.number || front.count !== child.count) return
   frontText = text
   find("front-text").textContent = visible(text)
-  save.disabled = false
+  disable("front-save", false)
 }
 
 /** Shows what is known about the dance in front. @param {Child} child */
@@ -151,9 +151,7 @@ function describe(child) {
   front = child
   find("front-line").textContent = child.line
   picture(/** @type {HTMLImageElement} */ (find("front-picture")), child, "The paths of the robots")
-  const own = /** @type {HTMLButtonElement} */ (find("front-play"))
-  own.disabled = !child.ok
-  find("front-perform").toggleAttribute("disabled", !child.ok)
+  for (const id of ["front-play", "front-perform"]) disable(id, !child.ok)
 }
 
 /** A text with escapes for its hidden characters. @param {string} text */
@@ -185,8 +183,8 @@ async function stop() {
 
 for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
 addEventListener("keydown", (event) => event.key === "Escape" && stop())
-play.addEventListener("click", () => send({ type: "play", numbers: playable() }))
-remove.addEventListener("click", () => send({ type: "remove", numbers: [...chosen] }))
+find("play").addEventListener("click", () => send({ type: "play", numbers: playable() }))
+find("remove").addEventListener("click", () => send({ type: "remove", numbers: [...chosen] }))
 find("open-stage").addEventListener("click", () => open(withToken("stage"), "_blank", "noopener"))
 find("front-close").addEventListener("click", () => dialog.close())
 find("front-play").addEventListener("click", () => {
@@ -199,7 +197,7 @@ find("front-perform").addEventListener("click", () => {
   dialog.close()
 })
 find("front-remove").addEventListener("click", () => send({ type: "remove", numbers: [front?.number] }))
-save.addEventListener("click", () => {
+find("front-save").addEventListener("click", () => {
   if (!front || frontText === null) return
   const link = document.createElement("a")
   link.href = URL.createObjectURL(new Blob([frontText], { type: "text/plain;charset=utf-8" }))

@@ -7,14 +7,15 @@ import { find, findA } from "./base/elements.js"
 import { due, redraw, refit } from "./base/frames.js"
 import { announce, notices } from "./base/notices.js"
 import { Figures } from "./bodies/figures.js"
-import { Controls } from "./controls/controls.js"
+import { editing, showBeat, showCount, showTransport as showControls, spoken } from "./controls/controls.js"
 import { Deadman } from "./controls/deadman.js"
 import { showHint, showProblems } from "./controls/empty-state.js"
+import { finishRecording, offerFiles } from "./controls/export.js"
 import { Panels } from "./controls/panels.js"
 import { showScene, showScenes } from "./controls/scenes.js"
 import { seek } from "./controls/seek.js"
 import { Senses } from "./controls/senses.js"
-import { StatusWall } from "./controls/status-wall.js"
+import { wall } from "./controls/status-wall.js"
 import { Editor } from "./editor/editor.js"
 import { offerHelp } from "./editor/writing.js"
 import { Bumps } from "./floor/bumps.js"
@@ -26,7 +27,7 @@ import { Meetings } from "./floor/meetings.js"
 import { Motion } from "./floor/motion.js"
 import { Misplaced } from "./floor/out-of-place.js"
 import { listen as listenForPointing } from "./floor/pointing.js"
-import { StartPoses } from "./floor/start-poses.js"
+import { startPoses } from "./floor/start-poses.js"
 import { Trails } from "./floor/trails.js"
 import { View } from "./floor/view.js"
 import { connect, isWebsite } from "./net/backend.js"
@@ -51,34 +52,21 @@ const figures = new Figures()
 const floor = new Floor(stage)
 const deadman = new Deadman()
 const misplaced = new Misplaced()
-const controls = new Controls()
 const sound = new Sound()
 const senses = new Senses()
 const formation = new Formation()
-const startPoses = new StartPoses()
-const wall = new StatusWall()
-const timeline = new Timeline((name) => wall.lost(name))
+const timeline = new Timeline()
 const meetings = new Meetings(find("meetings"), seek, () => clock.beat())
-const editor = new Editor({
-  finish: () => startPoses.tell(),
-  place: (starts) => startPoses.place(starts),
-  say: (problem) => {
-    for (const id of ["start-poses-problem", "sound-problem"]) Object.assign(find(id), { textContent: problem, hidden: !problem })
-  },
-})
+const editor = new Editor()
 const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
-const panels = new Panels({
-  clearTrails: () => view.clearTrails(),
-  cue: () => senses.cue(),
-  controls,
-  camera: floor.camera,
-  canvas: stage,
-})
-const view = new View({ figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall })
+const panels = new Panels(floor.camera)
+const parts = { figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
+/** @typedef {typeof parts} Parts */
+const view = new View(parts)
 
 /** For each type of message, the part of the page that takes it. @type {{ [T in Message["type"]]: (message: Messages[T]) => void }} */
-const TAKERS = {
+const HANDLERS = {
   time: (message) => clock.takeTime(message),
   robots: (message) => {
     robotList.take(message)
@@ -111,7 +99,7 @@ const TAKERS = {
   armed: (message) => {
     clock.takeArmed(message)
     sound.run()
-    if (message.armed) announce(controls.spoken())
+    if (message.armed) announce(spoken())
     showTransport()
   },
   misplaced: (message) => misplaced.take(message),
@@ -142,7 +130,7 @@ const TAKERS = {
 
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {
-  TAKERS[message.type](message)
+  HANDLERS[message.type](message)
   redraw()
 }
 
@@ -160,8 +148,8 @@ function takeTransport(message) {
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
   sound.run()
   if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
-  if (begins || message.state !== state) announce(controls.spoken())
-  if (message.state === "ended" || message.state === "stopped") panels.finish()
+  if (begins || message.state !== state) announce(spoken())
+  if (message.state === "ended" || message.state === "stopped") finishRecording()
   showTransport()
 }
 
@@ -169,7 +157,7 @@ function takeTransport(message) {
 function takeSource(message) {
   if (!editor.takeSource(message)) return
   writeWith((change) => editor.pendingChanges.add(change))
-  controls.writes = () => {
+  editing.writes = () => {
     startPoses.tell()
     const writes = !editor.isPlayed
     if (writes) editor.saving.write()
@@ -238,7 +226,7 @@ function dynamics(robots) {
 }
 
 function showTransport() {
-  controls.show()
+  showControls()
   showHint()
   find("next").hidden = !program.next || !notices.isOpen || !clock.playing
   timeline.showSilence()
@@ -257,8 +245,8 @@ function frame() {
   deadman.look(performance.now())
   if (wall.show(performance.now())) timeline.showMeasured()
   if (notices.isOpen) program.want(beat)
-  if (clock.playing && notices.isOpen && controls.showBeat()) showPosition()
-  controls.showCount()
+  if (clock.playing && notices.isOpen && showBeat()) showPosition()
+  showCount()
   program.place(motion.newest, now)
   playingWords.show()
   view.draw(now, beat)
@@ -285,6 +273,7 @@ sendBy((request) => {
   if (request.type === "stop" || request.type === "pause") editor.saving.halt()
   put(request)
 })
+offerFiles(stage)
 offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 
 listenForGestures(stage, floor.camera, (point) => startPoses.grab(point, floor.camera), () => panels.showFit())

@@ -9,23 +9,22 @@ import { openProgram, storeProgram } from "../../../improv_core/page/static/webs
 
 const OWN = { text: "ada $ forward\n", toml: "[robots.ada]\n" }
 
+/** What a browser keeps, as long as it has room. */
 class Storage {
-  /** @param {string} key */
-  getItem = (key) => /** @type {Record<string, string>} */ (/** @type {unknown} */ (this))[key] ?? null
-  /** @param {string} key @param {string} value */
+  getItem(key) {
+    return this[key] ?? null
+  }
   setItem(key, value) {
     if (value.length > room) throw new Error("full")
-    Object.assign(this, { [key]: value })
+    this[key] = value
   }
-  /** @param {string} key */
   removeItem(key) {
-    Reflect.deleteProperty(this, key)
+    delete this[key]
   }
 }
 
 let room = Infinity
 let reloads = 0
-/** @type {(() => Promise<unknown>) | undefined} */
 let followLink
 
 /** A browser in which nothing was opened yet. */
@@ -33,27 +32,20 @@ beforeEach(() => {
   room = Infinity
   reloads = 0
   Object.assign(globalThis, {
-    localStorage: withoutMethods(new Storage()),
-    history: { replaceState: (/** @type {null} */ _state, /** @type {string} */ _title, /** @type {string} */ to) => go(to) },
-    addEventListener: (/** @type {string} */ kind, /** @type {() => Promise<unknown>} */ does) => kind === "hashchange" && (followLink = does),
+    localStorage: new Storage(),
+    history: { replaceState: (_state, _title, to) => go(to) },
+    addEventListener: (kind, does) => kind === "hashchange" && (followLink = does),
   })
 })
 
-/** `Object.keys` lists only what is stored. @param {Storage} storage */
-function withoutMethods(storage) {
-  Object.defineProperty(storage, "getItem", { enumerable: false })
-  return storage
-}
-
-/** @param {string} to */
 function go(to) {
   const { pathname, search, hash } = new URL(to, "https://improv.example/here/")
   Object.assign(globalThis, { location: { pathname, search, hash, reload: () => reloads++ } })
 }
 
-/** Opens a page in a tab of its own, by a link that holds this. @param {{ text: string, toml: string } | null} work */
+/** Opens a page in a tab of its own, by a link that holds this. */
 async function openTab(work = null, tab = {}) {
-  Object.assign(globalThis, { sessionStorage: withoutMethods(Object.assign(new Storage(), tab)) })
+  Object.assign(globalThis, { sessionStorage: Object.assign(new Storage(), tab) })
   go(`/here/${work ? await fragmentOf({ ...work, beat: 0 }) : ""}`)
   const { program, problem } = await openProgram()
   const draft = new Draft({ path: "dance.improv", text: program.text, revision: program.revision })
@@ -62,7 +54,7 @@ async function openTab(work = null, tab = {}) {
   return { program, problem, draft, text }
 }
 
-/** All that can be had instead of what is on a page, in the order in which it is offered. @param {Draft} draft @param {{ text: string, toml: string }} shown */
+/** All that can be had instead of what is on a page, in the order in which it is offered. */
 function offered(draft, shown) {
   const found = []
   for (let work = draft.swap(shown); work.text !== shown.text || work.toml !== shown.toml; work = draft.swap(work)) {
@@ -72,7 +64,7 @@ function offered(draft, shown) {
   return found
 }
 
-/** What somebody has written and saved. @param {{ text: string, toml: string }} work @param {number} revision */
+/** What somebody has written and saved. */
 const save = (work, revision) => storeProgram({ ...work, revision: String(revision) })
 
 test("one's own text and improv.toml stay however many links are opened, in new tabs or in one", async () => {

@@ -6,7 +6,7 @@ import { deflateRawSync } from "node:zlib"
 
 import { BROKEN, LATER, STRANGE, fragmentOf, isTooLong, workIn } from "../../../improv_core/page/static/website/link.js"
 
-/** A link that holds this. @param {unknown} held */
+/** A link that holds this. */
 const link = (held) => `#dance=${deflateRawSync(typeof held === "string" ? held : JSON.stringify(held)).toString("base64url")}`
 
 test("a link holds the program, its improv.toml, and the beat", async () => {
@@ -34,7 +34,7 @@ test("other fragments are not links", async () => {
 
 test("what isn't a dance is not opened, and one line says so", async () => {
   const whole = await fragmentOf({ text: "ada $ repeat 4 (forward left)", toml: "", beat: 0 })
-  const rows = /** @type {[string, string][]} */ ([
+  const rows = [
     [whole.slice(0, -9), BROKEN],
     ["#dance=!!!", BROKEN],
     [link("no JSON"), BROKEN],
@@ -46,7 +46,7 @@ test("what isn't a dance is not opened, and one line says so", async () => {
     [link({ v: 1, text: "x".repeat(5_000_000) }), STRANGE],
     [link({ v: 1, text: "ada $ \u202Edrawrof" }), STRANGE],
     [link({ v: 1, text: "ada $ for\u0007ward" }), STRANGE],
-  ])
+  ]
   for (const [fragment, line] of rows) assert.equal(await workIn(fragment), line, fragment.slice(0, 40))
 })
 

@@ -102,11 +102,6 @@ test("a robot that is muted stands, and that is no trouble", () => {
   assert.equal(made.summary, "1 robot, all well")
 })
 
-test("a hundred robots are a hundred tiles", () => {
-  const robots = Object.fromEntries([...Array(100).keys()].map((number) => [`r${number}`, well]))
-  assert.equal(wall(robots).tiles.length, 100)
-})
-
 test("a host says how exactly its robots dance with the others, and when nothing more is heard from it", () => {
   const made = wall({ ada: well })
   assert.deepEqual(made.links(0), [])

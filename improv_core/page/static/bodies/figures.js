@@ -7,7 +7,7 @@ import { robotList } from "../score/robot-list.js"
 import { figureOf } from "./body.js"
 import { gauge } from "./gauge.js"
 import { puppet } from "./puppet.js"
-import { Turntable } from "./turntable.js"
+import { clearTurntable, stickFigure } from "./turntable.js"
 
 /** @import { Body, Joint, Positions } from "./body.js" */
 /** @import { Robot } from "../score/robot-list.js" */
@@ -26,7 +26,6 @@ export class Figures {
   /** @type {Map<string, Card>} */
   #cards = new Map()
   #turn = 0
-  #turntable = new Turntable()
   /** @type {Map<string, Positions>} */
   #real = new Map() // where joints of real robots are
 
@@ -35,7 +34,7 @@ export class Figures {
     const bodies = robotList.playing.filter(({ body }) => body.length)
     const moving = (/** @type {Robot} */ { body }) => Number(body.some(({ moves }) => moves))
     const shown = bodies.length > MOST_FIGURES ? bodies.toSorted((one, other) => moving(other) - moving(one)).slice(0, MOST_FIGURES) : bodies
-    this.#turntable.clear()
+    clearTurntable()
     this.#cards = new Map(shown.map((robot) => [robot.name, card(robot, this.#picture(robot, score))]))
     find("bodies-list").replaceChildren(...[...this.#cards.values()].map(({ card }) => card))
     find("bodies").dataset.size = shown.length <= FEW ? "large" : shown.length <= SOME ? "medium" : "small"
@@ -50,7 +49,7 @@ export class Figures {
    */
   #picture({ name, body }, { robots, skeletons }) {
     const skeleton = skeletons[robots[name].profile]
-    if (skeleton) return this.#turntable.add(name, skeleton)
+    if (skeleton) return stickFigure(name, skeleton)
     return figureOf(body) ? puppet(body) : null
   }
 

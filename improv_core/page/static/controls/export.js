@@ -1,9 +1,10 @@
 // @ts-check
 // Files to save: the paths as SVG and PNG, and a video of the stage.
 
-import { element, svgAddress } from "../base/elements.js"
+import { element, find, svgAddress } from "../base/elements.js"
+import { announce } from "../base/notices.js"
 import { penOn } from "../base/pen.js"
-import { withToken } from "../net/token.js"
+import { program } from "../score/program.js"
 
 const PNG_WIDTH = 2400 // pixels of the longer side
 const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"]
@@ -19,21 +20,11 @@ export function download(name, blob) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 }
 
-/** The paths as SVG, drawn by the server; null if there are none, or no server. */
-export async function fetchPaths() {
-  try {
-    const answer = await fetch(withToken("path.svg"))
-    return answer.ok ? await answer.text() : null
-  } catch {
-    return null
-  }
-}
-
 /**
  * An SVG as a PNG.
  * @param {string} svg
  */
-export async function drawPng(svg) {
+async function drawPng(svg) {
   const image = element("img", { src: svgAddress(svg) })
   await image.decode()
   const scale = PNG_WIDTH / Math.max(image.naturalWidth, image.naturalHeight)
@@ -43,11 +34,54 @@ export async function drawPng(svg) {
   return canvas.convertToBlob({ type: "image/png" })
 }
 
+/** Lets people save the paths, and a video of a canvas. @param {HTMLCanvasElement} canvas */
+export function offerFiles(canvas) {
+  find("save-svg").addEventListener("click", () => savePaths(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })))
+  find("save-png").addEventListener("click", () => savePaths(".png", drawPng))
+  find("record").addEventListener("click", () => (recording ? finishRecording() : beginRecording(canvas)))
+}
+
+/**
+ * @param {string} ending
+ * @param {(svg: string) => Blob | Promise<Blob>} make
+ */
+async function savePaths(ending, make) {
+  const svg = await program.getPicture()
+  if (svg) download(`${program.stem}${ending}`, await make(svg))
+  else announce("No picture yet. Save a program first.")
+}
+
+/** @type {(() => Promise<Blob>) | null} */
+let recording = null // ends it
+
+/** @param {HTMLCanvasElement} canvas */
+function beginRecording(canvas) {
+  recording = record(canvas)
+  if (recording) showRecording("Stop and save the video", true)
+  else announce((find("record").textContent = "This browser can't record video"))
+}
+
+/** Saves the video that is being recorded, if one is: the dance may be over. */
+export async function finishRecording() {
+  const end = recording
+  if (!end) return
+  recording = null
+  showRecording("Record a video", false)
+  download(`${program.stem}.webm`, await end())
+}
+
+/** @param {string} text @param {boolean} on */
+function showRecording(text, on) {
+  find("record").textContent = text
+  find("record").setAttribute("aria-pressed", String(on))
+  document.body.dataset.recording = String(on)
+}
+
 /**
  * Records a canvas. Returns a function that ends the recording and promises the video; null if the browser can't.
  * @param {HTMLCanvasElement} canvas
  */
-export function record(canvas) {
+function record(canvas) {
   const type = globalThis.MediaRecorder && VIDEO.find((type) => MediaRecorder.isTypeSupported(type))
   if (!type) return null
   const recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 6_000_000 })

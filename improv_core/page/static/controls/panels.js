@@ -6,20 +6,10 @@ import { redraw, refit } from "../base/frames.js"
 import { listen } from "../base/keys.js"
 import { announce } from "../base/notices.js"
 import { settings } from "../base/storage.js"
-import { program } from "../score/program.js"
-import { download, drawPng, record } from "./export.js"
+import { faster, playOrPause, restart, slower, step, stop } from "./controls.js"
 import { seek, seekBy } from "./seek.js"
 
 /** @import { Camera } from "../floor/camera.js" */
-/** @import { Controls } from "./controls.js" */
-/**
- * @typedef {object} Page
- * @property {() => void} clearTrails
- * @property {() => string | void} cue
- * @property {Controls} controls
- * @property {Camera} camera
- * @property {HTMLCanvasElement} canvas
- */
 
 const SMALL_SCREEN = matchMedia("(max-width: 720px), (max-height: 520px)")
 /** @type {Record<string, string>} */
@@ -29,25 +19,22 @@ const ZOOM_STEP = 1.25
 const NOTICE_TIME = 2500 // milliseconds for which it is shown what a key did
 
 export class Panels {
-  #page
-  /** @type {(() => Promise<Blob>) | null} */
-  #recording = null // ends a recording
-  #writing = false // whether the program can be written
+  #camera
   #saying = 0 // the timer that hides what a key did
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
   presenting = false
 
-  /** @param {Page} page everything that panels act on */
-  constructor(page) {
-    this.#page = page
+  /** @param {Camera} camera */
+  constructor(camera) {
+    this.#camera = camera
     for (const name of /** @type {const} */ (["timeline", "score"])) {
       this.#openUsual(name)
       find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
     }
     SMALL_SCREEN.addEventListener("change", () => {
-      const extra = this.#writing ? "timeline" : "score"
+      const extra = document.body.classList.contains("editing") ? "timeline" : "score"
       if (!SMALL_SCREEN.matches) this.#openUsual(extra)
       else if (!find("timeline").hidden) this.#open(extra, false)
       refit()
@@ -57,7 +44,6 @@ export class Panels {
       find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
     }
     const press = {
-      clear: page.clearTrails,
       "zoom-in": () => this.#zoom(ZOOM_STEP),
       "zoom-out": () => this.#zoom(1 / ZOOM_STEP),
       ahead: () => this.#turnAhead(),
@@ -67,9 +53,6 @@ export class Panels {
       "present-beat": () => this.#turnPart("beat"),
       "show-more": () => this.#showMore(find("show-more").getAttribute("aria-expanded") !== "true"),
       fit: () => this.#fit(),
-      record: () => this.#record(),
-      "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
-      "save-png": () => this.#save(".png", drawPng),
     }
     for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
     this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
@@ -106,14 +89,8 @@ export class Panels {
     this.#saying = window.setTimeout(() => (find("did").hidden = true), NOTICE_TIME)
   }
 
-  /** Ends the recording: the dance is over. */
-  finish() {
-    if (this.#recording) this.#record()
-  }
-
   /** Shows the program, which can be written. */
   openScore() {
-    this.#writing = true
     this.#open("score", true)
     if (SMALL_SCREEN.matches) this.#open("timeline", false)
     refit()
@@ -121,23 +98,22 @@ export class Panels {
 
   /** The view has changed. */
   showFit() {
-    find("fit").setAttribute("aria-pressed", String(this.#page.camera.fits))
+    find("fit").setAttribute("aria-pressed", String(this.#camera.fits))
     redraw()
   }
 
   #listen() {
-    const { controls, clearTrails, cue, camera } = this.#page
     const letters = this.#setting("letters")
     this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
     this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
-      camera.pan(x * PAN_STEP, y * PAN_STEP)
+      this.#camera.pan(x * PAN_STEP, y * PAN_STEP)
       this.showFit()
     }
-    const stop = (/** @type {KeyboardEvent} */ event) => {
+    const stopOrClose = (/** @type {KeyboardEvent} */ event) => {
       const over = document.querySelector("dialog:modal")
       if (event.key === "Escape" && over instanceof HTMLDialogElement) return over.close()
-      if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
+      if (event.key !== "Escape" || !this.#card("help").open) stop()
       if (event.key !== "Escape") return
       this.#shutAll()
       this.#showMore(false)
@@ -145,36 +121,31 @@ export class Panels {
     const unlessPresenting = (/** @type {() => string | void} */ action) => () => (this.presenting ? undefined : action())
     /** @type {Record<string, () => string | void>} */
     const keys = {
-      k: () => controls.playOrPause(),
+      k: playOrPause,
       p: () => this.#turnPresent(),
-      r: () => controls.restart(),
-      n: () => controls.step(),
-      "[": () => controls.slower(),
-      "]": () => controls.faster(),
+      r: restart,
+      n: step,
+      "[": slower,
+      "]": faster,
       "+": () => this.#zoom(ZOOM_STEP),
       "=": () => this.#zoom(ZOOM_STEP),
       "-": () => this.#zoom(1 / ZOOM_STEP),
       f: () => this.#fit(),
       t: unlessPresenting(() => this.#setTrail(this.trail ? 0 : Infinity)),
-      x: unlessPresenting(() => {
-        clearTrails()
-        return "trails cleared"
-      }),
-      c: cue,
+      x: unlessPresenting(() => pressed("clear", "trails cleared")),
+      c: () => pressed("cue", "cue"),
       a: unlessPresenting(() => this.#turnAhead()),
       l: unlessPresenting(() => this.#toggle("timeline")),
       s: () => (this.presenting ? this.#turnPart("program") : this.#toggle("score")),
       b: () => (this.presenting ? this.#turnPart("beat") : undefined),
-      w: unlessPresenting(() => {
-        if (!find("show-wall").hidden) this.#turn("wall")
-      }),
+      w: unlessPresenting(() => pressed("show-wall", "")),
       "?": unlessPresenting(() => this.#turn("help")),
       ArrowLeft: () => seekBy(-1),
       ArrowRight: () => seekBy(1),
       Home: () => seek(0),
     }
     const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
-    listen({ stop, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
+    listen({ stop: stopOrClose, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
   }
 
   /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
@@ -284,44 +255,26 @@ export class Panels {
 
   /** @param {number} factor */
   #zoom(factor) {
-    if (!this.#page.camera.view) return
-    this.#page.camera.zoom(factor)
+    if (!this.#camera.view) return
+    this.#camera.zoom(factor)
     this.showFit()
     return factor > 1 ? "zoom in" : "zoom out"
   }
 
   #fit() {
-    this.#page.camera.fit()
+    this.#camera.fit()
     this.showFit()
     return "fit"
   }
+}
 
-  /**
-   * @param {string} ending
-   * @param {(svg: string) => Blob | Promise<Blob>} make
-   */
-  async #save(ending, make) {
-    const svg = await program.getPicture()
-    if (svg) download(`${program.stem}${ending}`, await make(svg))
-    else announce("No picture yet. Save a program first.")
-  }
-
-  async #record() {
-    const button = find("record")
-    const show = (/** @type {string} */ text, /** @type {boolean} */ on) => {
-      button.textContent = text
-      button.setAttribute("aria-pressed", String(on))
-      document.body.dataset.recording = String(on)
-    }
-    if (!this.#recording) {
-      this.#recording = record(this.#page.canvas)
-      if (this.#recording) show("Stop and save the video", true)
-      else announce((button.textContent = "This browser can't record video"))
-      return
-    }
-    const end = this.#recording
-    this.#recording = null
-    show("Record a video", false)
-    download(`${program.stem}.webm`, await end())
-  }
+/**
+ * Presses a button, if it is there. Returns what that did.
+ * @param {string} id
+ * @param {string} did
+ */
+function pressed(id, did) {
+  if (find(id).hidden) return
+  find(id).click()
+  return did
 }

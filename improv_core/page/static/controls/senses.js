@@ -27,7 +27,11 @@ export class Senses {
   #held = new Map() // keys
 
   constructor() {
-    find("cue").addEventListener("click", () => this.cue())
+    find("cue").addEventListener("click", () => {
+      send({ type: "cue" })
+      find("cue").dataset.given = "true"
+      setTimeout(() => (find("cue").dataset.given = "false"), CUE_TIME)
+    })
     // Before other keys: in a program that listens to a key, the key does nothing else.
     addEventListener("keydown", (event) => this.#press(event), { capture: true })
     addEventListener("keyup", ({ key }) => this.#release(key))
@@ -64,15 +68,6 @@ export class Senses {
   restart() {
     this.#values.clear()
     for (const id of this.#chips.keys()) this.#showChip(id)
-  }
-
-  /** Gives the cue, if a robot listens for it. */
-  cue() {
-    if (find("cue").hidden) return
-    send({ type: "cue" })
-    find("cue").dataset.given = "true"
-    setTimeout(() => (find("cue").dataset.given = "false"), CUE_TIME)
-    return "cue"
   }
 
   /**

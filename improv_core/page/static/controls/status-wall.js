@@ -115,7 +115,7 @@ export class StatusWall {
       }
       return { tile, worst: faults.length ? ORDER.indexOf(faults[0]) : low ? ORDER.length : ORDER.length + 1 }
     })
-    return found.sort((a, b) => a.worst - b.worst || compare(a.tile.name, b.tile.name)).map(({ tile }) => tile)
+    return found.sort((a, b) => a.worst - b.worst || a.tile.name.localeCompare(b.tile.name, "en", { numeric: true })).map(({ tile }) => tile)
   }
 
   /** The state of all robots, in a line; empty without real robots. */
@@ -180,6 +180,8 @@ export class StatusWall {
   }
 }
 
+export const wall = new StatusWall()
+
 /** A row without texts. */
 function tableRow() {
   return element("tr", {}, element("th", { scope: "row" }), ...COLUMNS.map((className) => element("td", { className })))
@@ -189,14 +191,6 @@ function tableRow() {
 function milliseconds(seconds) {
   const value = seconds * 1000
   return `${value < 10 ? value.toFixed(1) : Math.round(value)} ms`
-}
-
-/**
- * @param {string} one
- * @param {string} other
- */
-function compare(one, other) {
-  return one.localeCompare(other, "en", { numeric: true })
 }
 
 /**

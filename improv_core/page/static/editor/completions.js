@@ -42,11 +42,8 @@ export class Completions {
    * @param {{ left: number, top: number, bottom: number }} place of what is written already
    */
   show(words, place) {
-    syncChildren(
-      this.#list,
-      words.map(({ word }) => word),
-      option,
-    )
+    const names = words.map(({ word }) => word)
+    syncChildren(this.#list, names, (name) => element("li", { role: "option" }, element("b", { textContent: name }), " ", element("span")))
     this.#items.forEach((item, i) => {
       item.id = `completion-${i}`
       item.ariaSelected = "false"
@@ -110,11 +107,6 @@ export class Completions {
   get #items() {
     return /** @type {HTMLElement[]} */ ([...this.#list.children])
   }
-}
-
-/** @param {string} word */
-function option(word) {
-  return element("li", { role: "option" }, element("b", { textContent: word }), " ", element("span"))
 }
 
 /**

@@ -42,7 +42,7 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
   }
   const sorted = [...diagnostics].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
   find("diagnostics").hidden = !diagnostics.length
-  const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : counted(count)
+  const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : count === 1 ? "1 message" : `${count} messages`
   find("diagnostics-title").textContent = all
   const kinds = groupFixes(diagnostics).slice(0, MOST_KINDS)
   find("diagnostics-kinds").replaceChildren(
@@ -50,11 +50,6 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
   )
   find("diagnostics-head").hidden = count < 2
   find("diagnostics-list").replaceChildren(...sorted.map(row))
-}
-
-/** @param {number} count */
-function counted(count) {
-  return count === 1 ? "1 message" : `${count} messages`
 }
 
 /**

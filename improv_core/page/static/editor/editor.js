@@ -5,7 +5,9 @@
 import { CodePoints } from "../base/code-points.js"
 import { find, findA } from "../base/elements.js"
 import { notices } from "../base/notices.js"
+import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
+import { showProblem } from "../score/changes.js"
 import { program } from "../score/program.js"
 import { readAnalysis } from "./analysis.js"
 import { Completions } from "./completions.js"
@@ -20,13 +22,6 @@ import { Tooltip } from "./tooltip.js"
 /** @import { Color, Light } from "./highlight.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Diagnostic } from "./diagnostics.js" */
-/** @import { StartPose } from "../net/requests.js" */
-/**
- * @typedef {object} Starts
- * @property {() => void} finish has what was moved written
- * @property {(starts: Record<string, StartPose>) => void} place takes where robots start according to the text
- * @property {(problem: string) => void} say why nothing was written, if there is a reason
- */
 
 const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
 const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
@@ -54,13 +49,10 @@ export class Editor {
   #listed = "" // the problems in the list, and their text
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
-  #starts
   /** @type {Map<number, Light>} */
   #lights = new Map() // on the words that play, by their offsets in the played text
 
-  /** @param {Starts} starts */
-  constructor(starts) {
-    this.#starts = starts
+  constructor() {
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
@@ -78,7 +70,7 @@ export class Editor {
       replace: (text) => this.#replace(text),
       wrote: () => this.#showDiagnostics(),
       changes: () => {
-        starts.finish()
+        startPoses.tell()
         return this.pendingChanges.saveAfter()
       },
     })
@@ -86,7 +78,7 @@ export class Editor {
       known: () => (this.#analyzed === this.#number ? this.#number : null),
       edit: (edits) => this.#edit(edits),
       say: (problem) => {
-        starts.say(problem)
+        showProblem(problem)
         if (problem) this.#analyze() // the rings move back
       },
       save: () => this.saving.write(),
@@ -237,7 +229,7 @@ export class Editor {
     this.#analyzed = this.#number
     if (this.#offering) this.#askForWords()
     this.pendingChanges.ask()
-    if (Object.keys(message.starts).length) this.#starts.place(message.starts)
+    if (Object.keys(message.starts).length) startPoses.place(message.starts)
     ;({ colors: this.#colors, diagnostics: this.#diagnostics } = readAnalysis(message, this.#codePoints))
     this.#count = message.count
     clearTimeout(this.#calm)

@@ -5,18 +5,28 @@
 /** @typedef {{ start: number, end: number }} Span */
 
 /**
+ * The number of items that two lists, or texts, share at their beginnings, and then at their ends.
+ * @param {ArrayLike<string>} before
+ * @param {ArrayLike<string>} after
+ */
+export function sharedEnds(before, after) {
+  const most = Math.min(before.length, after.length)
+  let first = 0
+  while (first < most && before[first] === after[first]) first++
+  let last = 0
+  while (last < most - first && before[before.length - 1 - last] === after[after.length - 1 - last]) last++
+  return [first, last]
+}
+
+/**
  * One edit that turns a text into another.
  * @param {string} before
  * @param {string} after
  * @returns {Edit}
  */
 export function difference(before, after) {
-  const most = Math.min(before.length, after.length)
-  let start = 0
-  while (start < most && before.charCodeAt(start) === after.charCodeAt(start)) start++
-  let same = 0
-  while (same < most - start && before.charCodeAt(before.length - 1 - same) === after.charCodeAt(after.length - 1 - same)) same++
-  return { start, end: before.length - same, text: after.slice(start, after.length - same) }
+  const [start, last] = sharedEnds(before, after)
+  return { start, end: before.length - last, text: after.slice(start, after.length - last) }
 }
 
 /**

@@ -4,6 +4,7 @@
 
 import { element } from "../base/elements.js"
 import { partitionPoint } from "../base/search.js"
+import { sharedEnds } from "./edits.js"
 
 /** @import { Span } from "./edits.js" */
 /** @typedef {Span & { name: string }} Color of a class of the style sheet */
@@ -34,11 +35,7 @@ export class Highlight {
   show(text, colors, underlines) {
     const before = this.#lines
     const wanted = described(text, colors, underlines)
-    const most = Math.min(before.length, wanted.length)
-    let first = 0
-    while (first < most && before[first].key === wanted[first].key) first++
-    let same = 0
-    while (same < most - first && before[before.length - 1 - same].key === wanted[wanted.length - 1 - same].key) same++
+    const [first, same] = sharedEnds(before.map(({ key }) => key), wanted.map(({ key }) => key))
     for (const { element } of before.slice(first, before.length - same)) element.remove()
     const made = wanted.slice(first, wanted.length - same).map(drawn)
     const next = before[before.length - same]?.element ?? null

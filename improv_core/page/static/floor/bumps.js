@@ -4,7 +4,6 @@
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {Messages["bumps"]["bumps"][number]} Bump */
 
-
 const MOST_BUMPS = 200
 const SHOW_TIME = 0.9 // seconds
 const ANNOUNCE_PERIOD = 3 // seconds between two announcements, so that other announcements get through

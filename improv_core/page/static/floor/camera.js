@@ -4,7 +4,6 @@
 /** @typedef {{ x: number, y: number }} Point */
 /** @typedef {{ x: number, y: number, scale: number }} Sight the world point in the middle, and pixels per meter */
 
-
 const MARGIN = 2 // radii of the largest robot around everything,
 const EDGE = 36 // and pixels, for names and noses
 const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it

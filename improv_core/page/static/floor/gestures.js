@@ -3,7 +3,6 @@
 
 /** @import { Camera, Point } from "./camera.js" */
 
-
 const ZOOM_PER_PIXEL = 0.0015 // of a zoom, by pixel
 
 /**

@@ -55,7 +55,9 @@ export class Meetings {
   show(generation, bar) {
     const message = this.#message?.generation === generation ? this.#message : null
     const found = message ? [...message.meetings.map(met), ...message.hits.map(hit)] : []
-    this.#all = found.sort((one, other) => one.beat - other.beat).map((each) => ({ ...each, words: inWords(each, bar) }))
+    this.#all = found
+      .sort((one, other) => one.beat - other.beat)
+      .map((each) => ({ ...each, words: `${formatPosition(Math.floor(each.beat), bar)}: ${each.words}` }))
     this.pointed = null
     const count = this.#all.length
     this.#button.hidden = !count
@@ -151,12 +153,4 @@ function hit({ robot, thing, beat, pose }) {
 /** @param {number[]} pose */
 function point([x, y]) {
   return { x, y }
-}
-
-/**
- * @param {Meeting} meeting
- * @param {number | null} bar
- */
-function inWords({ beat, words }, bar) {
-  return `${formatPosition(Math.floor(beat), bar)}: ${words}`
 }

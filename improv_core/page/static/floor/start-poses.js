@@ -206,6 +206,8 @@ export class StartPoses {
   }
 }
 
+export const startPoses = new StartPoses()
+
 /** @param {number[]} pose */
 function degrees([x, y, , heading]) {
   return rounded({ x, y, heading: (heading * 180) / Math.PI })

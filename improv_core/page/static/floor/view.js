@@ -2,6 +2,7 @@
 // The stage, frame by frame: decides when to draw, and collects what to show.
 
 import { colors } from "../base/colors.js"
+import { find } from "../base/elements.js"
 import { due, redraw } from "../base/frames.js"
 import { figureOf } from "../bodies/body.js"
 import { clock } from "../score/clock.js"
@@ -14,17 +15,9 @@ import { outline } from "./world.js"
 /** @import { Positions } from "../bodies/body.js" */
 /** @import { Bumps } from "./bumps.js" */
 /** @import { Point } from "./camera.js" */
-/** @import { Figures } from "../bodies/figures.js" */
-/** @import { Meetings } from "./meetings.js" */
-/** @import { Misplaced } from "./out-of-place.js" */
 /** @import { Motion } from "./motion.js" */
-/** @import { Panels } from "../controls/panels.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
-/** @import { Senses } from "../controls/senses.js" */
-/** @import { Floor } from "./floor.js" */
-/** @import { StartPoses } from "./start-poses.js" */
-/** @import { Trails } from "./trails.js" */
-/** @import { StatusWall } from "../controls/status-wall.js" */
+/** @import { Parts } from "../page.js" */
 /** @typedef {ReturnType<View["scene"]>} Scene */
 
 const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
@@ -44,19 +37,17 @@ export class View {
   /** @type {Record<string, Positions>} */
   joints = {}
 
-  /**
-   * @param {{ figures: Figures, motion: Motion, trails: Trails, bumps: Bumps, floor: Floor, panels: Panels,
-   *   startPoses: StartPoses, senses: Senses, meetings: Meetings, misplaced: Misplaced, wall: StatusWall }} parts
-   */
+  /** @param {Parts} parts of the page, which know what to show */
   constructor(parts) {
     this.#parts = parts
+    find("clear").addEventListener("click", () => this.#clearTrails())
   }
 
   get still() {
     return stillness.matches
   }
 
-  clearTrails() {
+  #clearTrails() {
     const { trails, motion } = this.#parts
     const { at } = motion.present(performance.now() / 1000)
     trails.clear(at)

@@ -6,7 +6,6 @@
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {NonNullable<Messages["score"]["world"]>} World */
 
-
 /**
  * Paints a world with a pen in meters; `scale` is pixels per meter.
  * @param {Pen} pen

@@ -3,8 +3,7 @@
 
 import { connect as connectToServer } from "./connection.js"
 import { connect as connectToWorker, drawPaths, getToml, setToml } from "./worker-backend.js"
-import { fetchPaths } from "../controls/export.js"
-import * as songs from "./fetch-song.js"
+import * as server from "./resources.js"
 
 /** True if this page is a website that has all of Improv with it. */
 export const isWebsite = document.querySelector('meta[name="improv-worker"]') !== null
@@ -12,13 +11,13 @@ export const isWebsite = document.querySelector('meta[name="improv-worker"]') !=
 export const connect = isWebsite ? connectToWorker : connectToServer
 
 /** Promises the paths as SVG; null if there are none, or nobody can draw them. */
-export const fetchPicture = isWebsite ? drawPaths : fetchPaths
+export const fetchPicture = isWebsite ? drawPaths : server.fetchPaths
 
 /** Promises the song of improv.toml, or says why there is none. */
-export const fetchSong = isWebsite ? songs.fetchFromGallery : songs.fetchSong
+export const fetchSong = isWebsite ? server.fetchFromGallery : server.fetchSong
 
 /** Promises the Unix time of what plays, in seconds. */
-export const fetchTime = isWebsite ? songs.ownTime : songs.fetchTime
+export const fetchTime = isWebsite ? server.ownTime : server.fetchTime
 
 /** The improv.toml that this browser keeps with the program: none behind a server, which has a file. */
 export const keptToml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: () => false }

@@ -4,6 +4,7 @@
 import { colors } from "../base/colors.js"
 import { button, element, find, findA, robotElement } from "../base/elements.js"
 import { seek } from "../controls/seek.js"
+import { wall } from "../controls/status-wall.js"
 import { measured } from "../floor/measured.js"
 import { send } from "../net/send.js"
 import { clock, formatPosition } from "../score/clock.js"
@@ -38,13 +39,10 @@ export class Timeline {
   shown = { left: 0, scale: 1, beat: 0, width: 0 }
   #sizes = { width: 0, height: 0, letter: 16, head: 0, row: 0 }
   #silence = new Silence()
-  #lost
   /** @type {number | null} */
   #pointed = null // the beat under a pointer that presses nothing
 
-  /** @param {(name: string) => string} lost says what is known of a robot that nobody can see or reach now */
-  constructor(lost) {
-    this.#lost = lost
+  constructor() {
     this.#line.addEventListener("pointerdown", (event) => this.#press(event))
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
@@ -130,7 +128,7 @@ export class Timeline {
     for (const row of rows) {
       const off = row.querySelector(".off")
       const { robot = "" } = row.dataset
-      const text = (beat === null && this.#lost(robot)) || measured.off(robot, beat)
+      const text = (beat === null && wall.lost(robot)) || measured.off(robot, beat)
       if (off && off.textContent !== text) off.textContent = text
     }
   }

@@ -1,5 +1,5 @@
 // @ts-check
-// The song and the time, from the server.
+// The song, the paths, and the time, from the server.
 
 import { withToken } from "./token.js"
 
@@ -44,6 +44,16 @@ async function answerOf(address, file, tag) {
     return { bytes: await answer.arrayBuffer(), tag: answer.headers.get("ETag") ?? "", same: false, problem: "" }
   } catch {
     return { bytes: null, tag: "", same: false, problem }
+  }
+}
+
+/** The paths as SVG, drawn by the server; null if there are none, or no server. */
+export async function fetchPaths() {
+  try {
+    const answer = await fetch(withToken("path.svg"))
+    return answer.ok ? await answer.text() : null
+  } catch {
+    return null
   }
 }
 

@@ -23,7 +23,7 @@ def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) 
     """Return whether a stage reports that it has stopped the robots of a dead one. Before it was sent its score, it had
     nothing to stop."""
     stands = transport["state"] in ("stopped", "ended") and transport["generation"] == state.generation
-    return key in state.stages and state.stages[key].alive and state.stages[key].died_moving and stands
+    return key in state.stages and state.stages[key].died_moving and stands
 
 
 def halted(state: SessionState, key: StageKey) -> Decided:

@@ -336,9 +336,11 @@ def test_people_hear_of_another_stage_that_leads_while_the_one_that_did_is_away(
     assert story.said(PAD, "deserted", seconds=0.5)[1:] == ["say playing", f"{PAD}: load"]
 
 
-def test_robots_of_a_stage_whose_end_is_that_of_the_dance_are_stopped_by_the_next_one() -> None:
-    story = Story.playing(HERE, PI)
+@pytest.mark.parametrize("hosts", [(PI,), (HERE, PI)])
+def test_robots_of_the_stage_that_dies_last_are_stopped_by_the_next_one(hosts: Sequence[str]) -> None:
+    story = Story.playing(*hosts)
     story.said(PI, "deserted", seconds=0.5)
-    assert story.said(HERE, "gone", message="it was killed")[-1] == "say stopped"
-    assert story.starts(HERE) == ["here: load"]
-    assert not any(part["scenes"] for part in story.sent(HERE)[0]["score"]["parts"].values())
+    story.said(hosts[0], "gone", message="it was killed")
+    assert story.state.mode == "stopped"
+    assert story.starts(hosts[0]) == [f"{hosts[0] or 'here'}: load"]
+    assert not any(part["scenes"] for part in story.sent(hosts[0])[0]["score"]["parts"].values())

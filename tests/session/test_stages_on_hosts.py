@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from typing import Any
 
 import pytest
 
 from improv_core.ipc.stage_process import StageError
+from improv_core.safety.stage_stops import socket_of
 from improv_core.safety.stops import Stops
 from improv_core.session import on_hosts as hosts
 from improv_core.session import start as starting
@@ -158,3 +160,35 @@ async def test_a_resume_from_before_a_pause_changes_nothing(fakes: Fakes) -> Non
     for count, kind in ((asked, "pause"), (fakes.stops.count, "resume")):
         fakes.playback.ask({"type": "resume"}, count)
         assert [stage.kinds[-1] for stage in both] == [kind] * 2
+
+
+@performed
+async def test_a_stage_that_joins_learns_how_long_we_had_slept_when_somebody_asked(fakes: Fakes) -> None:
+    """If the machine has slept since then, it moves nothing."""
+    _, there = await begin(fakes)
+    there.die()
+    await fakes.until(lambda: fakes.latest(PI) is not there)
+    fakes.latest("ros").say(at("playing", 1, 1.0, time.monotonic()))
+    await fakes.until(lambda: fakes.latest(PI).loads)
+    assert fakes.latest(PI).loads[0]["asleep"] == there.loads[0]["asleep"]
+
+
+@performed
+async def test_all_are_stopped_before_they_end(fakes: Fakes) -> None:
+    both = await begin(fakes)
+    await fakes.playback.close()
+    assert [stage.kinds[-1] for stage in both] == ["stop", "stop"]
+
+
+@pytest.mark.parametrize("moves", [False, True])
+@performed
+async def test_a_stage_that_died_counts_as_one_that_obeys_no_stop_only_if_it_moved_robots(
+    fakes: Fakes, moves: bool
+) -> None:
+    _, there = await (begin if moves else play)(fakes)
+    assert fakes.playback._show
+    left = socket_of(fakes.playback._show, PI)
+    left.touch()
+    there.die()
+    await fakes.until(lambda: fakes.latest(PI) is not there)
+    assert left.exists() == moves

@@ -56,7 +56,7 @@ def main() -> int:
 def options_in(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options from the arguments of the command line."""
     parser = argparse.ArgumentParser(prog="improv stage")
-    parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
+    parser.add_argument("--sink", choices=["ros"], required=True)
     parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
     parser.add_argument("--no-standby", action="store_true", help="no second process to stop robots if this one dies")
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
@@ -66,17 +66,8 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[OpenedOutput, Ready]:
-    """Return the sink that the options name, and the message to send once it is ready."""
-    if options.sink == "simulator":
-        from improv_core.outputs.simulator.simulator import Simulator
-
-        simulator = Simulator()
-        return OpenedOutput(simulator, put), {
-            "type": "ready",
-            "protocol": VERSION,
-            "sink": simulator.name,
-            "real": False,
-        }
+    """Return the sink that the options name, and the message to send once it is ready. (The simulator plays in the
+    process of the page.)"""
     from improv_core.outputs.ros.output import RosSink
 
     def ask(command: PageRequest) -> None:

@@ -90,11 +90,12 @@ def test_a_stop_ends_the_meeting_of_robots() -> None:
     assert sink.met == ["a", "b", "a"]
 
 
-def test_a_score_that_only_stops_robots_is_never_void() -> None:
+@pytest.mark.parametrize("fence", [StopFence().hear("stop", 5), StopFence().hear_direct("x")], ids=["stop", "direct"])
+def test_a_score_that_only_stops_robots_is_never_void(fence: StopFence) -> None:
+    """It has a new stage stop the robots of a dead one."""
     order = CommandQueue(Slow().preload, lambda: 0.0)
-    order.fence = order.fence.hear("stop", 5)
-    standing = play("", 1)
-    order.add(standing)
+    order.fence = fence
+    order.add(standing := play("", 1))
     assert order.next() == standing
 
 

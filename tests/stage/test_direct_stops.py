@@ -15,7 +15,6 @@ from improv_core.protocol.commands import VOIDED_BY_STOP
 from improv_core.safety.stage_stops import stop_stages
 from improv_core.safety.stop_fence import MOST, StopFence
 from improv_core.score.motion import STILL
-from improv_core.stage.command_queue import CommandQueue
 from improv_core.stage.process import DirectStops
 from tests.player.test_player import Memory
 from tests.session.story import at
@@ -166,11 +165,3 @@ def test_a_stage_in_place_of_a_dead_one_answers_once_it_has_stopped_or_moves_its
     arrived = new.inbox.get(timeout=30)
     assert arrived.stop == X
     new.stops.close()
-
-
-def test_a_score_that_only_stops_robots_is_never_void() -> None:
-    """It has a new stage stop the robots of a dead one."""
-    order = CommandQueue(Memory().preload, lambda: 0.0)
-    order.fence = order.fence.hear_direct("x")
-    order.add(standing := play("", 1))
-    assert order.next() == standing

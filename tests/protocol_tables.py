@@ -8,7 +8,7 @@ from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
-from improv_core.protocol.commands import COMMANDS
+from improv_core.protocol.commands import COMMANDS, Conduct
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.page_messages import ForPages
@@ -63,7 +63,7 @@ def _commands() -> Iterator[str]:
         properties = {
             "stops robots, ahead of all that waits": row.stops,
             "obeyed at once by the stage whose node it reaches": row.at_once and "ros" in row.by,
-            "done by the parent": not row.to_stages,
+            "done by the parent": row.name not in by_type(Conduct),
             "kept for later stages": row.kept,
             "the simulator beside real robots gets what they sensed instead": row.as_sensed,
         }

@@ -141,7 +141,7 @@ class OscSense(_Timed):
 PageConduct = Stop | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """The controls that people in an editor or on a page have over playback."""
 Conduct = PageConduct | OscSense
-"""All controls over playback."""
+"""All controls over playback: the parent passes them on to its stages, all for the same moment."""
 
 
 class Restart(_Asked):
@@ -188,8 +188,6 @@ class Command:
     """It stops robots: it is obeyed wherever it arrives, ahead of all that waits."""
     at_once: bool = False
     """The stage whose node it reaches obeys it even before its parent does."""
-    to_stages: bool = True
-    """The parent passes it on to its stages, all for the same moment; otherwise the parent does it."""
     kept: bool = False
     """It also holds for scores and stages that come later: only the latest counts."""
     as_sensed: bool = False
@@ -221,7 +219,7 @@ _ROWS = (
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS),
-    Command(Restart, CONTROLS, to_stages=False),
+    Command(Restart, CONTROLS),
     Command(Seek, ("page", "editor", "osc")),
     Command(Speed, CONTROLS, at_once=True, kept=True),
     Command(Silence, ("page", "editor"), kept=True),
@@ -233,7 +231,7 @@ _ROWS = (
     Command(
         OscSense, ("osc",), as_sensed=True, about=lambda sense: f"{sense['robot']} {sense['name']} {sense['value']}"
     ),
-    Command(Editing, ("page",), to_stages=False, about=lambda editing: _about_editing(editing)),
+    Command(Editing, ("page",), about=lambda editing: _about_editing(editing)),
 )
 
 

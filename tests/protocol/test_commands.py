@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, about
+from improv_core.protocol.commands import COMMANDS, PageRequest, about
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.page_messages import FromPage
 from tests import page_requests
@@ -18,10 +18,6 @@ def test_a_page_may_send_the_commands_of_its_rows() -> None:
     asks = {"press", "window", "analyze", "complete", "explain", "write", "change"}  # answered, or sent on
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
     assert by_type(FromPage).keys() - asks == sent
-
-
-def test_a_parent_passes_on_the_controls_over_playback() -> None:
-    assert by_type(Conduct).keys() == {row.name for row in COMMANDS.values() if row.to_stages}
 
 
 def test_commands_void_others_that_exist() -> None:

@@ -11,10 +11,10 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo_json
 from improv_core.commands.exit_codes import CommandError
-from improv_core.commands.programs import report_each
+from improv_core.commands.programs import code_of, read_each
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import compiled
-from improv_core.program.files import ReadError, read_program
+from improv_core.program.files import ENDING, ReadError, read_program
 from improv_core.program.report import as_json
 from improv_core.program.script import ScriptError, read_script
 from improv_core.score.performance import SenseSpan
@@ -38,16 +38,17 @@ def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Pa
     FILES are programs, folders of programs, or - for standard input.
     """
     script = _script(senses) if senses else ()
-
-    def report(path: Path, analysis: Analysis) -> None:
-        line = {
-            "file": str(path),
-            **compiled(analysis, max_segments, script),
-            "diagnostics": as_json(analysis.diagnostics, analysis.lines),
-        }
-        echo_json(line)
-
-    sys.exit(report_each(files, report))
+    code = 0
+    for path, found in read_each(files, ENDING):
+        code = max(code, code_of(found))
+        if isinstance(found, Analysis):
+            line = {
+                "file": str(path),
+                **compiled(found, max_segments, script),
+                "diagnostics": as_json(found.diagnostics, found.lines),
+            }
+            echo_json(line)
+    sys.exit(code)
 
 
 def _script(path: Path) -> Sequence[SenseSpan]:

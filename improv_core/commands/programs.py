@@ -3,43 +3,31 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
-from improv_core.program.files import ENDING, ReadError, analyze_file, robots_in
+from improv_core.program.files import ReadError, analyze_file, robots_in
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robots
 
 
-def report_each(
-    named: Sequence[Path],
-    report: Callable[[Path, Analysis], None],
-    report_robots: Callable[[Robots], None] | None = None,
-) -> int:
-    """Report on every program that can be read, also in folders. Return the exit code for the worst of them.
-
-    With `report_robots`, do the same for every `improv.toml`. Raises ReadError if a folder has none.
-    """
-    code = 0
-    for path in files_in(named, ENDING, *([FILE_NAME] if report_robots else [])):
+def read_each(named: Sequence[Path], *endings: str) -> Iterator[tuple[Path, Analysis | Robots | None]]:
+    """Yield the named files, and those of `files_in`: programs, and each `improv.toml` if it is among the endings; None
+    for a file that can't be read, whose problem is printed. Raises ReadError as `files_in` does."""
+    for path in files_in(named, *endings):
         try:
-            if report_robots and path.name == FILE_NAME:
-                found: Analysis | Robots = robots_in(path)
-            else:
-                found = analyze_file(path)
+            yield path, robots_in(path) if path.name == FILE_NAME in endings else analyze_file(path)
         except ReadError as problem:
             CommandError(str(problem)).show()
-            code = FAILED
-            continue
-        if isinstance(found, Analysis):
-            report(path, found)
-        elif report_robots:
-            report_robots(found)
-        code = max(code, 0 if found.ok else PROBLEMS)
-    return code
+            yield path, None
+
+
+def code_of(found: Analysis | Robots | None) -> int:
+    """Return the exit code of a command that found this, and nothing worse."""
+    return FAILED if found is None else 0 if found.ok else PROBLEMS
 
 
 def files_in(named: Sequence[Path], *endings: str) -> Sequence[Path]:

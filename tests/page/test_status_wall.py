@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.protocol.page_messages import for_pages
-from improv_core.protocol.robot_messages import FaultMessage, Vitals
+from improv_core.protocol.robot_messages import FaultMessage, Vitals, VitalsRobot
 from improv_core.score.faults import Fault
 from tests.axe import violations
 from tests.page.conftest import SCHEMES, Keep, Show, box, play_anew, switch_to, wait
@@ -29,19 +29,12 @@ def program(count: int) -> str:
 
 
 def vitals(count: int, posed: float) -> Vitals:
-    return {
-        "type": "vitals",
-        "generation": 1,
-        "robots": {
-            name: {
-                "odom": number % 7 != 6,
-                "posed": None if number % 7 == 6 else posed,
-                "battery": 0.8,
-                "instead": "",
-            }
-            for number, name in enumerate(robots(count))
-        },
+    """Say how so many robots are: every seventh has no odometry."""
+    seen = {name: None if number % 7 == 6 else posed for number, name in enumerate(robots(count))}
+    told: dict[str, VitalsRobot] = {
+        name: {"odom": at is not None, "posed": at, "battery": 0.8, "instead": ""} for name, at in seen.items()
     }
+    return {"type": "vitals", "generation": 1, "robots": told}
 
 
 def faults(count: int) -> Iterator[FaultMessage]:

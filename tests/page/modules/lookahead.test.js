@@ -73,3 +73,10 @@ test("each body part that moves is known for itself", () => {
   assert.deepEqual([0, 1].map((beat) => lookahead.at("r", null, beat).words[0][0]), [5, 5])
   assert.equal(lookahead.at("r", "arm", 0), undefined)
 })
+
+test("words are found in a text with emoji, though the server counts code points", () => {
+  const text = "# 🤖🤖\nr $ left"
+  const lookahead = new Lookahead({ ...SCORE, text, offsets: { 3: 5 } }, () => {})
+  assert.deepEqual(lookahead.spans([3, 4, 8]).map((span) => lookahead.text.word(span)), ["left"])
+  assert.deepEqual(lookahead.spans([7, 0, 1]), []) // of a statement that is no longer there
+})

@@ -1,4 +1,4 @@
-"""The world of the simulator on the page: walls and obstacles, and the line about ideal motion."""
+"""The floor of the page: walls, obstacles, and meetings, whose marks modules/meetings.test.js tests; and its motion."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import box, wait
+from tests.page.conftest import Commands, Keep, asked, at, box, wait
 from tests.page.looks import PIXEL
 
-WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
-FACING = "[robots.ada]\nstart = {x=0,y=0}\n[robots.bo]\nstart = {x=3,y=0,heading=180}\n"
+WALL, GROUND, MARK = "107,114,128", "251,250,247", "201,42,42"
 MOTORS = "[profiles.real]\nbase = 'turtlebot4'\ndynamics = 'motors'\n[robots]\nada.profile = 'real'\n"
 
 
@@ -51,3 +50,23 @@ def test_the_page_says_how_ideal_its_motion_is(
     still: Callable[..., Page], program: str, robots: str, said: str
 ) -> None:
     expect(still(program, robots).locator("#dynamics")).to_have_text(said)
+
+
+def test_a_click_on_a_mark_seeks_there(still: Callable[..., Page], commands: Commands, keep: Keep) -> None:
+    page = still("ada at -4 0\nbo at 4 0 facing 180\nada bo $ repeat 4 forward\n")
+    button = page.get_by_role("button", name="1 meeting ahead")
+    expect(button).to_be_visible()  # as the server has found by now
+    mark = at(page, 0, 0)
+    page.reload()
+    wait(page, f"({PIXEL})(0.03, 0) === '{MARK}'")  # beside its exclamation point
+    page.mouse.move(*mark)
+    keep(page, "page-meetings.png")
+    page.mouse.click(*mark)
+    seek = asked(commands)
+    assert seek["type"] == "seek"
+    assert 1.5 < seek["beat"] < 2
+    page.mouse.down()
+    page.mouse.move(mark[0] + 60, mark[1], steps=3)
+    page.mouse.up()  # the view was moved: no click
+    button.click()
+    assert asked(commands) == seek

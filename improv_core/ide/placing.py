@@ -9,13 +9,12 @@ from itertools import pairwise, takewhile
 from improv_core.diagnostics import Edit
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.program import Placed
+from improv_core.robots.edits import Start
 from improv_core.robots.formation import radius_of
 from improv_core.score.motion import Pose, wrapped
 from improv_core.syntax.nodes import AtPoint, InFormation
 from improv_core.text import Span
 
-Start = tuple[float, float, float]
-"""x and y in meters, the heading in degrees."""
 UNPLACED = "a line with `at` has an error: fix it first"
 """The message if nothing could be written."""
 _OPENING = ("AT", "IS", "ROOM", "BAR_LENGTH", "BEAT")

@@ -6,6 +6,7 @@ checked; it never plays.
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping
@@ -54,27 +55,19 @@ def read_toml(text: str) -> TomlText:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         found = read_statements(text)
-        diagnostics = tuple(found.diagnostics) or (unreadable(text, str(error)),)
-        return TomlText(text, {}, diagnostics, found.data, frozenset(found.broken))
+        return found if found.diagnostics else dataclasses.replace(found, diagnostics=(unreadable(text, str(error)),))
     return TomlText(text, data, readable=data)
 
 
-@dataclass(slots=True)
-class Readable:
-    """The data of the valid statements, the errors of the others, and the tables that lack the data of those.
+def read_statements(text: str) -> TomlText:
+    """Read the valid statements of a text, and report the others. Never raises.
 
     Statements below an invalid header are left out, since it isn't known to which table they belong. If a key has two
     values, the first one counts.
     """
-
-    data: dict[str, Any] = field(default_factory=dict)
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-    broken: set[Keys] = field(default_factory=set)
-
-
-def read_statements(text: str) -> Readable:
-    """Read a text statement by statement. Never raises."""
-    found = Readable()
+    readable: dict[str, Any] = {}
+    diagnostics: list[Diagnostic] = []
+    broken: set[Keys] = set()
     headers = {span.start: keys for span, keys in find_positions(text).headers}
     declared: set[Keys] = set()
     table: Keys | None = ()  # the table of the statement; None below an invalid header
@@ -84,21 +77,21 @@ def read_statements(text: str) -> Readable:
         try:
             data = tomllib.loads(statement)
         except (ValueError, RecursionError) as error:
-            found.diagnostics.append(unreadable(statement, str(error), start))
+            diagnostics.append(unreadable(statement, str(error), start))
             if header is not None:
-                found.broken |= {header, header[:-1]}
+                broken |= {header, header[:-1]}
                 table = None
             elif table is not None:
-                found.broken.add(table)
+                broken.add(table)
             continue
         if header is not None:
             table, data = header, _below(data, header)
             if header in declared:
-                found.diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_SECTION))
+                diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_SECTION))
             declared.add(header)
-        if table is not None and not _merge(_entered(found.data, table), data):
-            found.diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_KEY))
-    return found
+        if table is not None and not _merge(_entered(readable, table), data):
+            diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_KEY))
+    return TomlText(text, {}, tuple(diagnostics), readable, frozenset(broken))
 
 
 def _each(text: str, headers: list[int]) -> Iterator[tuple[int, str]]:

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from improv_core.diagnostics import applied
-from improv_core.ide.placing import Start, formed, in_tempo, placed
+from improv_core.ide.placing import formed, in_tempo, placed
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
+from improv_core.robots.edits import Start
 
 LISTED = "[robots.ada]\nstart = { x = 5 }\n[robots.bo]\n"
 

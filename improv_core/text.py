@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Container
+from itertools import chain, count
 from typing import NamedTuple
 
 LINE_END = re.compile(r"\r\n|\n|\r")
@@ -89,6 +90,12 @@ class LineIndex:
             return len(self.text)
         end = self.starts[number + 1] - 1
         return end - 1 if self.text[end - 1 : end + 1] == "\r\n" else end
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """Return a name that is not taken: this one, or else `name_2`, `name_3`, …"""
+    names = chain([name], (f"{name}_{number}" for number in count(2)))
+    return next(each for each in names if each not in taken)
 
 
 def difference(before: str, after: str) -> tuple[int, int, str]:

@@ -13,7 +13,7 @@ from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.text import LINE_END, Span
+from improv_core.text import LINE_END, Span, free_name
 
 _LETTERS = ("n", "k", "a", "b", "c", "d")
 """Names for a parameter that is a number, the best first."""
@@ -100,8 +100,4 @@ def _fresh_name(analysis: Analysis, fragment: Fragment) -> str:
         stem = "phrase"
     parameters = (each.name for statement in analysis.statements for each in statement.parameters)
     taken = {*WORDS, *analysis.bindings.defined, *analysis.bindings.used, *parameters}
-    name, number = stem, 1
-    while name in taken:
-        number += 1
-        name = f"{stem}_{number}"
-    return name
+    return free_name(stem, taken)

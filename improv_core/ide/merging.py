@@ -21,7 +21,7 @@ from improv_core.score.strokes import outermost, paths
 from improv_core.slices import checkpoint
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.text import Span
+from improv_core.text import Span, free_name
 
 GAP = 1.0
 """Meters between the places of two programs."""
@@ -151,7 +151,10 @@ def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Se
         checkpoint()
         hides = above.union(*foreign[:place], *foreign[place + 1 :])
         suffix = as_robot(source.name)
-        renamed = {name: _free(f"{name}_{suffix}", taken) for name in sorted(defined[place] & hides)}
+        renamed: dict[str, str] = {}
+        for name in sorted(defined[place] & hides):
+            renamed[name] = free_name(f"{name}_{suffix}", {*taken, *_OTHER_MEANING, *renamed.values()})
+        taken |= {*renamed.values()}
         above |= defined[place] - renamed.keys()
         head = f"# {' '.join(source.name.split())}\n"
         bodies.append(head + _body(source.analysis, names, renamed, tempo / source.analysis.tempo).strip("\r\n"))
@@ -160,15 +163,6 @@ def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Se
 
 def _defined(analysis: Analysis) -> set[str]:
     return {statement.defines for statement in analysis.statements if statement.defines}
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """Return a name like this one that is not taken, and add it to `taken`."""
-    free, number = name, 2
-    while free in taken or free in _OTHER_MEANING:
-        free, number = f"{name}_{number}", number + 1
-    taken.add(free)
-    return free
 
 
 def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, str], slower: Fraction) -> str:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
-from itertools import count
 
 from improv_core.diagnostics import Edit, applied
 from improv_core.robots.toml_positions import Keys, Positions
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import BUILT_IN, DEFAULT
-from improv_core.text import Span
+from improv_core.text import Span, free_name
 
 Start = tuple[float, float, float]
 """x and y in meters, the heading in degrees."""
@@ -63,7 +62,8 @@ def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
     heirs = [each for each in profiles.values() if each.get("base") == profile]
     if profile and profile in profiles and len(users) == 1 and not heirs:
         return _changed(text, {("profiles", profile): values})
-    own = next(name for name in _names(robot) if name not in profiles and name not in BUILT_IN)
+    taken = {*profiles, *BUILT_IN}
+    own = free_name(f"{robot}_calibrated", taken) if robot in taken else robot
     base: dict[str, float | str] = {"step": DEFAULT.step} if profile is None else {"base": profile}
     return _changed(text, {("robots", robot): {"profile": own}, ("profiles", own): {**base, **values}})
 
@@ -75,13 +75,6 @@ def set_first_beat(text: str, seconds: float) -> str | None:
     """
     has_music = "music" in read_toml(text).data
     return _changed(text, {("music",): {"first_beat": round(seconds, 3) + 0.0}}) if has_music else None
-
-
-def _names(robot: str) -> Iterator[str]:
-    """Yield names for a robot's own profile."""
-    yield robot
-    yield f"{robot}_calibrated"
-    yield from (f"{robot}_calibrated_{number}" for number in count(2))
 
 
 def _changed(text: str, tables: Mapping[Keys, Mapping[str, _Value]], *, first: bool = False) -> str | None:

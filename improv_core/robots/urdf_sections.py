@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector, unit
 from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import free_name
 
 BEAT_DEGREES, BEAT_METERS = 30, 0.05
 """Movement of a joint per beat unless people write another value: a third of a right angle, two inches."""
@@ -118,7 +119,7 @@ def _leaves(urdf: Urdf) -> list[_Part]:
         chain = [last]
         while (before := above[chain[-1].parent]) and len(below[before.name]) == 1:
             chain.append(before)
-        name = _free(_word(last.child.removesuffix("_link")) or "part", {part.name for part in parts})
+        name = free_name(_word(last.child.removesuffix("_link")) or "part", {part.name for part in parts})
         parts.append(_Part(name, last.child, tuple(chain[::-1])))
     return parts
 
@@ -279,13 +280,6 @@ def _unusable(name: str) -> str | None:
 def _word(text: str) -> str:
     word = re.sub(r"\W+", "_", text).strip("_")
     return word if word and not _unusable(word) else f"part_{word}" if word else ""
-
-
-def _free(name: str, taken: Sequence[str] | set[str]) -> str:
-    number, free = 1, name
-    while free in taken:
-        number, free = number + 1, f"{name}_{number + 1}"
-    return free
 
 
 def _key(name: str) -> str:

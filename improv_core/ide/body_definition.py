@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from improv_core.ide.body_words import takes
-from improv_core.ide.performers import performers
 from improv_core.ide.phrases import poses_at
-from improv_core.ide.references import names_used
+from improv_core.ide.references import names_used, performers
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_positions import Keys

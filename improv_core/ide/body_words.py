@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import islice
 
 from improv_core.ide.completion_item import Item
-from improv_core.ide.performers import performers
+from improv_core.ide.references import performers
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import TO, Takes

@@ -12,8 +12,8 @@ from improv_core.ide.completion_item import Item
 from improv_core.ide.completion_opening import after_robots, first_words, offers, usual_numbers
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
-from improv_core.ide.performers import by_profile, performers
 from improv_core.ide.phrases import label, movements, parameters
+from improv_core.ide.references import by_profile, performers
 from improv_core.ide.senses import source
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis

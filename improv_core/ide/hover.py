@@ -11,8 +11,8 @@ from fractions import Fraction
 from improv_core.ide.body_words import about_part, about_pose, moved_by
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.hover_opening import about_opening, stand_at
-from improv_core.ide.performers import performers
 from improv_core.ide.phrases import comment, label, parameters
+from improv_core.ide.references import performers
 from improv_core.ide.senses import about as about_sense
 from improv_core.ide.senses import source
 from improv_core.plain import printable

@@ -1,4 +1,5 @@
-"""Find the symbol that the name or robot at the cursor refers to, and all references to it."""
+"""Find the symbol that the name or robot at the cursor refers to, all references to it, and the robots that perform a
+statement."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
-from itertools import chain
+from itertools import chain, islice
 from typing import Literal
 
 from improv_core.ide.phrases import poses_at
@@ -14,6 +15,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
+from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
@@ -183,3 +185,22 @@ def _movement(statement: Statement) -> list[Token]:
     begin = statement.sign.end if statement.sign and statement.kind != "BEAT" else 0
     tokens = (token for token in statement.tokens if token.start >= begin)
     return classified(list(tokens), {each.name for each in statement.parameters if each.is_number})
+
+
+MOST_ROBOTS = 100
+"""The most robots that are searched."""
+
+
+def performers(analysis: Analysis, index: int) -> dict[Profile, str]:
+    """Return the profiles of the robots that play a statement, or of all robots if none does, each with its first
+    robot."""
+    lines = (analysis.meanings[line].robots for line in lines_playing(analysis, index))
+    return by_profile(analysis.opening.config, dict.fromkeys(chain.from_iterable(lines)))
+
+
+def by_profile(config: Robots, robots: Iterable[str]) -> dict[Profile, str]:
+    """Return the profiles of these robots, or of all listed ones if there are none, and the first robot of each."""
+    found: dict[Profile, str] = {}
+    for robot in islice(tuple(robots) or config.robots, MOST_ROBOTS):
+        found.setdefault(config.robot(robot).profile, robot)
+    return found or {DEFAULT: ""}

@@ -9,8 +9,8 @@ from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.definitions import Definition, Takes
-from improv_core.program.fixes import give_arguments, move_canon
 from improv_core.program.idle import Alone, Idle
+from improv_core.program.misuse import give_arguments, move_canon
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MOST_SCENES, Program

@@ -9,8 +9,8 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from improv_core.program.conditions import conditions
 from improv_core.program.meaning import Meaning
+from improv_core.program.misuse import conditions
 from improv_core.program.program import Program, never_ends
 from improv_core.score.senses import NEAR
 from improv_core.slices import checkpoint

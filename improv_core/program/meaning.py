@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity
-from improv_core.program.conditions import check_conditions
 from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
-from improv_core.program.misuse import misplaced_poses
+from improv_core.program.misuse import check_conditions, misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
 from improv_core.program.reader import Reader, Reading, takes

@@ -1,20 +1,23 @@
-"""Diagnostics and fixes for words around movements to which they can't apply, or on which they have no effect, and for
-poses that no body part reaches.
+"""Diagnostics and fixes for words around movements to which they can't apply, or on which they have no effect, for
+poses that no body part reaches, for conditions that can't work as they are written, and for wrong arguments of phrases.
 
 Spans count from the start of the statement. `movement_of` returns the movement of a node.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import TypeGuard
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.definitions import Phrase
 from improv_core.program.timing import in_beats
 from improv_core.score.movement import ENDLESS, Movement
+from improv_core.score.senses import CUE
 from improv_core.syntax import nodes
-from improv_core.syntax.nodes import Call, Name, Node
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.nodes import Apply, Call, Choice, Condition, Name, Node
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Timing
 from improv_core.text import Span
@@ -132,3 +135,77 @@ def misplaced_poses(body: Node, movement_of: MovementOf) -> Iterator[Diagnostic]
 
 def _misplaced(node: Node, message: str) -> Diagnostic:
     return Diagnostic("misplaced-pose", node.span, message)
+
+
+def conditions(body: Node) -> Iterator[tuple[Apply | Choice, Condition]]:
+    """Yield each `until`, `pause`, and `if` with its condition. If a sense is missing, the parser has reported it."""
+    for node in nodes.nodes(body):
+        if isinstance(node, (Apply, Choice)) and node.condition and node.condition.sense.text:
+            yield node, node.condition
+
+
+def check_conditions(body: Node) -> Iterator[Diagnostic]:
+    """Yield diagnostics of conditions that a sense can't answer, and of those that apply to less than they seem to."""
+    for node, condition in conditions(body):
+        if condition.sense.text == CUE and (node.word.text != "until" or condition.is_negated):
+            yield _instant(node.word, condition)
+    for each in nodes.nodes(body):
+        if not isinstance(each, nodes.Bracket):  # brackets show the intention
+            inside = nodes.children(each)
+            for place, child in enumerate(inside, 1):
+                yield from _short_reach(child, inside[place:] if isinstance(each, nodes.Series) else ())
+    yield from _short_reach(body, ())
+
+
+def _instant(word: Token, condition: Condition) -> Diagnostic:
+    message = f"`{CUE}` is true for an instant only: write `until {CUE}`"
+    whole = Span(word.start, condition.span.end)
+    fixes = replace(f"Change to until {CUE}", whole, f"until {CUE}") if word.text != "if" else ()
+    return Diagnostic("instant-sense", condition.span, message, fixes)
+
+
+def _short_reach(node: Node, following: tuple[Node, ...]) -> Iterator[Diagnostic]:
+    """Report an `until` that watches only the one word after it."""
+    if not (isinstance(node, Apply) and node.word.text == "until" and isinstance(node.body, nodes.Primitive)):
+        return
+    alone, start = node.body.word.text, node.body.span.start
+    message = f"`until` watches `{alone}` alone, for one beat at most: write `repeat` before it"
+    fixes = [Fix("Insert repeat", (Edit(Span(start, start), "repeat "),))]
+    if following:
+        end = following[-1].span.end
+        message += ", or brackets around all that it should watch"
+        fixes.append(Fix("Watch all that follows", (Edit(Span(start, start), "("), Edit(Span(end, end), ")"))))
+    yield Diagnostic("short-reach", Span(node.word.start, node.body.span.end), message, tuple(fixes))
+
+
+NUMBER, MOVEMENT = " 2", " rest"
+"""Texts that a fix inserts for missing arguments. The movement keeps the robot still."""
+
+
+def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span) -> tuple[Fix, ...]:
+    """Return the fix for a use with too few or too many arguments. `declared` is the span of its parameters."""
+    name = nodes.use_name(use)
+    numbers, movements = (use.numbers, use.movements) if isinstance(use, nodes.Call) else ((), ())
+    spare, lacking = numbers[len(phrase.numbers) :], len(phrase.movements) - len(movements)
+    last = numbers[-1].span.end if numbers else name.span.end
+    if spare and lacking:
+        first, *others = (each.name for each in phrase.movements)
+        head = " ".join([*(each.name for each in phrase.numbers), first, *(f"({each})" for each in others)])
+        return replace(f"Change {first} in the head", declared, f" {head} ")
+    if spare:
+        return ()
+    end = movements[-1].span.end if movements else last
+    given = {last: NUMBER * (len(phrase.numbers) - len(numbers))}
+    given[end] = given.get(end, "") + MOVEMENT * lacking
+    edits = tuple(Edit(Span(place, place), text) for place, text in given.items() if text)
+    return (Fix(f"Insert {''.join(given.values()).strip()}", edits, guess=True),)
+
+
+def move_canon(canon: nodes.Apply, text: str, uses: Sequence[int] | None) -> Iterable[Fix]:
+    """Yield the fixes for a `canon` in a definition. `text` is that of its statement, and `uses` are the places of the
+    name in lines of robots; None if it can't be moved there."""
+    gone = Edit(Span(canon.span.start, canon.body.span.start), "")
+    if uses:
+        written = text[slice(*gone.span)]
+        yield Fix("Move it to the lines of robots", (gone, *(Edit(Span(place, place), written) for place in uses)))
+    yield Fix("Remove it", (gone,), guess=True)

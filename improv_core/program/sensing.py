@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import islice
 
 from improv_core.diagnostics import Diagnostic, unknown
-from improv_core.program.conditions import conditions
 from improv_core.program.meaning import Meaning, movement_of
+from improv_core.program.misuse import conditions
 from improv_core.robots.config import Robots
 from improv_core.score.algebra import FromStatement, Repeat
 from improv_core.score.movement import Movement

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from improv_core.diagnostics import Edit, applied
-from improv_core.ide.performers import performers
 from improv_core.ide.phrases import poses_at
-from improv_core.ide.references import names_used
+from improv_core.ide.references import names_used, performers
 from improv_core.ide.rename import RefusalError
 from improv_core.ide.robots_file.references import FileSymbol, declarations, uses
 from improv_core.program.analysis import Analysis

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -44,13 +45,11 @@ def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | N
     It belongs to this address if that has too many connections, and otherwise to the address with the most. Among
     those, it is the one without progress for longest.
     """
-    counts: dict[str, int] = {}
-    for each in connections.values():
-        counts[each.address] = counts.get(each.address, 0) + 1
-    if counts.get(address, 0) >= MOST_OF_ONE:
+    counts = Counter(each.address for each in connections.values())
+    if counts[address] >= MOST_OF_ONE:
         crowd = address
     elif len(connections) >= MOST:
-        crowd = max(counts, key=lambda each: counts[each])
+        ((crowd, _),) = counts.most_common(1)
     else:
         return None
     return min(

@@ -136,6 +136,23 @@ def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
     assert robot.sent[-1] == ("/ada/other_controller/commands", [(0, 0), (0.5, 1)])
 
 
+def test_a_velocity_controller_that_leaves_needs_zeros() -> None:
+    robot = Robot(part(VELOCITY))
+    robot.send(0.0, yaw=1.0)
+    robot.controllers.take({"ada": part(HEAD)}, restart=False)
+    assert robot.sent[1:] == [(COMMANDS, [(0, 0), (0, 0)])] * LAST_ZEROS
+    assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["note_velocity", "note_zero"]
+
+
+def test_a_command_ends_the_way_to_the_starts() -> None:
+    robot = Robot(part(HEAD, home="move"), yaw=-1.5, pitch=0.0)
+    robot.home_joints(PERIOD)
+    robot.send(0.0, yaw=1.0)
+    robot.now += 1.0
+    robot.send(1.0, yaw=2.0)
+    assert [motions[1][1] for _, motions in robot.sent] == [0.4, 0, 1, 2]
+
+
 def test_velocity_controllers_need_zeros_but_no_measured_positions() -> None:
     robot = Robot(part(VELOCITY))
     robot.send(0.0, yaw=1.0, pitch=-0.5)

@@ -96,6 +96,16 @@ def test_a_lost_standby_is_replaced_by_one_that_knows_the_same(stage: Stage, end
     assert stage.standby.problem is None
 
 
+def test_beat_0_waits_a_few_seconds_until_the_standby_has_found_the_robots(stage: Stage) -> None:
+    other = "/s/cmd_vel"
+    stage.standby.publish(other, "Twist", False, lambda: 1)
+    assert not stage.standby.under_way({other}), "it plays already"
+    stage.standby.await_listeners()
+    assert [stage.standby.under_way({topic}) for topic in (TOPIC, other)] == [False, True]
+    stage.now += client.FIND_LIMIT
+    assert not stage.standby.under_way({other})
+
+
 def test_robots_that_move_without_a_standby_for_too_long_are_stopped(stage: Stage) -> None:
     """tests/stage/test_loop.py tests the stage's reaction to the alarm."""
     stage.can_start, stage.started[0].ended = False, True

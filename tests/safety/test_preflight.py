@@ -89,6 +89,14 @@ class Lab(Robot):
         return self.player.run.mode, any(twist != STILL for _, _, twist in self.stage.sink.sent)
 
 
+def test_a_robot_that_is_not_in_its_place_begins_anyway_if_a_person_says_so() -> None:
+    lab = Lab()
+    lab.begins(Pose(0.36))
+    lab.stage.ask("resume", anyway=True)
+    lab.run(0.1)
+    assert lab.moves == ("playing", True)
+
+
 def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is() -> None:
     lab = Lab()
     lab.begins(Pose(0.36))

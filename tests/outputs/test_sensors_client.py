@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.outputs.ros.sensors import client
-from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, Wanted
 from improv_core.protocol.output import Edge, RawJoints, RawPoses
 from improv_core.score.senses import RobotSense, Topic
 from tests.processes import command_of, descendants
@@ -31,7 +31,7 @@ def reading(
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
     monkeypatch.setattr(client, "helper_command", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
-    reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {}, {}, {})
+    reader.read(Wanted({ANNA: Topic("/anna/bump", "std_msgs/Bool")}))
     try:
         yield reader, heard
     finally:
@@ -114,7 +114,7 @@ sys.stdin.readline()
 
 def test_a_pose_from_a_topic_that_no_longer_counts_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     with reading(monkeypatch, POSES) as (reader, heard):
-        reader.read({}, {"anna": "/anna/odom"}, {}, {})
+        reader.read(Wanted(odometry={"anna": "/anna/odom"}))
         found = heard.get(timeout=LIMIT)
         assert isinstance(found, RawPoses)
         assert [pose.topic for pose in found.poses] == ["/anna/odom"]
@@ -132,6 +132,6 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
 
     monkeypatch.setattr(client, "Child", start)
     reader = RosReader("node", lambda heard: None, time.monotonic)
-    reader.read({}, {"anna": "/anna/pose"}, {}, {}, period)
+    reader.read(Wanted(odometry={"anna": "/anna/pose"}, period=period))
     assert ("prompt" in started.get(timeout=LIMIT)) == urgent
     reader.close()

@@ -15,12 +15,12 @@ from improv_core.outputs.ros.buttons import Buttons
 from improv_core.outputs.ros.clock import SimulatedTime
 from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.joints.controllers import RosControllers
-from improv_core.outputs.ros.joints.trajectories import Channel, joint_states_of, needs_base
+from improv_core.outputs.ros.joints.trajectories import Channel, needs_base
 from improv_core.outputs.ros.nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
-from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, wanted_by
 from improv_core.outputs.ros.sensors.silence import silence
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
@@ -34,7 +34,6 @@ from improv_core.score.motion import STILL, Twist
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import RobotSense
-from improv_core.score.senses import Topic as SenseTopic
 
 REST = 0.005
 """Seconds between two reads: /clock may arrive a thousand times a second, but only the latest message counts."""
@@ -137,11 +136,8 @@ class RosSink(Sink):
         self._publisher.health.keep(parts.keys())
         if restart:
             self._publisher.health.zero = None  # performance time starts over
-        odometry = {name: part.odom for name, part in parts.items() if part.odom}
-        batteries = {name: part.battery for name, part in parts.items() if part.battery}
-        joint_states = {name: topic for name, part in parts.items() if (topic := joint_states_of(part))}
-        period = PROMPT if score.world.keep_apart is not None or score.safety.sight else USUAL
-        self._reader.read(_read_from_topics(parts), odometry, batteries, joint_states, period)
+        is_urgent = score.world.keep_apart is not None or score.safety.sight
+        self._reader.read(wanted_by(parts, PROMPT if is_urgent else USUAL))
         self._current = list(parts)
         self._controllers.take(parts, restart)
         self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))
@@ -336,12 +332,3 @@ class RosSink(Sink):
 def _here(score: Score) -> dict[str, Part]:
     """The parts of the robots that this stage moves."""
     return {robot: part for robot, part in score.parts.items() if not part.elsewhere}
-
-
-def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]:
-    return {
-        RobotSense(robot, sense): source
-        for robot, part in parts.items()
-        for sense, source in part.senses.items()
-        if isinstance(source, SenseTopic)
-    }

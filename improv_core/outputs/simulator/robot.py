@@ -14,24 +14,16 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
 
 
-def simulated(part: Part, now: float) -> SimulatedRobot:
-    """Return the robot of a part, at its start."""
-    motors = motors_of(part.profile, part.robot)
-    disc = Disc(part.profile.radius, motors is not None)
-    joints = SimulatedJoints(part.profile.body)
-    return SimulatedRobot(part, disc, motors, Motion(now, part.start), Trail(now, part.start), joints)
-
-
 @dataclass(slots=True)
 class SimulatedRobot:
     """A robot's state at its latest change, and its setpoints from then on."""
 
     part: Part
-    disc: Disc
-    motors: Motors | None
     motion: Motion
     trail: Trail
     joints: SimulatedJoints
+    motors: Motors | None = field(init=False)
+    disc: Disc = field(init=False)
     setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
     commanded: Twist = STILL
     """The latest twist that was sent to it."""
@@ -39,6 +31,9 @@ class SimulatedRobot:
     """Set while something blocks the robot's path."""
     bumped: bool = False
     """True after a bump, until the robot leaves what it hit or moves away."""
+
+    def __post_init__(self) -> None:
+        self.become(self.part)
 
     def become(self, part: Part) -> None:
         """Play another part from where it is."""

@@ -9,7 +9,8 @@ from itertools import pairwise
 from threading import Lock
 
 from improv_core.outputs.simulator.collisions import Collisions, NoCollisions, Pushed
-from improv_core.outputs.simulator.robot import SimulatedRobot, simulated
+from improv_core.outputs.simulator.joints import SimulatedJoints
+from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.senses import SimulatedSenses
 from improv_core.outputs.simulator.trails import Trail
 from improv_core.protocol.drawn import Bump, Snapshot
@@ -82,7 +83,8 @@ class Simulator(Sink):
                 if known := self._robots.get(name):
                     known.become(part)
                 else:
-                    self._robots[name] = simulated(part, self._now)
+                    motion, trail = Motion(self._now, part.start), Trail(self._now, part.start)
+                    self._robots[name] = SimulatedRobot(part, motion, trail, SimulatedJoints(part.profile.body))
             self._look_soon()
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:

@@ -10,12 +10,14 @@ from dataclasses import asdict
 from typing import NamedTuple
 
 from improv_core.ipc.child import Child, Policy
+from improv_core.outputs.ros.joints.trajectories import joint_states_of
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper_command
 from improv_core.protocol.output import Edge, RawJoints, RawPose, RawPoses
 from improv_core.protocol.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
 from improv_core.score.motion import Pose
+from improv_core.score.score import Part
 from improv_core.score.senses import RobotSense, Topic
 
 START_LIMIT = 10.0
@@ -40,15 +42,31 @@ USUAL, PROMPT = 0.05, 0.02
 """Seconds between two looks for poses: usually, and while robots have to keep apart."""
 
 
-class _Wanted(NamedTuple):
+class Wanted(NamedTuple):
     """The senses to read, the topics of robots' poses, batteries, and joint states, and the seconds between two looks
     for poses."""
 
-    sources: Mapping[RobotSense, Topic]
-    odometry: Mapping[str, str]
-    batteries: Mapping[str, str]
-    joint_states: Mapping[str, str]
-    period: float
+    sources: Mapping[RobotSense, Topic] = {}
+    odometry: Mapping[str, str] = {}
+    batteries: Mapping[str, str] = {}
+    joint_states: Mapping[str, str] = {}
+    period: float = USUAL
+
+
+def wanted_by(parts: Mapping[str, Part], period: float) -> Wanted:
+    """Return what has to be read for these parts."""
+    return Wanted(
+        {
+            RobotSense(robot, sense): source
+            for robot, part in parts.items()
+            for sense, source in part.senses.items()
+            if isinstance(source, Topic)
+        },
+        {robot: part.odom for robot, part in parts.items() if part.odom},
+        {robot: part.battery for robot, part in parts.items() if part.battery},
+        {robot: topic for robot, part in parts.items() if (topic := joint_states_of(part))},
+        period,
+    )
 
 
 class RosReader:
@@ -68,7 +86,7 @@ class RosReader:
         """The problem with the process, in one line."""
         self.unread: dict[str, str] = {}
         """Topics that can't be read, with the reasons."""
-        self._wanted = _Wanted({}, {}, {}, {}, USUAL)
+        self._wanted = Wanted()
         self._asked = -math.inf  # when the latest sense was added
         self._reported: dict[RobotSense, bool | None] = {}  # the latest values from the process
         self._values: dict[RobotSense, bool | None] = {}  # the values that count
@@ -83,28 +101,16 @@ class RosReader:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def read(
-        self,
-        sources: Mapping[RobotSense, Topic],
-        odometry: Mapping[str, str],
-        batteries: Mapping[str, str],
-        joint_states: Mapping[str, str],
-        period: float = USUAL,
-    ) -> None:
-        """Read only these senses from now on, and the poses, batteries, and joint states of these robots (robot:
-        topic).
-
-        `period` is the seconds between two looks for poses.
-        """
-        before = self._wanted
-        self._wanted = _Wanted(dict(sources), dict(odometry), dict(batteries), dict(joint_states), period)
-        if sources.items() - before.sources.items() or odometry.items() - before.odometry.items():
+    def read(self, wanted: Wanted) -> None:
+        """Read only this from now on."""
+        before, self._wanted = self._wanted, wanted
+        if wanted.sources.items() - before.sources.items() or wanted.odometry.items() - before.odometry.items():
             self._asked = self._clock()
-        self._posed = {robot for robot in self._posed if before.odometry.get(robot) == odometry.get(robot)}
-        kept = before.joint_states.items() & joint_states.items()
+        self._posed = {robot for robot in self._posed if before.odometry.get(robot) == wanted.odometry.get(robot)}
+        kept = before.joint_states.items() & wanted.joint_states.items()
         self.joints = {robot: self.joints.get(robot, {}) for robot, _ in kept}
-        self.batteries = {robot: share for robot, share in self.batteries.items() if robot in batteries}
-        if (sources or odometry or batteries or joint_states) and not self._thread.ident:
+        self.batteries = {robot: share for robot, share in self.batteries.items() if robot in wanted.batteries}
+        if any(wanted[:-1]) and not self._thread.ident:
             self._thread.start()
 
     def under_way(self) -> bool:
@@ -221,7 +227,7 @@ def _pose(each: MeasuredPose) -> RawPose:
     return RawPose(*where, each["frame"], each["stamp"], each["topic"])
 
 
-def _request(wanted: _Wanted) -> bytes:
+def _request(wanted: Wanted) -> bytes:
     senses: list[SenseToRead] = [
         {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in wanted.sources.items()
     ]

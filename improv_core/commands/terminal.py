@@ -34,8 +34,6 @@ from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening
 from improv_core.safety.stops import Stops
-from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Twist
 from improv_core.session.acts import News
 from improv_core.session.session import Edit, Playback
 from improv_core.session.start import Options
@@ -389,16 +387,7 @@ class TerminalSession:
         if not self._recorder or self._not_recorded:
             return
         try:
-            if message["type"] == "sent":
-                if "twist" in message:
-                    self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
-                if "joints" in message:
-                    joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
-                    self._recorder.record_joints(message["robot"], joints, message["wall"])
-            elif message["type"] == "measured":
-                self._recorder.record_poses(message)
-            else:
-                self._recorder.note(message, message["wall"])
+            self._recorder.take(message)
         except (OSError, ValueError) as problem:  # raised later: here, it would end the thread that reads the stage
             self._not_recorded = problem
             self.finished.set()

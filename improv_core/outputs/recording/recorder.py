@@ -19,7 +19,7 @@ from improv_core.outputs.cdr import (
     string_of,
     twist_message,
 )
-from improv_core.protocol.messages import Decided, Measured, Sensed, read_from_stage
+from improv_core.protocol.messages import Decided, Measured, Sensed, Sent, read_from_stage
 from improv_core.protocol.output import Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
@@ -161,6 +161,19 @@ class Recorder(Sink):
     def time(self, at: float) -> int:
         """The Unix time in nanoseconds of a performance time."""
         return self._start + round(at * SECOND)
+
+    def take(self, message: Sent | Measured | Sensed | Decided) -> None:
+        """Record a message of a stage at its own time. Raises ValueError if a command isn't finite, and OSError."""
+        if message["type"] == "measured":
+            self.record_poses(message)
+        elif message["type"] != "sent":
+            self.note(message, message["wall"])
+        else:
+            if "twist" in message:
+                self.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            if "joints" in message:
+                joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
+                self.record_joints(message["robot"], joints, message["wall"])
 
     def note(self, message: Sensed | Decided, time: int) -> None:
         """Record an event that was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""

@@ -24,7 +24,7 @@ LOOK = 0.25
 
 def follow(state: SessionState) -> Decided:
     """Follow the clock that the score of real robots names, instead of each stage: they are sent no clock."""
-    wanted = state.moving.score.clock if state.moving else None
+    wanted = state.on_robots.score.clock
     state = replace(state, looks=-math.inf)
     if wanted and wanted.follow == "ros":
         line = "stages on other machines don't follow the time of a simulation: the program's tempo counts"
@@ -43,7 +43,7 @@ def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> Decided:
     acts: list[Act] = [warning(found_line(before))] if before.silent else []
     if not anchor.rate:
         state, more = _stands(state, now)
-    elif state.mode == "armed" and (together.arming(state) is None or state.stands) and state.enters == math.inf:
+    elif state.mode == "armed" and (state.on_robots.arming is None or state.stands) and state.enters == math.inf:
         state, more = enter(state, 0.0, now)
     elif state.mode == "paused" and state.stands and (lead := together.position(state)):
         state, more = enter(state, lead["beat"], now)
@@ -124,7 +124,7 @@ def _bend(state: SessionState, now: Now) -> Decided:
     assert clock
     latest = state.bent if state.bent and state.bent["at"] > lead["monotonic"] else None
     pace = latest["pace"] if latest else lead.get("pace", 1.0)
-    per_second = float(together.tempo(state) * together.speed(state)) * pace / 60
+    per_second = float(state.on_robots.score.tempo * together.speed(state)) * pace / 60
     beat = latest["beat"] + (at - latest["at"]) * per_second if latest else together.beat_at(lead, at)
     clock = clock.aligned(together.speed(state), beat, at)
     assert clock.anchor
@@ -140,4 +140,4 @@ def _bend(state: SessionState, now: Now) -> Decided:
 
 def _pace(state: SessionState, rate: float) -> float:
     """Return the factor for the program's tempo at which all play this many beats of the clock a second."""
-    return float(within_reach(rate * 60 / float(together.tempo(state))))
+    return float(within_reach(rate * 60 / float(state.on_robots.score.tempo)))

@@ -15,7 +15,8 @@ from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 def halt(state: SessionState, key: StageKey) -> SendScore:
     """Have a stage stop the robots of all scores that may play on it, even if it has yet to find them."""
     idles = key.output == state.idle
-    scores = [state.moving.score] if idles and state.moving else [*state.editions.sent.values()]
+    robots = state.on_robots.score
+    scores = [robots] if idles and robots.parts else [*state.editions.sent.values()]
     return SendScore([key], PlayScore(_standing(scores), "", 0, generation=state.generation))
 
 

@@ -87,7 +87,7 @@ def _armed(state: SessionState, host: str, said: Armed, now: Now) -> Decided:
     lead reports when it counts, and that it has begun."""
     ready = all(state.robots[host].armed for host in state.alive)
     if state.mode == "gathering" and ready:
-        if together.arming(state) is None:
+        if state.on_robots.arming is None:
             return clock.ready(state, now) if state.following else begin(state, now.at + together.ahead(state))
         begins, count = together.begins(state), together.count(state)
         armed: Armed = {"type": "armed", "generation": state.generation, "armed": True, "begins": None}
@@ -183,7 +183,7 @@ def _gone(state: SessionState, host: str, why: str) -> Decided:
     led, stage = together.lead(state) == host, state.robots[host]
     before = stage.transport
     reported = before is not None and before["state"] in ("playing", "waiting")
-    moved = state.moving is not None and (reported or stage.may_move or stage.died_moving)
+    moved = bool(state.editions.sent) and (reported or stage.may_move or stage.died_moving)
     state = together.with_all(state, [host], alive=False, armed=False, may_move=False, died_moving=moved)
     state = together.without(state, host)
     continues = state.mode != "stopped" and together.lead(state) is not None

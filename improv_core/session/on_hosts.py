@@ -42,7 +42,7 @@ def play(state: SessionState, wanted: PlayScore, now: Now) -> Decided:
     if not together.may_start(state, wanted.by):
         return state, [warning(STOPPED)]
     continues = wanted.when != "restart" and state.mode in ("playing", "paused")
-    state, told = clock.follow(replace(state, moving=wanted))
+    state, told = clock.follow(replace(state, on_robots=wanted))
     lost = together.robots_of(state, HERE) if HERE not in state.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
     told += [warning(line)] if lost else []
@@ -69,9 +69,9 @@ def resume(state: SessionState, message: Resume, now: Now) -> Decided:
     if state.mode == "armed":
         at = now.at + together.ahead(state)
         return clock.enter(state, 0.0, now) if together.is_led(state) else begin(state, at)
-    if state.mode == "unplaced" and state.moving:
-        again = replace(state.moving, anyway=anyway, stops=now.stops, by=None)
-        return _gather(replace(state, moving=again), again, now)
+    if state.mode == "unplaced":
+        again = replace(state.on_robots, anyway=anyway, stops=now.stops, by=None)
+        return _gather(replace(state, on_robots=again), again, now)
     if state.mode == "stopped" and lead and lead["state"] == "paused":
         # Somebody has sought since the stop: they continue from there, and stages that could not seek join them.
         said = {host: state.robots[host].transport for host in state.alive}
@@ -185,8 +185,8 @@ def _gather(state: SessionState, wanted: PlayScore, now: Now) -> Decided:
 
 def admit(state: SessionState, now: Now) -> Decided:
     """Have the stages that wait to join play along, if that is possible now."""
-    moving, hosts, entry = state.moving, sorted(state.joining), None
-    if moving is None or not hosts:
+    hosts, entry = sorted(state.joining), None
+    if not hosts:
         return state, []
     gathers = state.mode in ("gathering", "armed")
     if gathers:
@@ -198,7 +198,7 @@ def admit(state: SessionState, now: Now) -> Decided:
     state = replace(state, joining=frozenset())
     # Somebody asked for the score earlier, and nobody has stopped it: so each may know of all presses it has received.
     stops = {StageKey(host, "ros"): state.robots[host].pressed["count"] for host in hosts}
-    wanted = replace(moving, when="restart", by=None, arming=None)
+    wanted = replace(state.on_robots, when="restart", by=None, arming=None)
     return state, [SendScore([*stops], wanted, entry, stops=stops, whole=True, gathers=gathers)]
 
 

@@ -242,7 +242,7 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     pages = [key for key in state.stages if key.output == "page"]
     state = replace(state, played=play, latest=play, generation=play.generation, is_on=True, entered=None, clock=wanted)
     if state.is_real:
-        state = on_hosts.play(state, play, now)[0] if state.is_spread else replace(state, moving=play)
+        state = on_hosts.play(state, play, now)[0] if state.is_spread else replace(state, on_robots=play)
     for key, stage in state.stages.items():
         if key.output == state.leader and stage.alive:
             state = state.with_stage(key, died_moving=False, only_halts=False)
@@ -263,7 +263,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone) -> Decided:
         state = replace(state, is_on=False, waits_for=())
     if stage.output == "ros":
         state = stopped(without(state, stage.host))
-    moved = not shown and bool(state.editions.sent or state.moving)
+    moved = not shown and bool(state.editions.sent)
     dead = replace(before, alive=False, armed=False, may_move=False, died_moving=moved)
     state = replace(state, stages={**state.stages, stage: dead}, latest=state.latest if idles else None)
     again = "" if idles else "; save to play again"

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 from improv_core.protocol.clock_messages import BendMessage
@@ -106,15 +107,19 @@ class PlayScore:
     by: Automation | None = None
 
 
+NOTHING = PlayScore(Score(Fraction(1), {}), "", 0)
+"""The score of robots that have been sent none."""
+
+
 @dataclass(frozen=True, slots=True)
 class SessionState:
     """The stages, and what they play. Only `on_request`, `on_report`, `waited`, and the code that starts and ends
     stages make the next one.
 
-    The stages of one output is the `leader`; all others follow from that. `played` is the score that Restart plays
-    again, and `latest` is the same if stages may still need it: once one has died, they don't. `moving` is the latest
-    score that real robots were sent. `entered` is the first message about the playing of `latest`, and `behind` the
-    seconds by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
+    The output of the stages whose reports count is the `leader`. `played` is the score that Restart plays again, and
+    `latest` is the same if stages may still need it: once one has died, they don't. `on_robots` is the latest score
+    that real robots were sent. `entered` is the first message about the playing of `latest`, and `behind` the seconds
+    by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
     leader. `unobeyed` are the stops of pages, each with the hosts of real robots that have yet to obey it. `clock` is
     the clock of music that the session listens to.
 
@@ -139,7 +144,7 @@ class SessionState:
     """True if something plays, or is about to."""
     played: PlayScore | None = None
     latest: PlayScore | None = None
-    moving: PlayScore | None = None
+    on_robots: PlayScore = NOTHING
     generation: int = 0
     editions: PartVersions = field(default_factory=PartVersions)
     entered: TransportMessage | None = None

@@ -11,7 +11,7 @@ from typing import Any
 
 from improv_core.protocol.commands import AUTOMATIONS, Automation, Resume
 from improv_core.protocol.limits import MOST_AHEAD
-from improv_core.protocol.messages import Arming, CountJson, TransportMessage
+from improv_core.protocol.messages import CountJson, TransportMessage
 from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Decided, Now, send
 from improv_core.session.state import HERE, SessionState, StageKey
@@ -39,7 +39,7 @@ def playing(state: SessionState) -> list[str]:
 
 def lead(state: SessionState) -> str | None:
     """Return the host whose stage's position counts for all: the first one that plays and moves robots."""
-    with_robots = {host_of(state, robot) for robot in _robots(state)}
+    with_robots = {host_of(state, robot) for robot in state.on_robots.score.parts}
     return min(playing(state), key=lambda host: (host not in with_robots, host), default=None)
 
 
@@ -51,13 +51,13 @@ def position(state: SessionState) -> TransportMessage | None:
 
 def host_of(state: SessionState, robot: str) -> str:
     """Return the host whose stage moves a robot."""
-    part = state.moving.score.parts.get(robot) if state.moving else None
+    part = state.on_robots.score.parts.get(robot)
     return part.host.name if part and part.host else HERE
 
 
 def robots_of(state: SessionState, host: str) -> list[str]:
     """Return the robots that the stage of a host moves."""
-    return [robot for robot in _robots(state) if host_of(state, robot) == host]
+    return [robot for robot in state.on_robots.score.parts if host_of(state, robot) == host]
 
 
 def ahead(state: SessionState) -> float:
@@ -67,12 +67,7 @@ def ahead(state: SessionState) -> float:
 
 def bar(state: SessionState) -> int:
     """Return the number of beats in a bar."""
-    return (state.moving.score.bar or state.moving.beats_per_bar) if state.moving else 0
-
-
-def tempo(state: SessionState) -> Fraction:
-    """Return the tempo of the program, in beats per minute."""
-    return Fraction(state.moving.score.tempo) if state.moving else Fraction(0)
+    return state.on_robots.score.bar or state.on_robots.beats_per_bar
 
 
 def speed(state: SessionState) -> Fraction:
@@ -83,19 +78,14 @@ def speed(state: SessionState) -> Fraction:
 
 def count(state: SessionState) -> CountJson | None:
     """Return the count of each stage before beat 0, from when it is sent the time to begin."""
-    if not state.moving or not state.moving.score.count_in or state.following:
+    if not state.on_robots.score.count_in or state.following:
         return None
-    return {"beats": bar(state), "period": 60 / float(tempo(state) * speed(state))}
-
-
-def arming(state: SessionState) -> Arming | None:
-    """Return how beat 0 waits for a person, or a time; None if it doesn't."""
-    return state.moving.arming if state.moving else None
+    return {"beats": bar(state), "period": 60 / float(state.on_robots.score.tempo * speed(state))}
 
 
 def begins(state: SessionState) -> float:
     """Return the time at which beat 0 comes by itself while it waits for a person, in Unix time; infinite if never."""
-    return (arming(state) or {}).get("begins", math.inf)
+    return (state.on_robots.arming or {}).get("begins", math.inf)
 
 
 def opens(state: SessionState) -> float:
@@ -180,10 +170,6 @@ def entry_at(transport: TransportMessage, beat: float, monotonic: float) -> Take
     if "pace" in transport:
         entry["pace"] = transport["pace"]
     return entry
-
-
-def _robots(state: SessionState) -> Iterable[str]:
-    return state.moving.score.parts if state.moving else ()
 
 
 def resume_at(state: SessionState, hosts: Iterable[str], beat: float, at: float, resume: Resume = RESUME) -> Decided:

@@ -11,6 +11,7 @@ from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
 from improv_ls.code_description import href
+from improv_ls.documents import AnyDocument
 from improv_ls.positions import Encoding, to_range
 
 if TYPE_CHECKING:  # diagnostics must not wait for these
@@ -78,11 +79,9 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
     return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
 
 
-def completion(
-    uri: str, lines: LineIndex, found: Completion, snippets: bool, encoding: Encoding
-) -> types.CompletionList:
+def completion(document: AnyDocument, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
     """Convert the completions in our order; as snippets for clients that support them."""
-    replaced = to_range(lines, found.span, encoding)
+    replaced = to_range(document.lines, found.span, encoding)
     items = []
     for number, item in enumerate(found.items):
         snippet = snippets and item.snippet
@@ -95,7 +94,7 @@ def completion(
                 filter_text=item.label,
                 text_edit=types.TextEdit(replaced, item.snippet if snippet else item.label),
                 insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
-                data=[uri, found.statement, item.kind],
+                data=[document.uri, found.statement, item.kind],
             )
         )
     return types.CompletionList(is_incomplete=not found.whole, items=items)

@@ -45,14 +45,14 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
     return types.DocumentHighlight(to_range(lines, reference.span, encoding), kind)
 
 
+def text_edits(document: AnyDocument, edits: Sequence[Edit], encoding: Encoding) -> list[types.TextEdit]:
+    return [types.TextEdit(to_range(document.lines, edit.span, encoding), edit.text) for edit in edits]
+
+
 def workspace_edit(changes: Changes, editor: Editor, new: Sequence[str] = ()) -> types.WorkspaceEdit:
     """Return edits for an editor, with the versions of documents if it takes versions, and of `new` files, which it
     must be able to create."""
-    texts = [
-        (each, [types.TextEdit(to_range(each.lines, edit.span, editor.encoding), edit.text) for edit in edits])
-        for each, edits in changes
-        if edits
-    ]
+    texts = [(each, text_edits(each, edits, editor.encoding)) for each, edits in changes if edits]
     if not editor.takes_document_changes and not new:
         return types.WorkspaceEdit(changes={each.uri: edits for each, edits in texts})
     created = types.CreateFileOptions(ignore_if_exists=True)
@@ -83,13 +83,13 @@ def symbol_information(uri: str, lines: LineIndex, entry: OutlineEntry, encoding
     return types.SymbolInformation(place, message(entry.name), _KINDS[entry.kind])
 
 
-def call_hierarchy_item(uri: str, lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.CallHierarchyItem:
+def call_hierarchy_item(document: AnyDocument, entry: OutlineEntry, encoding: Encoding) -> types.CallHierarchyItem:
     return types.CallHierarchyItem(
         name=message(entry.name),
         kind=_KINDS[entry.kind],
-        uri=uri,
-        range=to_range(lines, entry.span, encoding),
-        selection_range=to_range(lines, entry.name_span, encoding),
+        uri=document.uri,
+        range=to_range(document.lines, entry.span, encoding),
+        selection_range=to_range(document.lines, entry.name_span, encoding),
         detail=entry.detail or None,
     )
 

@@ -16,7 +16,7 @@ from improv_ls.to_lsp_locations import call_hierarchy_item
 
 def prepare(ls: Session, document: Document, params: types.CallHierarchyPrepareParams) -> list[types.CallHierarchyItem]:
     entry = hierarchy.prepare(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
-    return [call_hierarchy_item(document.uri, document.lines, entry, ls.editor.encoding)] if entry else []
+    return [call_hierarchy_item(document, entry, ls.editor.encoding)] if entry else []
 
 
 def incoming(
@@ -41,4 +41,4 @@ def _calls(
     lines, encoding = document.lines, ls.editor.encoding
     for call in find(document.analysis, to_offset(lines, item.selection_range.start, encoding)):
         ranges = [to_range(lines, span, encoding) for span in call.spans]
-        yield call_hierarchy_item(document.uri, lines, call.entry, encoding), ranges
+        yield call_hierarchy_item(document, call.entry, encoding), ranges

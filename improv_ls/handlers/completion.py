@@ -27,7 +27,7 @@ def completion(ls: Session, document: AnyDocument, params: types.CompletionParam
     if params.context and params.context.trigger_character and not (found.items and found.items[0].kind in short):
         return None
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
-    return to_lsp.completion(document.uri, document.lines, found, bool(snippets), ls.editor.encoding)
+    return to_lsp.completion(document, found, bool(snippets), ls.editor.encoding)
 
 
 def _robots_of(ls: Session, file: RobotsFile) -> list[str]:

@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lsprotocol import types
 
-from improv_core.text import LineIndex
-from improv_ls.positions import to_span
 from tests.ls.client import Client
+from tests.ls.test_actions import applied
 from tests.open_page import connected, live_behind
 
 CAPABILITIES = {
@@ -44,12 +42,7 @@ def play(client: Client, file: Path, text: str = PROGRAM) -> str:
 def edited(text: str, client: Client) -> tuple[Mapping[str, Any], str]:
     """Return the document of the requested edit, and its text after that."""
     (change,) = client.wait("workspace/applyEdit")["edit"]["documentChanges"]
-    lines = LineIndex(text)
-    for edit in reversed(change["edits"]):
-        begin, end = (types.Position(**edit["range"][side]) for side in ("start", "end"))
-        span = to_span(lines, types.Range(begin, end), "utf-16")
-        text = text[: span.start] + str(edit["newText"]) + text[span.end :]
-    return change["textDocument"], text
+    return change["textDocument"], applied(text, change["edits"])
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import routes
 from improv_core.page.server import PageServer
-from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, Show, link, wait, watch
+from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, Show, leave, link, new_page, wait, watch
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
 
@@ -92,3 +92,16 @@ def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: P
     }""")
     while commands.get(timeout=LIMIT)["type"] != "stop":
         pass
+
+
+def test_a_stop_arrives_even_if_the_page_can_draw_nothing(
+    window: BrowserContext, viewer: PageServer, commands: Commands
+) -> None:
+    page, wrong = new_page(window)
+    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.goto(link(viewer))
+    page.get_by_role("button", name="Stop").click()
+    while commands.get(timeout=LIMIT)["type"] != "stop":
+        pass
+    assert "this browser can't draw" in wrong[0]
+    leave(page)

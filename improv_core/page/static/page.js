@@ -44,6 +44,13 @@ import { Timeline } from "./timeline/timeline.js"
 /** @import { Change } from "./score/changes.js" */
 /** @import { Message, Messages } from "./net/messages.js" */
 
+// First of all, so that Stop works even if a part of the page fails.
+const put = connect(take, connection)
+sendBy((request) => {
+  put(request)
+  if (request.type === "stop" || request.type === "pause") editor.saving.halt()
+})
+
 const stage = findA("stage", HTMLCanvasElement)
 const motion = new Motion()
 const trails = new Trails()
@@ -192,7 +199,6 @@ function connection(now) {
 function showProgram() {
   if (!program.current) return
   const { score: message } = program.current
-  clock.bar = message.bar
   if (!editor.open) score.show(message.text)
   playingWords.forget()
   showScenes(message)
@@ -210,7 +216,7 @@ function showCast() {
 }
 
 function showMeetings() {
-  timeline.showMeetings(meetings.show(program.current?.score.generation, clock.bar))
+  timeline.showMeetings(meetings.show(program.current?.score.generation, program.bar))
 }
 
 /**
@@ -268,11 +274,6 @@ function fit() {
   timeline.resize()
 }
 
-const put = connect(take, connection)
-sendBy((request) => {
-  if (request.type === "stop" || request.type === "pause") editor.saving.halt()
-  put(request)
-})
 offerFiles(stage)
 offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 

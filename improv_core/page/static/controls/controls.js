@@ -6,6 +6,7 @@ import { notices } from "../base/notices.js"
 import { LIMITS } from "../net/requests.js"
 import { send } from "../net/send.js"
 import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
 import { confirmSeek, seekBy } from "./seek.js"
 
 const [SLOWEST, FASTEST] = LIMITS.speed.factor
@@ -79,8 +80,8 @@ export function showTransport() {
   const plays = playing ? "Pause" : clock.armed ? "Begin" : "Play"
   find("state-word").textContent = open || (connection === "over" && played) ? (clock.armed ? armedWord() : played ? state : "ready") : "offline"
   find("beat").hidden = !played
-  const { bar, lastBeat } = clock
-  const bars = whole(Math.ceil(lastBeat / (bar ?? 1)))
+  const { bar } = program
+  const bars = whole(Math.ceil(clock.lastBeat / (bar ?? 1)))
   find("beat-end").textContent = beats === null ? "· ∞" : bar ? `/ ${bars} ${bars === "1" ? "bar" : "bars"}` : `/ ${bars}`
   find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
   find("backend").textContent = backend ?? ""
@@ -117,7 +118,8 @@ function armedWord() {
 export function showBeat() {
   const beat = clock.beat()
   const { beats } = clock.transport
-  const { bar, countedBeat } = clock
+  const { countedBeat } = clock
+  const { bar } = program
   const text = whole(bar ? ((countedBeat - 1) % bar) + 1 : countedBeat)
   const inBar = bar ? whole(Math.ceil(countedBeat / bar)) : ""
   const changed = find("beat-now").textContent !== text || find("in-bar").dataset.bar !== inBar
@@ -137,9 +139,9 @@ export function spoken() {
   const { state, tempo, beats, beat } = clock.transport
   if (clock.counted.number) return "count-in"
   if (clock.armed) return `${armedWord()}: press Play to begin`
-  if (state === "paused") return `paused at ${clock.words}`
+  if (state === "paused") return `paused at ${program.position}`
   if (state !== "playing") return state
-  const from = beat > 0.5 ? ` from ${clock.words}` : ""
+  const from = beat > 0.5 ? ` from ${program.position}` : ""
   const length = beats === null ? "without end" : `${round(beats)} beats`
   return `playing${from} ${length} at ${round(tempo)} beats per minute`
 }

@@ -9,8 +9,6 @@ import { clockOffset, withAnswer } from "../net/clock-offset.js"
  *   { speed: number, muted: string[], soloed: string[] }} Transport */
 
 export class Clock {
-  /** @type {number | null} */
-  bar = null // how many beats a bar has, if the program says it
   /** @type {Messages["armed"] | null} */
   armed = null // everything is ready, and waits for a person or a time
   /** @type {Transport} */
@@ -114,11 +112,6 @@ export class Clock {
   /** The number of the present beat, counted from 1. */
   get countedBeat() {
     return Math.min(Math.floor(this.beat() + 1e-6) + 1, this.lastBeat)
-  }
-
-  /** The present position, counted from 1, in words. */
-  get words() {
-    return formatPosition(this.countedBeat - 1, this.bar)
   }
 
   /**

@@ -3,7 +3,7 @@
 
 import { Anchor } from "./anchor.js"
 import { Lookahead } from "./lookahead.js"
-import { clock } from "./clock.js"
+import { clock, formatPosition } from "./clock.js"
 import { fetchPicture } from "../net/backend.js"
 import { send } from "../net/send.js"
 
@@ -74,6 +74,16 @@ export class Program {
     if (newest && beat !== undefined) {
       this.anchor.look(this.current, newest.poses, beat, now, (name) => clock.isSilent(name))
     }
+  }
+
+  /** The number of beats in a bar; null if the program doesn't say it. */
+  get bar() {
+    return this.current?.score.bar ?? null
+  }
+
+  /** The present position, counted from 1, in words. */
+  get position() {
+    return formatPosition(clock.countedBeat - 1, this.bar)
   }
 
   /** The name of files that are saved, without an ending. */

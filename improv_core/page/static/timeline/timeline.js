@@ -124,7 +124,7 @@ export class Timeline {
     const known = rows.filter(({ dataset: { robot = "" } }) => measured.has(robot))
     const beat = known.length ? this.#pointed : null
     const count = rows.length > CROWD_SIZE ? `${rows.length} robots` : "" // most have to be scrolled to
-    find("robots-head").textContent = beat === null ? count : formatPosition(Math.floor(beat), clock.bar)
+    find("robots-head").textContent = beat === null ? count : formatPosition(Math.floor(beat), program.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
       const { robot = "" } = row.dataset
@@ -145,7 +145,7 @@ export class Timeline {
     const values = {
       "aria-valuenow": Number(beat.toFixed(2)),
       "aria-valuemax": beats ?? Math.ceil(beat) + 1,
-      "aria-valuetext": `${clock.words}${beats === null ? ", endless" : ` of ${formatPosition(clock.lastBeat - 1, clock.bar).replace(/^beat /, "")}`}`,
+      "aria-valuetext": `${program.position}${beats === null ? ", endless" : ` of ${formatPosition(clock.lastBeat - 1, program.bar).replace(/^beat /, "")}`}`,
     }
     for (const [name, value] of Object.entries(values)) this.#line.setAttribute(name, String(value))
   }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import product
 
 import pytest
 
@@ -15,7 +16,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
-from improv_core.score.senses import BUILT_IN, OscName, RobotSense, Source, Topic
+from improv_core.score.senses import BUILT_IN, Key, OscName, RobotSense, Source, Topic
 from improv_core.text import Span
 from tests.player.test_player import QUARTER, Stage, score
 
@@ -143,6 +144,22 @@ def test_the_senses_of_simulated_robots_can_be_forced_and_those_of_real_ones_not
     assert simulated.moves() == [(0, GOES), (1.5, STANDS)]
     assert real.moves() == [(0, GOES)]
     assert real.lines == ["anna is a real robot: its senses can't be forced"]
+
+
+@pytest.mark.parametrize("follows", [False, True], ids=["it is forced", "another stage leads"])
+def test_a_key_and_osc_change_no_sense_that_is_forced_or_announced(follows: bool) -> None:
+    stage, now = Reacting(), {"beat": 0.0, "monotonic": 1000.0}
+    senses: Mapping[str, Source] = {"near": Key("d"), "drop": OscName("kick")}
+    anna, bert = until(repeat(FORWARD), NEAR), until(repeat(FORWARD), Condition("drop", True))
+    stage.perform(open_score(senses=senses, anna=anna, bert=bert), entry=now if follows else None)
+    for robot, sense in product(("anna", "bert"), () if follows else senses):
+        stage.ask("force", robot=robot, sense=sense, value=False)
+    stage.run(1.5)
+    known, moves = list(stage.told), (stage.moves("anna"), stage.moves("bert"))
+    stage.player.sense(Edge(Key("d"), True, stage.now), stage.now)
+    stage.ask("osc_sense", name="kick", robot="bert", value=True)
+    stage.run(1)
+    assert (stage.told, stage.moves("anna"), stage.moves("bert")) == (known, *moves)
 
 
 def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_on() -> None:

@@ -15,7 +15,7 @@ from improv_core.hosts.clock_offset import (
     noted,
     steered,
 )
-from improv_core.hosts.frames import TimeThere
+from improv_core.hosts.frames import RemoteTimes
 from improv_core.hosts.time_translation import SECOND, TimeTranslation
 
 OFTEN, MOVING, RESTING = 0.05, 0.1, 0.5
@@ -39,7 +39,7 @@ class Asking:
     number: int = 0
     questions: Mapping[int, float] = field(default_factory=dict)
     exchanges: Exchanges = field(default_factory=Exchanges)
-    latest: TimeThere | None = None
+    latest: RemoteTimes | None = None
     found: Estimated | None = None
     clock: RemoteClock | None = None
     ways: tuple[float, ...] = ()
@@ -57,7 +57,7 @@ def asked(asking: Asking, number: int, now: float) -> Asking:
     return replace(asking, number=number, questions={**open_, number: now})
 
 
-def told(asking: Asking, answer: TimeThere, now: float) -> Asking:
+def told(asking: Asking, answer: RemoteTimes, now: float) -> Asking:
     """Take an answer. One to a question that was never asked is ignored."""
     sent = asking.questions.get(answer.number)
     if sent is None:

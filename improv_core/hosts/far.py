@@ -26,7 +26,7 @@ from typing import Any
 
 from improv_core.hosts import hang_detection
 from improv_core.hosts.exclusive_use import TakenError, take
-from improv_core.hosts.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, TimeThere, number_in
+from improv_core.hosts.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, RemoteTimes, number_in
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
@@ -90,7 +90,7 @@ class FarOutbox:
             self._changed.wait_for(lambda: self._first or self._lines or self._closed)
             if self._first:
                 frame = self._first.popleft()
-                return frame if isinstance(frame, bytes) else _time_there(*frame)
+                return frame if isinstance(frame, bytes) else _remote_times(*frame)
             if not self._lines:
                 return b""
             line = self._lines.popleft()
@@ -99,9 +99,9 @@ class FarOutbox:
             return line
 
 
-def _time_there(number: int, arrived: int) -> bytes:
+def _remote_times(number: int, arrived: int) -> bytes:
     answered, wall = time.monotonic_ns(), time.time_ns()
-    return TimeThere(number, arrived, answered, wall, round(asleep() * 1e9)).frame()
+    return RemoteTimes(number, arrived, answered, wall, round(asleep() * 1e9)).frame()
 
 
 class FarEnd:

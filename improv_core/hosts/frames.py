@@ -5,7 +5,7 @@
 | `s` | a line for the channel of stops | |
 | `l` | the next line for standard input is a score | |
 | `m`, `M` | a chunk of a line for standard input, its last chunk | `m`: a line of the stage |
-| `c` | a number: asks for the time there | the number, and the times (`TimeThere`) |
+| `c` | a number: asks for the time there | the number, and the times (`RemoteTimes`) |
 | `a` | | so many more bytes have reached the stage |
 | `h` | | the far end has begun |
 | `i` | | a description of the machine, if we only look; that all is done, if we set up |
@@ -45,7 +45,7 @@ class LinkFrame:
 
 
 @dataclass(frozen=True, slots=True)
-class TimeThere:
+class RemoteTimes:
     """The far end's answer to the question with this number, in nanoseconds: the times of its monotonic clock at which
     the question `arrived` and was `answered`; the time of its Unix clock at the latter (`wall`); and for how long that
     machine has been `asleep`."""
@@ -60,13 +60,13 @@ class TimeThere:
         return b"c%d %d %d %d %d\n" % (self.number, self.arrived, self.answered, self.wall, self.asleep)
 
 
-def time_in(rest: bytes) -> TimeThere:
+def time_in(rest: bytes) -> RemoteTimes:
     """Return the times in a frame. Raises FrameError."""
     try:
         number, arrived, answered, wall, asleep = map(number_in, rest.split(b" "))
     except ValueError:
         raise FrameError("it answers with something else than times") from None
-    return TimeThere(number, arrived, answered, wall, asleep)
+    return RemoteTimes(number, arrived, answered, wall, asleep)
 
 
 _MOST_DIGITS = 20

@@ -11,10 +11,12 @@ import asyncio
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from improv_core.protocol.json_lines import Lines, own_output
-from improv_core.protocol.music_messages import FromClock
+
+if TYPE_CHECKING:  # a process that only hears a clock needs no score, and little memory
+    from improv_core.protocol.music_messages import FromClock
 
 OFTEN = 0.1
 """Seconds between two anchors."""

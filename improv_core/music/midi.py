@@ -10,14 +10,16 @@ import queue
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from improv_core.music.midi_time import MidiTime, heard
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.clock_messages import AnchorMessage
 from improv_core.protocol.json_lines import Lines, own_output
-from improv_core.protocol.music_messages import FromClock
 from improv_core.score.peer_clock import Anchor
+
+if TYPE_CHECKING:  # a process that only hears a clock needs no score, and little memory
+    from improv_core.protocol.music_messages import FromClock
 
 LOOK = 2.0
 """Seconds between two searches for inputs: they come and go with their cables."""

@@ -17,7 +17,7 @@ from improv_core.hosts.clock_queries import (
     told,
     translation,
 )
-from improv_core.hosts.frames import TimeThere
+from improv_core.hosts.frames import RemoteTimes
 from improv_core.hosts.time_translation import SECOND
 
 AHEAD = 100.0
@@ -31,7 +31,7 @@ def exchanged(seconds: float, way: float = 0.001) -> Asking:
         now = number * OFTEN
         asking = asked(asking, number, now)
         at = round((now + way + AHEAD) * SECOND)
-        answer = TimeThere(number, at, at, wall=at + 50 * SECOND, asleep=round(ASLEEP * SECOND))
+        answer = RemoteTimes(number, at, at, wall=at + 50 * SECOND, asleep=round(ASLEEP * SECOND))
         asking = estimated(told(asking, answer, now + 2 * way), now + 2 * way)
     return asking
 
@@ -55,9 +55,9 @@ def test_the_clock_there_is_known_after_a_few_answers() -> None:
 
 def test_an_answer_without_a_question_is_ignored() -> None:
     known = exchanged(5)
-    liar = TimeThere(12_345, 0, 0, 0, 0)
+    liar = RemoteTimes(12_345, 0, 0, 0, 0)
     assert told(known, liar, 6.0) == known
-    again = TimeThere(3, 0, 0, 0, 0)  # was answered
+    again = RemoteTimes(3, 0, 0, 0, 0)  # was answered
     assert told(known, again, 6.0) == known
 
 
@@ -66,7 +66,7 @@ def test_a_message_nearly_always_arrives_within_the_longest_way_of_the_latest_qu
     assert lag(known) == pytest.approx(0.02, abs=1e-6)
     lost = asked(known, 1_000, 5.0)
     at = round((5.3 + AHEAD) * SECOND)  # it was lost, and sent again
-    assert lag(told(lost, TimeThere(1_000, at, at, 0, 0), 5.32)) == pytest.approx(0.3, abs=1e-3)
+    assert lag(told(lost, RemoteTimes(1_000, at, at, 0, 0), 5.32)) == pytest.approx(0.3, abs=1e-3)
     assert lag(Asking(0.0)) == 0.0
 
 

@@ -15,7 +15,7 @@ from improv_core.hosts.frames import (
     Incoming,
     LinkFrame,
     Outgoing,
-    TimeThere,
+    RemoteTimes,
     time_in,
 )
 
@@ -115,7 +115,7 @@ def test_garbage_is_refused_with_a_reason(data: bytes, problem: str) -> None:
 
 
 def test_an_answer_arrives_as_it_was_sent() -> None:
-    answer = TimeThere(7, 10**15, 10**15 + 1, 1_700_000_000_123_456_789, 5)
+    answer = RemoteTimes(7, 10**15, 10**15 + 1, 1_700_000_000_123_456_789, 5)
     (frame,) = Incoming(b"c", 1_000).take(answer.frame())
     assert time_in(frame.rest) == answer
 

@@ -160,12 +160,12 @@ class Facts:
     """Facts that decisions depend on.
 
     `now` is the time on the clock, and `real` is true if real robots move. Other stages have done the same `late`
-    seconds ago, so this one continues from where they are. `over` is the beat at which the last part of
-    this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
-    `held` are the deadman buttons that people hold. `poses` are those of simulated robots that senses have moved.
-    `places` are the ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0
-    back, `wall` is the wall clock, in Unix time. `unseen` are robots that must be seen and aren't. `unreached` are
-    robots that have moved and are out of reach, as far as is known. `paths` computes ideal poses.
+    seconds ago, so this one continues from where they are. `over` is the beat at which the last part of this scene is
+    over. `away` are robots that no longer listen, and `standing` those that stand until the next play. `held` are the
+    deadman buttons that people hold. `poses` are those of simulated robots that senses have moved. `places` are the
+    ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0 back, `wall` is the
+    wall clock, in Unix time. `unseen` are robots that must be seen and aren't. `unreached` are robots that have moved
+    and are out of reach, as far as is known. `paths` computes ideal poses.
     """
 
     now: float = 0.0

@@ -1,4 +1,4 @@
-"""Every program of the conformance suite compiles to the expected segments."""
+"""Every program of the conformance suite, and of that with body parts, compiles to the expected segments."""
 
 from __future__ import annotations
 
@@ -8,13 +8,25 @@ from typing import Any
 
 import pytest
 
-from improv_core.program.analysis import analyze
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.program.script import read_script
+from improv_core.robots.config import read_robots
 from improv_core.score.score_json import from_json, to_json
 
-CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent.parent / "conformance.json").read_text())["cases"]
+TESTS = Path(__file__).parent.parent
+CASES: list[dict[str, Any]] = json.loads((TESTS / "conformance.json").read_text())["cases"]
 ANALYSES = {case["program"]: analyze(case["program"]) for case in CASES}
+SUITE: dict[str, Any] = json.loads((TESTS / "bodies.json").read_text())
+
+
+def with_bodies(group: dict[str, Any], program: str) -> Analysis:
+    analysis = analyze(program, read_robots(group["toml"]))
+    assert analysis.config.diagnostics == ()
+    return analysis
+
+
+BODIES = [(case, with_bodies(group, case["program"])) for group in (SUITE, SUITE["poses"]) for case in group["cases"]]
 
 
 def segments(case: dict[str, Any]) -> dict[str, list[Any]]:
@@ -24,12 +36,12 @@ def segments(case: dict[str, Any]) -> dict[str, list[Any]]:
     }
 
 
-def expected(case: dict[str, Any]) -> dict[str, list[Any]]:
-    return {name: [pytest.approx(each, abs=1e-9) for each in robot] for name, robot in case["robots"].items()}
+def expected(robots: dict[str, list[Any]]) -> dict[str, list[Any]]:
+    return {name: [pytest.approx(each, abs=1e-9) for each in robot] for name, robot in robots.items()}
 
 
 def test_programs_compile_to_their_segments() -> None:
-    wrong = [case["program"] for case in CASES if segments(case) != expected(case)]
+    wrong = [case["program"] for case in CASES if segments(case) != expected(case["robots"])]
     assert wrong == []
     assert all(list(segments(case)) == list(case["robots"]) for case in CASES), "robots keep their order"
 
@@ -45,6 +57,25 @@ def test_programs_compile_to_their_starts() -> None:
         assert (found.get("bar"), found.get("room")) == (case.get("bar"), room and tuple(room))
 
 
+def test_bases_and_joints_compile_to_their_segments() -> None:
+    for case, analysis in BODIES:
+        robots = compiled(analysis)["robots"]
+        bases = {name: robot["segments"] for name, robot in robots.items()}
+        wanted = {name: robot.get("base", bases[name]) for name, robot in case["robots"].items()}
+        assert bases == expected(wanted), case["program"]
+        for name, robot in robots.items():
+            assert robot["joints"] == expected(case["robots"][name]["joints"]), case["program"]
+            assert set(robot["joints"]) <= set(robot["range"])
+
+
+def test_errors_of_poses_have_their_codes() -> None:
+    for case in SUITE["poses"]["errors"]:
+        analysis = with_bodies(SUITE["poses"], case["program"])
+        assert [each.code for each in analysis.diagnostics] == [case["code"]], case["program"]
+        assert not analysis.ok
+
+
 def test_scores_survive_json() -> None:
-    written = {program: json.dumps(to_json(score_of(analysis))) for program, analysis in ANALYSES.items()}
-    assert {program: json.dumps(to_json(from_json(json.loads(score)))) for program, score in written.items()} == written
+    for analysis in (*ANALYSES.values(), *(analysis for _, analysis in BODIES)):
+        written = json.dumps(to_json(score_of(analysis)))
+        assert json.dumps(to_json(from_json(json.loads(written)))) == written

@@ -105,6 +105,8 @@ def as_json(value: Any) -> Any:
 def read(value: Any, hint: Any) -> Any:
     """Return the value of a type that `as_json` wrote. Besides the types of `fits`, it may be a tuple, a dataclass with
     exactly these fields, or a named tuple. Raises ValueError on anything else."""
+    if type(value) is hint and hint is not float:  # most values; a number may be too large
+        return value
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:
         made = read(value, arguments[0])

@@ -45,7 +45,7 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
     """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
     drawn = paths(score, most_moments)
     seen = sides(drawn, _FEW_PIECES)
-    frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _rise(seen))
+    frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _heights(seen))
     below, height = _from_the_side(seen, frame)
     return _svg(frame.width, height, "The ideal path", [*_from_above(drawn, frame), *below])
 
@@ -64,7 +64,7 @@ def plot(
     points = [point for path in drawn for point in outermost(path)]
     beats = _beats(score)
     joints = curves(pictured(score), beats, most_moments)
-    frame = _Frame.around([*points, *_outline(score.world)], size, _rise(seen), LEAST_WIDTH if joints else 0.0)
+    frame = _Frame.around([*points, *_outline(score.world)], size, _heights(seen), LEAST_WIDTH if joints else 0.0)
     below, height = _from_the_side(seen, frame)
     parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame)]
     parts += [*_discs(score, meetings, frame), *below]
@@ -94,13 +94,15 @@ class _Frame:
     height: float
 
     @classmethod
-    def around(cls, points: Iterable[tuple[float, float]], size: float, rise: float, wide: float = 0.0) -> _Frame:
-        """Return a frame for points as seen from above, at least so wide. A path that rises so many meters must fit
-        into a picture from the side."""
+    def around(
+        cls, points: Iterable[tuple[float, float]], size: float, heights: tuple[float, float], wide: float = 0.0
+    ) -> _Frame:
+        """Return a frame for points as seen from above, at least so wide. Paths between two heights must fit into a
+        picture from the side."""
         (left, right), (bottom, top) = (
             (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
         )
-        longer = max(right - left, top - bottom, rise, 0.5)
+        longer = max(right - left, top - bottom, heights[1] - heights[0], 0.5)
         scale = (size - 2 * _MARGIN) / longer
         width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
         width = max(width, wide + 2 * _MARGIN)
@@ -191,22 +193,17 @@ _FEW_PIECES, _MANY_PIECES = 250, 4_000
 """The most pieces of a path from the side: in a small picture, and in a plot."""
 
 
-def _rise(seen: Sequence[Side]) -> float:
-    """Return the meters from the lowest point to the highest."""
-    heights = _heights(seen)
-    return max(heights) - min(heights)
-
-
-def _heights(seen: Sequence[Side]) -> list[float]:
-    return [0.0, *(z for side in seen for piece in side.pieces for _, z in piece[:2])]
+def _heights(seen: Sequence[Side]) -> tuple[float, float]:
+    """Return the heights of the lowest point and the highest, in meters."""
+    heights = [0.0, *(z for side in seen for piece in side.pieces for _, z in piece[:2])]
+    return min(heights), max(heights)
 
 
 def _from_the_side(seen: Sequence[Side], above: _Frame) -> tuple[list[str], float]:
     """Return the paths from the side, below those from above, and the height of both in pixels."""
     if not seen:
         return [], above.height
-    heights = _heights(seen)
-    frame = above.below(min(heights), max(heights))
+    frame = above.below(*_heights(seen))
     _, floor = frame.pixel(0, 0)
     parts = [
         f'<path d="M0 {_number(floor)}H{_number(frame.width)}" stroke="{_QUIET}"/>',

@@ -347,10 +347,12 @@ def _turns(degrees: Fraction, word: str) -> Iterator[_Reading]:
 
 def _edits(way: _Reading, term: Token, gone: Span) -> tuple[Edit, ...]:
     before = " ".join(way.before)
-    if gone.end > term.start:
-        written = " ".join([*way.before, way.word or term.text])
-        return (*([Edit(term.span, written)] if written != term.text else []), Edit(gone, ""))
     word = [Edit(term.span, way.word)] if way.word and way.word != term.text else []
+    if gone.end > term.start:
+        first = [Edit(Span(term.start, term.start), f"{before} ")] if before else []
+        if word and before:
+            first, word = [], [Edit(term.span, f"{before} {way.word}")]
+        return (*first, *word, Edit(gone, ""))
     # A single character between two tokens is a space. A longer gap may contain a comment.
     end = term.start if not before and term.start - gone.end == 1 else gone.end
     return (Edit(Span(gone.start, end), before), *word)

@@ -1,7 +1,7 @@
 """Decides about what the stages of real robots on several machines report: `(state, host, message, now) ->
 (state, acts)`, without side effects. Standard library only.
 
-They report as one: `on_report` takes what they tell like the report of a single stage.
+They report as one: `on_report` takes each announcement like the report of a single stage.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any, TypeVar, cast
 
 from improv_core.ipc.stage_process import Heard
-from improv_core.protocol.commands import Pause, Stop
 from improv_core.protocol.messages import Armed, FromStage, TransportMessage
 from improv_core.protocol.transport import stop_of
 from improv_core.session import clock, together
@@ -119,8 +118,8 @@ def _transport(state: SessionState, host: str, transport: TransportMessage, now:
         state, acts = admit(state, now)
         by_lead += acts
     if moves and state.mode == "stopped" and before is not None and before["state"] in ("stopped", "paused"):
-        stray: Stop = {"type": "stop"}
-        return together.with_all(state, [host], may_move=True), [*by_lead, send(host, stray)]  # all had been stopped
+        state = together.with_all(state, [host], may_move=True)
+        return state, [*by_lead, send(host, {"type": "stop"})]  # all had been stopped
     # Before all begin, reports about an earlier score are old. While they play, a stage that stops may have yet to take
     # over a score that was saved a moment ago.
     is_old = transport["generation"] != state.generation
@@ -144,9 +143,8 @@ def _transport(state: SessionState, host: str, transport: TransportMessage, now:
             # near to each other, each is paused by its own stage, and the second report may come after a person
             # resumes.
             return state, []
-        pauses: Pause = {"type": "pause"}
         state = replace(state, mode="paused", paused_by=frozenset({host}), paused_first=host)
-        return state, [*(send(each, pauses) for each in others), Announce(transport)]
+        return state, [*(send(each, {"type": "pause"}) for each in others), Announce(transport)]
     if kind == "paused" and state.mode == "paused" and (transport.get("waits_for") or transport.get("too_near")):
         return replace(state, paused_by=state.paused_by | {host}), [Announce(transport)]
     if kind == "playing" and state.mode == "paused" and host in state.paused_by:

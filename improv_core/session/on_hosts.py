@@ -2,7 +2,7 @@
 without side effects. Standard library only.
 
 Each stage has the whole score and moves the robots of its host. A command for an instant is sent ahead of it, by as
-long as the slowest message may take. What they report as one is told: `on_report` takes that like the report of a
+long as the slowest message may take. Each announcement is a report of all: `on_report` takes it like the report of a
 single stage.
 """
 

@@ -50,7 +50,7 @@ def find_idle(program: Program) -> Mapping[int, Idle]:
 
 
 def _is_endless(meaning: Meaning) -> bool:
-    return any(map(never_ends, (meaning.movement, *meaning.others))) and meaning.ok
+    return (never_ends(meaning.movement) or any(map(never_ends, meaning.others))) and meaning.ok
 
 
 def _never_reached(program: Program, playing: Sequence[int], endless: Container[int]) -> Iterator[tuple[int, Idle]]:

@@ -177,15 +177,16 @@ class Program:
     def faulty(self) -> frozenset[int]:
         """Statements whose meaning has diagnostics, or names that are undefined or have wrong arguments."""
         meanings = enumerate(self.meanings)
-        return frozenset(index for index, each in meanings if each.diagnostics or each.unresolved or each.misused)
+        return frozenset([index for index, each in meanings if each.diagnostics or each.unresolved or each.misused])
 
     @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
-        uneven = [each for each in enumerate(self.meanings) if each[1].robots and _denominator(each[1].movement) > EVEN]
-        for index, meaning in uneven:
+        for index, meaning in enumerate(self.meanings):
+            if not meaning.robots or _denominator(meaning.movement) <= EVEN:
+                continue
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
                 if common.bit_length() > MOST_BITS:

@@ -62,6 +62,7 @@ def test_a_name_that_is_defined_again_is_another_symbol() -> None:
 def test_from_the_line_of_a_robot() -> None:
     check(at("anna"), "robots anna bo", [], ["name walk at 4: walk walk"])
     check("x = left\n|>r $ x", "robot r", [], ["name x at 2: x"])
+    check("hi|>gh = left\nr is puppet\nr $ high head to high", "name high", ["robot r at 3: high"], [])  # no pose
 
 
 def test_nothing_else_has_callers() -> None:

@@ -78,7 +78,8 @@ const HANDLERS = {
   robots: (message) => {
     robotList.take(message)
     trails.keep(new Set(robotList.names))
-    stage.setAttribute("aria-label", ["The stage, seen from above", ...(robotList.names.length ? [`with ${robotList.names.join(", ")}`] : [])].join(", "))
+    const names = robotList.names.join(", ")
+    stage.setAttribute("aria-label", `The stage, seen from above${names && `, with ${names}`}`)
   },
   poses: ({ poses, ...message }) => {
     const named = robotList.named(poses)
@@ -263,9 +264,8 @@ function frame() {
   requestAnimationFrame(frame)
 }
 
-function seconds() {
-  return performance.now() / 1000
-}
+/** The page's time. */
+const seconds = () => performance.now() / 1000
 
 function fit() {
   due.fit = false

@@ -2,7 +2,6 @@
 // The gauge of a joint: its position between its limits, and the limit that holds it back.
 
 /** @import { Joint } from "./body.js" */
-/** @typedef {ReturnType<typeof gauge>} Gauge */
 
 const NEAR = 1e-3 // radians or meters
 const AROUND = 1 // meters that a sliding joint without a limit shows on that side

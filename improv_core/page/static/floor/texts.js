@@ -28,8 +28,8 @@ export function textPicture(text, size, color, ratio) {
   const font = `600 ${size}px ${FONT}`
   const measuring = penOn(new OffscreenCanvas(1, 1))
   measuring.font = font
-  const [width, height] = [Math.ceil(measuring.measureText(text).width + size), size * 1.8]
-  const canvas = new OffscreenCanvas(width * ratio, height * ratio)
+  const width = Math.ceil(measuring.measureText(text).width + size)
+  const canvas = new OffscreenCanvas(width * ratio, size * 1.8 * ratio)
   const pen = penOn(canvas)
   Object.assign(pen, { font, textAlign: "center", textBaseline: "middle", lineJoin: "round", lineWidth: size * 0.3 })
   pen.scale(ratio, ratio)
@@ -37,7 +37,8 @@ export function textPicture(text, size, color, ratio) {
   pen.strokeText(text, width / 2, size * 0.9)
   pen.fillStyle = color
   pen.fillText(text, width / 2, size * 0.9)
-  const picture = { image: canvas.transferToImageBitmap(), width, height }
+  const image = canvas.transferToImageBitmap()
+  const picture = { image, width: image.width / ratio, height: image.height / ratio } // canvases have whole pixels
   pictures.set(key, picture)
   return picture
 }

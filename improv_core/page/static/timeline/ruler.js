@@ -9,7 +9,10 @@ import { formatPosition } from "../score/clock.js"
 /** @import { TimelineView } from "./timesheet.js" */
 /** @typedef {{ beat: number, number: number, name: string }} Scene counted from 1 */
 /** @typedef {{ x: number, wide: number, text: string }} Label in pixels */
-/** @typedef {Pick<TimelineView, "left" | "scale" | "letter" | "head"> & { bar: number | null, scenes: Scene[], last: number, height: number, colors: Colors }} Ruler up to a last beat */
+/**
+ * @typedef {Pick<TimelineView, "left" | "scale" | "letter" | "head"> & { bar: number | null, scenes: Scene[], last: number,
+ *   height: number, colors: Colors }} Ruler up to a last beat
+ */
 
 const LEAST_BEAT = 6 // pixels between the lines of beats within a bar
 

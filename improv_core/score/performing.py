@@ -84,9 +84,9 @@ class Execution(ABC):
     def is_over(self, beat: Exact) -> bool:
         """Return whether no time is left. Begins what begins now, and reads no sense: an undecided `if` is not over."""
 
-    @abstractmethod
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
         """Read senses, outermost first, up to the first that decides something. For what is not over."""
+        return None
 
     @abstractmethod
     def left(self) -> Duration:
@@ -98,8 +98,8 @@ class Execution(ABC):
     @abstractmethod
     def pass_time(self, beats: Exact) -> None: ...
 
-    @abstractmethod
-    def watched(self) -> Iterator[str]: ...
+    def watched(self) -> Iterator[str]:
+        return iter(())
 
     def foresee(self) -> None:
         """Compute what comes next before its time, if that is known."""
@@ -131,9 +131,6 @@ class _Closed(Execution):
     def is_over(self, beat: Exact) -> bool:
         return self._performed is None
 
-    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        return None
-
     def left(self) -> Duration:
         return self._left
 
@@ -145,9 +142,6 @@ class _Closed(Execution):
         self._left -= beats
         if not self._left:
             self._next()
-
-    def watched(self) -> Iterator[str]:
-        return iter(())
 
     def foresee(self) -> None:
         if not self._foreseen and self._performed:

@@ -6,9 +6,9 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Any
 
-from improv_core.score.fits import Between, read
+from improv_core.score.fits import read
 from improv_core.score.movement import MOST_THROWS, Exact, JsonForm, Velocity, exact
 from improv_core.text import Span
 
@@ -43,6 +43,12 @@ def _read_as(hint: Any) -> JsonForm:
     return JsonForm(lambda value: value, lambda value: read(value, hint))
 
 
+def _count(value: object) -> int:
+    if type(value) is not int or not 0 <= value <= MOST_THROWS:
+        raise ValueError("a count is wrong")
+    return value
+
+
 def _span(value: Sequence[int] | None) -> Span | None:
     if value is None:
         return None
@@ -57,6 +63,7 @@ FRACTION = JsonForm(str, lambda value: Fraction(read_exact(value)))
 RATE = JsonForm(str, lambda value: Fraction(above_zero(value)))
 BEATS = JsonForm(written, above_zero)
 VELOCITY = JsonForm(lambda value: list(map(written, value)), lambda value: Velocity(*map(read_exact, value)))
-_Count = Annotated[int, Between(0, MOST_THROWS)]
-COUNT, TIMES, TEXT, TRUTH, STATEMENT = map(_read_as, (_Count, _Count | None, str, bool, int))
+COUNT = JsonForm(lambda value: value, _count)
+TIMES = JsonForm(lambda value: value, lambda value: None if value is None else _count(value))
+TEXT, TRUTH, STATEMENT = map(_read_as, (str, bool, int))
 SPAN = JsonForm(lambda value: value, _span)

@@ -20,7 +20,7 @@ from improv_core.program.idle import Alone, Idle, find_alone, find_idle
 from improv_core.program.limbs import check_bodies, check_pose_names
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
-from improv_core.program.program import Placed, Program, opening_of
+from improv_core.program.program import Placed, Program, is_unusual, opening_of
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.movement import Movement
@@ -190,6 +190,7 @@ class Analysis(Program):
         return dataclasses.replace(
             self,
             meanings=meanings,
+            unusual=self.unusual.difference(done).union(_unusual(meanings, done)),
             infeasible=infeasible,
             waiting=waiting,
         )
@@ -258,7 +259,7 @@ def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
 
 def _begun(lines: LineIndex, config: Robots) -> Analysis:
     """Return the analysis of a text without its statements."""
-    return Analysis(lines, (), (), (), (), bind(()), (), (), (), config, Opening(config), {})
+    return Analysis(lines, (), (), (), (), bind(()), (), (), (), frozenset(), config, Opening(config), {})
 
 
 def _parsed(pieces: Iterable[str]) -> list[Statement]:
@@ -308,6 +309,7 @@ def _assembled(
         tempos=_signed({"BEAT"}, statements),
         scenes=_signed({"SCENE"}, statements),
         openings=openings,
+        unusual=frozenset(_unusual(meanings, range(len(meanings)))),
         config=old.config,
         opening=opening_of(old.config, openings, meanings),
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
@@ -347,6 +349,7 @@ def _with_others(
         scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
         openings=openings,
         opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.config, openings, meanings),
+        unusual=old.unusual.difference(changed).union(_unusual(meanings, changed)),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
         waiting=sorted(waiting),
     )
@@ -357,6 +360,10 @@ def _checked_like(old: Analysis, now: Analysis) -> Analysis:
     """Let everything that robots play wait if the limits or the tempo differ from before."""
     is_like = now.tempo == old.tempo and now.opening.config.kinds == old.opening.config.kinds
     return now if is_like else now._doubted()
+
+
+def _unusual(meanings: Sequence[Meaning], indices: Iterable[int]) -> Iterator[int]:
+    return (index for index in indices if is_unusual(meanings[index]))
 
 
 def _scope(

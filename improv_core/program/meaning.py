@@ -53,6 +53,11 @@ class Meaning:
         )
 
     @property
+    def is_faulty(self) -> bool:
+        """True if it has diagnostics, or names that are undefined or have wrong arguments."""
+        return bool(self.diagnostics or self.unresolved or self.misused)
+
+    @property
     def is_open(self) -> bool:
         """True if robots play something that senses decide."""
         return bool(self.robots) and self.movement.open

@@ -39,10 +39,10 @@ class Program:
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. The others hold
     indices of statements: `tempos` of those that set a tempo, `scenes` of the lines `---`, and `openings` of all lines
-    of the opening (`---` too, because it may name a scene), which together are the `opening`. `infeasible` lists, by
-    index, what the robots of a statement can't do. `waiting` is a heap of statements that have changed, or may depend
-    on a change, until `settled` reaches them. Until then they keep their old meanings, and new ones have none.
-    `selected` are the lines that play, if not all of them do.
+    of the opening (`---` too, because it may name a scene), which together are the `opening`, and `unusual` of those
+    for which `is_unusual` holds. `infeasible` lists, by index, what the robots of a statement can't do. `waiting` is a
+    heap of statements that have changed, or may depend on a change, until `settled` reaches them. Until then they keep
+    their old meanings, and new ones have none. `selected` are the lines that play, if not all of them do.
     """
 
     lines: LineIndex
@@ -54,6 +54,7 @@ class Program:
     tempos: Sequence[int]
     scenes: Sequence[int]
     openings: Sequence[int]
+    unusual: frozenset[int]
     config: Robots  # from improv.toml; `opening.config` has the program's changes
     opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
@@ -176,16 +177,22 @@ class Program:
     @cached_property
     def faulty(self) -> frozenset[int]:
         """Statements whose meaning has diagnostics, or names that are undefined or have wrong arguments."""
-        meanings = enumerate(self.meanings)
-        return frozenset([index for index, each in meanings if each.diagnostics or each.unresolved or each.misused])
+        return frozenset([index for index in self.unusual if self.meanings[index].is_faulty])
+
+    @cached_property
+    def endless(self) -> frozenset[int]:
+        """Lines without errors that never end for some robot."""
+        unusual = [(index, self.meanings[index]) for index in self.unusual]
+        return frozenset([index for index, each in unusual if each.ok and _is_endless(each)])
 
     @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
-        for index, meaning in enumerate(self.meanings):
-            if not meaning.robots or _denominator(meaning.movement) <= EVEN:
+        for index in sorted(self.unusual):
+            meaning = self.meanings[index]
+            if not _is_uneven(meaning):
                 continue
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
@@ -277,6 +284,20 @@ class Line(NamedTuple):
 def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
     """Return the opening that these statements make with the robots of an `improv.toml`."""
     return open_with(config, [said for index in openings if (said := meanings[index].said)])
+
+
+def is_unusual(meaning: Meaning) -> bool:
+    """Return whether a statement is faulty, never ends, or has a length that is hard to add: few are, so whoever looks
+    for one of these looks at few."""
+    return meaning.is_faulty or _is_uneven(meaning) or _is_endless(meaning)
+
+
+def _is_uneven(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
+
+
+def _is_endless(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and (never_ends(meaning.movement) or any(map(never_ends, meaning.others)))
 
 
 def never_ends(played: Movement) -> bool:

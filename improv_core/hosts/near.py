@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from improv_core.hosts import texts
 from improv_core.hosts.allowed import who
@@ -28,8 +28,9 @@ from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
-from improv_core.protocol.messages import DIRECT, read_first, read_from_stage, read_to_stage
+from improv_core.protocol.messages import DIRECT, TransportMessage, read_first, read_from_stage, read_to_stage
 from improv_core.protocol.sliced_json import dumps
+from improv_core.protocol.transport import may_move
 from improv_core.safety.stage_stops import OBEYED, StageSocket
 from improv_core.safety.stop_server import Answer
 from improv_core.safety.suspend import asleep
@@ -269,7 +270,7 @@ class NearEnd:
         if message["type"] == "pong":
             return
         if message["type"] == "transport":
-            self._moves = message["state"] in ("playing", "waiting") or bool(message.get("waits_for"))
+            self._moves = may_move(cast(TransportMessage, message))
             if self._reached and message["generation"] and message["state"] != "waiting":
                 self._reached.take_over()
         if message["type"] == "obeyed":

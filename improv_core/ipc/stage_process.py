@@ -21,6 +21,7 @@ from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
 from improv_core.protocol.sliced_json import dumps
+from improv_core.protocol.transport import may_move
 from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, StageWatchdog
 from improv_core.safety.stop_fence import MOST
 from improv_core.safety.stops import Stops
@@ -262,11 +263,9 @@ class Stage:
             self._watch.pong(message["number"], time.monotonic())
             return
         if message["type"] == "transport":
-            plays = message["state"] == "playing"
-            may_play = message["state"] == "waiting" or bool(message.get("waits_for"))
-            self._moves = plays
-            self._watch.moving(plays, may_play, time.monotonic())
-            if plays or may_play:
+            self._moves = message["state"] == "playing"
+            self._watch.moving(self._moves, may_move(message), time.monotonic())
+            if may_move(message):
                 self._awake.set()
                 with suppress(RuntimeError):
                     self._loop.call_soon_threadsafe(self._begin_to_look)

@@ -16,6 +16,16 @@ def beat_at(transport: TransportMessage, now: float) -> float:
     return beat if transport["beats"] is None else min(beat, transport["beats"])
 
 
+def plays(transport: TransportMessage) -> bool:
+    """Return whether a stage moves robots, or is about to once it has found them."""
+    return transport["state"] in ("playing", "waiting")
+
+
+def may_move(transport: TransportMessage) -> bool:
+    """Return whether a stage moves robots, or may do so without another request, as its `Run.may_move` decides."""
+    return plays(transport) or bool(transport.get("waits_for"))
+
+
 def counted(transport: TransportMessage, beat: float) -> str:
     """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`, `beat 3/∞`; in bars, `bar 2,
     beat 1`."""

@@ -55,9 +55,9 @@ class StageWatchdog:
         """Note that a message other than a ping is about to be sent."""
         self._wrote = now
 
-    def moving(self, plays: bool, may_play: bool, now: float) -> None:
-        """Note that the stage reports whether it moves robots, and whether it may move them by itself."""
-        self._plays, self._moves, self._moved = plays, plays or may_play, now
+    def moving(self, plays: bool, may_move: bool, now: float) -> None:
+        """Note that the stage reports whether it moves robots, and whether it moves them or may do so by itself."""
+        self._plays, self._moves, self._moved = plays, plays or may_move, now
 
     def loading(self, number: int) -> None:
         """Note that a score is being sent, followed by a ping with this number. Until the answer to that ping, the

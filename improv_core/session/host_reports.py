@@ -13,7 +13,7 @@ from typing import Any, TypeVar, cast
 
 from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.messages import Armed, FromStage, TransportMessage
-from improv_core.protocol.transport import stop_of
+from improv_core.protocol.transport import plays, stop_of
 from improv_core.session import clock, together
 from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, warning
 from improv_core.session.halting import halted, has_halted
@@ -108,7 +108,7 @@ def _transport(state: SessionState, host: str, transport: TransportMessage, now:
     if state.robots[host].died_moving:  # it only stops robots, whatever it reports about that
         key = StageKey(host, "ros")
         return halted(state, key) if has_halted(state, key, transport) else (state, [])
-    moves = kind in ("playing", "waiting")
+    moves = plays(transport)
     may_move = state.robots[host].may_move and moves
     state = together.with_all(state, [host], transport=transport, may_move=may_move)
     if transport["generation"] >= state.entering.get(host, math.inf) and not transport.get("deserted"):
@@ -180,7 +180,7 @@ def _gone(state: SessionState, host: str, why: str) -> Decided:
     """Have the others continue without a stage that has died."""
     led, stage = together.lead(state) == host, state.robots[host]
     before = stage.transport
-    reported = before is not None and before["state"] in ("playing", "waiting")
+    reported = before is not None and plays(before)
     moved = bool(state.editions.sent) and (reported or stage.may_move or stage.died_moving)
     state = together.with_all(state, [host], alive=False, armed=False, may_move=False, died_moving=moved)
     state = together.without(state, host)

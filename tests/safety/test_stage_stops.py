@@ -115,7 +115,12 @@ def test_a_stage_that_dies_while_it_is_asked_has_not_obeyed(show: Path) -> None:
     with socket.socket(socket.AF_UNIX) as dies:
         dies.bind(str(socket_of(show, "ros")))
         dies.listen()
-        thread = threading.Thread(target=lambda: dies.accept()[0].close())
+
+        def die() -> None:
+            with dies.accept()[0] as asking:
+                asking.recv(1_000)
+
+        thread = threading.Thread(target=die)
         thread.start()
         assert stop_stages(show, STOP, LIMIT) == ["the real robots"]
         thread.join()

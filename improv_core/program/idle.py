@@ -5,12 +5,12 @@ Lines do nothing if they begin scenes without robots, or follow endless ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 from improv_core.program.misuse import conditions
-from improv_core.program.program import Program, never_ends
+from improv_core.program.program import Program, is_endless, never_ends
 from improv_core.score.senses import NEAR
 from improv_core.slices import checkpoint
 from improv_core.text import Span
@@ -31,7 +31,9 @@ class Idle(NamedTuple):
 
 def find_idle(program: Program) -> Mapping[int, Idle]:
     """Return the lines of a program that do nothing, by index."""
-    if not program.scenes and not program.endless:
+    unusual = [(index, program.meanings[index]) for index in program.unusual]
+    endless_lines = {index for index, meaning in unusual if meaning.ok and is_endless(meaning)}
+    if not program.scenes and not endless_lines:
         return {}  # true for most programs
     found: dict[int, Idle] = {}
     endless: int | None = None
@@ -41,13 +43,13 @@ def find_idle(program: Program) -> Mapping[int, Idle]:
             found[last if first < 0 else first] = Idle(is_first=first < 0)
         if endless:
             found.update(dict.fromkeys(playing, Idle(scene=endless)))
-        elif not program.endless.isdisjoint(playing):
-            found.update(_never_reached(program, playing))
+        elif not endless_lines.isdisjoint(playing):
+            found.update(_never_reached(program, playing, endless_lines))
             endless = scene
     return found
 
 
-def _never_reached(program: Program, playing: Sequence[int]) -> Iterator[tuple[int, Idle]]:
+def _never_reached(program: Program, playing: Sequence[int], endless: Container[int]) -> Iterator[tuple[int, Idle]]:
     """Yield the lines of a scene that all or some of their robots never reach."""
     busy: dict[str, int] = {}  # the endless line that each of these robots plays
     for index in playing:
@@ -55,7 +57,7 @@ def _never_reached(program: Program, playing: Sequence[int]) -> Iterator[tuple[i
         robots = tuple([robot for robot in meaning.robots if robot in busy]) if meaning.ok else ()
         if robots:
             yield index, Idle(line=busy[robots[0]], robots=robots)
-        if index in program.endless:
+        if index in endless:
             busy = {robot: index for robot, part in meaning.parts if never_ends(part)} | busy
 
 

@@ -180,12 +180,6 @@ class Program:
         return frozenset([index for index in self.unusual if self.meanings[index].is_faulty])
 
     @cached_property
-    def endless(self) -> frozenset[int]:
-        """Lines without errors that never end for some robot."""
-        unusual = [(index, self.meanings[index]) for index in self.unusual]
-        return frozenset([index for index, each in unusual if each.ok and _is_endless(each)])
-
-    @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
@@ -289,14 +283,15 @@ def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meani
 def is_unusual(meaning: Meaning) -> bool:
     """Return whether a statement is faulty, never ends, or has a length that is hard to add: few are, so whoever looks
     for one of these looks at few."""
-    return meaning.is_faulty or _is_uneven(meaning) or _is_endless(meaning)
+    return meaning.is_faulty or _is_uneven(meaning) or is_endless(meaning)
 
 
 def _is_uneven(meaning: Meaning) -> bool:
     return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
 
 
-def _is_endless(meaning: Meaning) -> bool:
+def is_endless(meaning: Meaning) -> bool:
+    """Return whether a line never ends for some robot."""
     return bool(meaning.robots) and (never_ends(meaning.movement) or any(map(never_ends, meaning.others)))
 
 

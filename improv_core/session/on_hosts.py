@@ -37,24 +37,24 @@ def in_time(state: SessionState, message: Any, now: Now) -> Any:
     return {**message, "at": instant(state, now)}
 
 
-def play(state: SessionState, wanted: PlayScore, now: Now) -> Decided:
-    """Have all play a score that somebody asked for. It counts once it has been sent."""
+def play(state: SessionState, wanted: PlayScore, now: Now) -> list[Act]:
+    """Send all a score that somebody asked for. Once it has been sent, `plays` follows."""
     if not together.may_start(state, wanted.by):
-        return state, [warning(STOPPED)]
-    continues = wanted.when != "restart" and state.mode in ("playing", "paused")
-    state, told = clock.follow(replace(state, on_robots=wanted))
-    lost = together.robots_of(state, HERE) if HERE not in state.alive else []
+        return [warning(STOPPED)]
+    wants = replace(state, on_robots=wanted)
+    lost = together.robots_of(wants, HERE) if HERE not in state.alive else []
     line = f"nobody moves {', '.join(lost)}: no ROS 2 runs here, and they have no `host`"
-    told += [warning(line)] if lost else []
-    if not continues:
-        state, acts = _gather(replace(state, paused_by=frozenset()), wanted, now)
-        return state, [*told, *acts]
-    at = instant(state, now) if state.mode == "playing" else None
+    return [*clock.follow(wants)[1], *([warning(line)] if lost else []), _score(state, wanted, now)]
+
+
+def plays(state: SessionState, wanted: PlayScore, now: Now) -> SessionState:
+    """Return the state in which all have been sent a score that somebody asked for."""
+    state, _ = clock.follow(replace(state, on_robots=wanted))
+    if not _continues(state, wanted):
+        return _gathering(state)
     if state.mode == "paused":  # each continues as soon as it has this, so they soon need the lead's position
         state = replace(playing_from(state, now.at), drifts=now.at)
-    to = [StageKey(host, "ros") for host in state.alive if host not in state.joining]
-    sent = SendScore(to, wanted, at=at, stops=_known_presses(state, now), asked=True)
-    return settling(state, now), [*told, sent]
+    return settling(state, now)
 
 
 def resume(state: SessionState, message: Resume, now: Now) -> Decided:
@@ -71,7 +71,7 @@ def resume(state: SessionState, message: Resume, now: Now) -> Decided:
         return clock.enter(state, 0.0, now) if together.is_led(state) else begin(state, at)
     if state.mode == "unplaced":
         again = replace(state.on_robots, anyway=anyway, stops=now.stops, by=None)
-        return _gather(replace(state, on_robots=again), again, now)
+        return _gathering(replace(state, on_robots=again)), [_score(state, again, now)]
     if state.mode == "stopped" and lead and lead["state"] == "paused":
         # Somebody has sought since the stop: they continue from there, and stages that could not seek join them.
         said = {host: state.robots[host].transport for host in state.alive}
@@ -103,7 +103,8 @@ def stop(state: SessionState, now: Now) -> Decided:
     new = [host for host in {*state.joining, *state.entering} if not state.robots[host].transport]
     halts = [halt(state, StageKey(host, "ros")) for host in sorted(new)]
     state = together.stopped(together.with_all(state, state.alive, armed=False))
-    return replace(state, unconfirmed_at=min(state.unconfirmed_at, now.at + CONFIRM_LIMIT)), [*halts]
+    limit = now.at + CONFIRM_LIMIT if state.is_spread else math.inf
+    return replace(state, unconfirmed_at=min(state.unconfirmed_at, limit)), [*halts]
 
 
 def pause(state: SessionState) -> SessionState:
@@ -174,13 +175,25 @@ def join(state: SessionState, host: str, now: Now) -> Decided:
     return state, [*([Announce(lead)] if led and lead else []), *acts]
 
 
-def _gather(state: SessionState, wanted: PlayScore, now: Now) -> Decided:
-    """Have all get ready for beat 0."""
+def _continues(state: SessionState, wanted: PlayScore) -> bool:
+    """Return whether a score takes over from another one. Otherwise, all get ready for beat 0."""
+    return wanted.when != "restart" and state.mode in ("playing", "paused")
+
+
+def _score(state: SessionState, wanted: PlayScore, now: Now) -> SendScore:
+    joins, at = frozenset[str](), None
+    if continues := _continues(state, wanted):
+        joins = playing_from(state, now.at).joining if state.mode == "paused" else state.joining
+        at = instant(state, now) if state.mode == "playing" else None
+    to = [StageKey(host, "ros") for host in state.alive if host not in joins]
+    return SendScore(to, wanted, at=at, stops=_known_presses(state, now), asked=True, gathers=not continues)
+
+
+def _gathering(state: SessionState) -> SessionState:
+    """Return the state in which all get ready for beat 0."""
     fresh = {"armed": False, "misplaced": {}, "died_moving": False, "only_halts": False}
     state = together.with_all(together.without_entry(state), state.alive, **fresh)
-    state = replace(state, mode="gathering", joining=frozenset(), entering={})
-    to = [StageKey(host, "ros") for host in state.alive]
-    return state, [SendScore(to, wanted, stops=_known_presses(state, now), asked=True, gathers=True)]
+    return replace(state, mode="gathering", joining=frozenset(), entering={}, paused_by=frozenset())
 
 
 def admit(state: SessionState, now: Now) -> Decided:

@@ -242,7 +242,7 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     pages = [key for key in state.stages if key.output == "page"]
     state = replace(state, played=play, latest=play, generation=play.generation, is_on=True, entered=None, clock=wanted)
     if state.is_real:
-        state = on_hosts.play(state, play, now)[0] if state.is_spread else replace(state, on_robots=play)
+        state = on_hosts.plays(state, play, now) if state.is_spread else replace(state, on_robots=play)
     for key, stage in state.stages.items():
         if key.output == state.leader and stage.alive:
             state = state.with_stage(key, died_moving=False, only_halts=False)

@@ -128,7 +128,7 @@ def _send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
     play = replace(play, score=score, generation=generation)
     state = replace(state, editions=editions)
     if state.is_real and state.is_spread:
-        return state, on_hosts.play(state, play, now)[1]  # what follows from it counts once it has been sent
+        return state, on_hosts.play(state, play, now)
     key = StageKey(HERE, leader)
     return state, [SendScore([key], play, stops={key: now.known}, asked=True)]
 

@@ -297,8 +297,7 @@ class Playback:
         if self._timer:
             self._timer.cancel()
             self._timer = None
-        at = on_hosts.due(self.state, self._now()) if self.state.is_spread else math.inf
-        if at < math.inf:
+        if (at := on_hosts.due(self.state, self._now())) < math.inf:
             wake = partial(self._decide, lambda state: on_time(state, self._now()))
             self._timer = asyncio.get_running_loop().call_at(at, wake)
 

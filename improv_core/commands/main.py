@@ -16,31 +16,31 @@ from improv_core.commands.echo import echo, printable_usage_errors
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, MEANINGS, CommandError
 from improv_core.commands.group import Group
 from improv_core.commands.ros_arguments import without_ros_arguments
-from improv_core.program.files import ReadError
 
 COMMANDS = {
-    "edit": "edit",
-    "new": "new",
-    "check": "check",
-    "compile": "compile",
-    "plot": "plot",
-    "format": "format",
-    "merge": "merge",
-    "play": "play",
-    "watch": "watch",
-    "stop": "stop",
-    "record": "record",
-    "history": "history",
-    "place": "place",
-    "calibrate": "calibrate",
-    "body": "body",
-    "site": "site",
-    "class": "class_room",
-    "doctor": "doctor",
-    "hosts": "hosts",
-    "ros": "ros_setup",
+    "edit": ("edit", "Write a program on the page in the browser."),
+    "new": ("new", "Make a small program to start from."),
+    "check": ("check", "Check programs for errors, and whether robots meet or hit something."),
+    "compile": ("compile", "Print the velocities that programs compile to."),
+    "plot": ("plot", "Draw the ideal paths of a program's robots."),
+    "format": ("format", "Format programs."),
+    "merge": ("merge", "Merge programs into one, in which all play side by side."),
+    "play": ("play", "Play a program."),
+    "watch": ("watch", "Play a program every time it is saved."),
+    "stop": ("stop", "Stop all robots that your terminals and editors move."),
+    "record": ("record", "Record the commands that robots get, for `ros2 bag play` and Foxglove."),
+    "history": ("history", "List the programs that played; with N, print one of them."),
+    "place": ("place", "Drive real robots slowly to where a program has them."),
+    "calibrate": ("calibrate", "Measure how far a robot really drives and turns, and correct its profile."),
+    "body": ("body", "Print the sections of improv.toml for a robot's body, from its URDF."),
+    "site": ("site", "Build a website in FOLDER, on which people write programs and play them in the simulator."),
+    "class": ("class_room", "Let a class write dances on tablets, and play them in the simulator."),
+    "doctor": ("doctor", "Check what works here, and which robots listen."),
+    "hosts": ("hosts", "Allow Improv to start stages on other machines, with your ssh keys."),
+    "ros": ("ros_setup", "Set up ROS 2 on a machine without it."),
 }
-"""Commands in the order of `improv --help`, and the module of each, which holds it as `command`."""
+"""Commands in the order of `improv --help`: the module of each, which holds it as `command`, and the first sentence of
+its help."""
 
 
 def main() -> None:
@@ -88,7 +88,7 @@ WIDEST_HELP = 100
 
 
 class Commands(Group):
-    """Imports only the command that is used, so that `improv check` starts fast.
+    """Imports only the command that is used, also for help and completion: `improv stop` must start fast.
 
     Problems of files and interrupts end in one line.
     """
@@ -97,10 +97,16 @@ class Commands(Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = import_module(f"improv_core.commands.{COMMANDS[cmd_name]}").command
-        return command
+        """Return the command as a list shows it."""
+        return click.Command(cmd_name, short_help=COMMANDS[cmd_name][1]) if cmd_name in COMMANDS else None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name, found, rest = super().resolve_command(ctx, args)
+        if found and name:
+            found = import_module(f"improv_core.commands.{COMMANDS[name][0]}").command
+        return name, found, rest
 
     def advice(self, ctx: click.Context, name: str) -> str | None:
         return f"did you mean `improv play {name}`?" if Path(name).is_file() else super().advice(ctx, name)
@@ -113,8 +119,6 @@ class Commands(Group):
         try:
             with printable_usage_errors():
                 return super().invoke(ctx)
-        except ReadError as problem:
-            raise CommandError(str(problem)) from None
         except OSError as problem:
             if problem.filename is None:  # `main` says that the output can't be written
                 raise
@@ -122,6 +126,12 @@ class Commands(Group):
         except KeyboardInterrupt:
             echo("improv: interrupted", err=True)
             sys.exit(INTERRUPTED)
+        except Exception as problem:
+            from improv_core.program.files import ReadError  # `improv stop` reads no program
+
+            if isinstance(problem, ReadError):
+                raise CommandError(str(problem)) from None
+            raise
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Exit codes"):

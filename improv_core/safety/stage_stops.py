@@ -12,9 +12,13 @@ import zlib
 from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from improv_core.protocol.commands import Stop
-from improv_core.safety.stop_server import StopRequest, StopServer, Take
+from improv_core.safety.stop_request import StopRequest
+
+if TYPE_CHECKING:  # `improv stop` needs neither
+    from improv_core.protocol.commands import Stop
+    from improv_core.safety.stop_server import StopServer, Take
 
 SUFFIX = ".stage"
 """The end of the names of these sockets."""
@@ -84,13 +88,18 @@ class StageSocket:
         self._take = take
         self._server: StopServer | None = None
         if not self._path.exists():
-            self._server = StopServer(self._path, take)
+            self._server = self._listening()
 
     def take_over(self) -> None:
         """Listen in place of a stage that has died: its robots obey this one now."""
         if self._server is None:
             with suppress(OSError, RuntimeError):  # it counts as one that has not answered
-                self._server = StopServer(self._path, self._take)
+                self._server = self._listening()
+
+    def _listening(self) -> StopServer:
+        from improv_core.safety.stop_server import StopServer
+
+        return StopServer(self._path, self._take)
 
     def close(self) -> None:
         """Stop listening: the robots stand, and nobody moves them any more."""

@@ -12,21 +12,23 @@ reads as soon as it listens.
 from __future__ import annotations
 
 import os
-import secrets
 import socket
 import stat
-import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import groupby
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from improv_core.protocol.commands import Stop
 from improv_core.safety.stage_stops import OBEYED, SIMULATOR, SUFFIX, stage_of, stages_not_stopped
-from improv_core.safety.stop_server import StopRequest, StopServer
-from improv_core.safety.stops import Stops
+from improv_core.safety.stop_request import StopRequest
+
+if TYPE_CHECKING:  # `improv stop` needs none of them
+    from improv_core.protocol.commands import Stop
+    from improv_core.safety.stop_server import StopServer
+    from improv_core.safety.stops import Stops
 
 SUPPORTED = hasattr(socket, "AF_UNIX")
 """True if this system has Unix sockets."""
@@ -52,6 +54,8 @@ class StopSocket:
     stop has also gone straight to stages. Raises StopSocketError if `improv stop` might not find it."""
 
     def __init__(self, stop: Callable[[Stop], str]) -> None:
+        from improv_core.safety.stop_server import StopServer
+
         self._stop = stop
         self._servers: list[StopServer] = []
         name = f"{_own_name()}.sock"
@@ -80,7 +84,7 @@ def new_show() -> Path | None:
 
 def _own_name() -> str:
     """Return a new name that shows which process has the socket."""
-    return f"{os.getpid()}-{secrets.token_hex(4)}"
+    return f"{os.getpid()}-{os.urandom(4).hex()}"
 
 
 def listening(stop: Callable[[Stop], str], stops: Stops, started: float) -> StopSocket | None:
@@ -121,7 +125,7 @@ def stop_all() -> Iterator[str]:
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")
-    stop: Stop = {"type": "stop", "direct": f"improv-stop-{secrets.token_hex(8)}", "at": time.monotonic()}
+    stop: Stop = {"type": "stop", "direct": f"improv-stop-{os.urandom(8).hex()}", "at": time.monotonic()}
     with StopRequest(stop) as request:
         # Ask all before the first answer is awaited: one process that hangs must not delay the others.
         sessions = dict[str, Path]()  # by name, since each has a socket in several folders
@@ -188,10 +192,12 @@ def _fixed_folder(user: int) -> Path:
         return usual
     for folder in _random_folders(user):
         return folder
+    own = SHARED / f"improv-{user}-{os.urandom(4).hex()}"
     try:
-        return Path(tempfile.mkdtemp(prefix=f"improv-{user}-", dir=SHARED))  # only we can enter it
+        own.mkdir(0o700)
     except OSError as error:
         raise StopSocketError(f"{SHARED}: {error.strerror or error}") from None
+    return own
 
 
 def _leave_note(user: int) -> None:

@@ -167,9 +167,10 @@ def playing(*arguments: str | Path) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-def stop_within(folder: str | Path) -> list[str]:
-    """Return the command `improv stop` for performances with this XDG_RUNTIME_DIR: others test beside us."""
-    code = f"""
+def stop_within(folder: str | Path, before: str = "") -> list[str]:
+    """Return the command `improv stop` for performances with this XDG_RUNTIME_DIR: others test beside us. The code
+    `before` runs first."""
+    code = f"""{before}
 from pathlib import Path
 from improv_core.__main__ import main
 from improv_core.safety import stop_socket

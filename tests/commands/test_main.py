@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from improv_core.commands.exit_codes import MEANINGS
 from improv_core.commands.main import COMMANDS, improv, main
-from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, run, usual_signals
+from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, run, stop_within, usual_signals
 from tests.stage_on_thread import USED, StageOnThread
 
 PAGE = Path(__file__).parents[2] / "docs" / "command-line.md"
@@ -32,13 +32,35 @@ def test_check_needs_neither_the_server_nor_a_robot() -> None:
     assert packages.isdisjoint({"pygls", "lsprotocol", "pymunk", "aiohttp", "rclpy", "asyncio", "watchfiles"})
 
 
+LIGHT = {
+    *("improv_core", "improv_core.__main__", "improv_core.plain", "improv_core.commands", "improv_core.safety"),
+    *(f"improv_core.commands.{name}" for name in ("main", "echo", "exit_codes", "group", "ros_arguments", "stop")),
+    *(f"improv_core.safety.{name}" for name in ("stop_socket", "stage_stops", "stop_request")),
+}
+"""Our modules that `improv stop`, help, and completion may import: somebody is in a hurry."""
+COMPLETION = {"_IMPROV_COMPLETE": "bash_complete", "COMP_WORDS": "improv pl", "COMP_CWORD": "1"}
+
+
+@pytest.mark.parametrize(
+    ("typed", "env"), [("stop", {}), ("--help", {}), ("", COMPLETION)], ids=["stop", "help", "completion"]
+)
+def test_a_command_for_people_in_a_hurry_imports_little(typed: str, env: dict[str, str], tmp_path: Path) -> None:
+    code = f"import atexit, sys\natexit.register(lambda: print(*sys.modules))\nsys.argv = ['improv', *{typed.split()}]"
+    command = stop_within(tmp_path, before=code)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, env=os.environ | env)
+    assert done.returncode == 0, done.stderr
+    imported = set(done.stdout.splitlines()[-1].split())
+    assert {name for name in imported if name.startswith("improv")} - LIGHT == set()
+    assert imported.isdisjoint({"asyncio", "dataclasses", "lark", "subprocess", "tempfile"})
+
+
 def test_ctrl_c_while_the_command_is_imported_prints_no_traceback() -> None:
     code = """
 import sys
 from improv_core.__main__ import main
 class Interrupted:
     def find_spec(self, name, *_):
-        if name.startswith("improv_core.program"):
+        if name.startswith("improv_core.plain"):
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupted())
 main()"""
@@ -53,6 +75,7 @@ def test_each_command_has_help_of_its_own() -> None:
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout.startswith(f"Usage: improv {name} [OPTIONS]")
         assert f"\n  {name} " in whole
+        assert COMMANDS[name][1] in " ".join(done.stdout.split())
 
 
 def help_in(columns: int, *group: str) -> str:

@@ -24,7 +24,8 @@ from improv_core.safety.stage_stops import (
     stages_not_stopped,
     stop_stages,
 )
-from improv_core.safety.stop_server import ASK, MOST_SILENT
+from improv_core.safety.stop_request import ASK
+from improv_core.safety.stop_server import MOST_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
 from tests.safety.stages import Stages, die
 

@@ -119,7 +119,8 @@ def test_sudo_stops_its_callers_robots(taken: bool) -> None:
     usual = Path(f"/tmp/improv-{user}")
     if taken:  # by another user
         usual.mkdir(0o777)
-    become = f"import os, improv_core.safety.stop_socket as s; os.setgroups([]); os.setuid({user})"
+    imports = "import os, improv_core.safety.stop_server, improv_core.safety.stop_socket as s"
+    become = f"{imports}; os.setgroups([]); os.setuid({user})"
     code = f"{become}; reached = s.StopSocket(lambda _: 'stopped it'); print(flush=True); input()"
     plays = subprocess.Popen([sys.executable, "-c", code], env={}, stdin=-1, stdout=-1, text=True, cwd=ROOT)
     assert plays.stdin

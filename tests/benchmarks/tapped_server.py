@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from improv_core.safety.stops import Stops
 from improv_core.session import session as client
@@ -17,13 +18,13 @@ TAP = Path(sys.argv.pop(1))
 
 
 class Tapped(client.Playback):
-    def __init__(self, options: Options, listen: Callable[[News, bool], None], stops: Stops) -> None:
+    def __init__(self, options: Options, listen: Callable[[News, bool], None], stops: Stops, **others: Any) -> None:
         def tell(message: News, leads: bool) -> None:
             with TAP.open("a", encoding="utf-8") as tap:
                 tap.write(json.dumps(message) + "\n")
             listen(message, leads)
 
-        super().__init__(options, tell, stops)
+        super().__init__(options, tell, stops, **others)
 
 
 if __name__ == "__main__":

@@ -107,6 +107,15 @@ class Child:
             if self._policy.waits:
                 raise
 
+    def write_now(self, line: bytes) -> bytes:
+        """Send as much of a line as the pipe has room for, and return the rest. Not on Windows."""
+        poll = select.poll()
+        poll.register(self._input, select.POLLOUT)
+        with suppress(OSError):  # it has ended
+            while line and poll.poll(0) == [(self._input.fileno(), select.POLLOUT)]:
+                line = line[os.write(self._input.fileno(), line[: select.PIPE_BUF]) :]
+        return line
+
     def read(self, limit: float | None = None) -> list[bytes]:
         """Return the next lines, without their ends, as soon as there are some; none after `limit` seconds. Raises
         EOFError once it can send nothing more; half a line before that doesn't count. On Windows, only None can be the

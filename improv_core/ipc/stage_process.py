@@ -26,6 +26,8 @@ from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, StageWat
 from improv_core.safety.stop_fence import MOST
 from improv_core.safety.stops import Stops
 
+SHORT = 500
+"""The movements that a score may bring and still be written at once: longer ones would hold up stops."""
 START_LIMIT = 60.0
 """Seconds a stage may take until it is ready, on a busy machine."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
@@ -52,7 +54,8 @@ class StageError(Exception):
 class Stage:
     """A stage process. Made by `start`.
 
-    Threads read and write, so a stage that does not read or an event loop that is busy is not mistaken for a dead one.
+    A thread reads, so an event loop that is busy is not mistaken for a dead stage. Another one writes what would keep
+    the caller waiting: long scores, and everything while the stage does not read.
     Stops, pauses, and pings have a channel of their own, `stops_by`: a pipe that never holds a long message. On
     Windows, a child process can't inherit one, so they go to standard input, behind the message that is being written
     there.
@@ -70,7 +73,8 @@ class Stage:
         self._hung = self._failure = ""
         self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
-        self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
+        self._outbox: UrgentQueue[ToStage | bytes | None] = UrgentQueue()
+        self._behind = 0  # the number of items in there that have yet to be written
         self._sending = threading.Lock()
         self._sent: deque[str] = deque(maxlen=MOST)  # stops that it was sent, which may also come straight to it
         self._reported: deque[Stop] = deque(maxlen=MOST)  # stops that have come straight to it, and were not sent to it
@@ -143,17 +147,17 @@ class Stage:
         with self._sending:
             if message["type"] == "stop" and "direct" in message:
                 self._note_sent(message["direct"])
-            if self._stops_by is None:
-                self._outbox.put(message)
-            elif is_stop(message):
+            if self._stops_by is not None and is_stop(message):
                 self._send_first(message)
             else:
-                if message["type"] == "load":
-                    self._settle()
-                if message["type"] == "load" or message["type"] == "resume":
-                    self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
-                numbered: Any = {**message, "after": self._before}  # any message may have this field
-                self._outbox.put(numbered)
+                if self._stops_by is not None:
+                    if message["type"] == "load":
+                        self._settle()
+                    if message["type"] == "load" or message["type"] == "resume":
+                        self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
+                    numbered: Any = {**message, "after": self._before}  # any message may have this field
+                    message = numbered
+                self._put(message)
         if not self._looking:
             with suppress(RuntimeError):  # the loop was closed
                 self._loop.call_soon_threadsafe(self._begin_to_look)
@@ -163,8 +167,8 @@ class Stage:
         self._closing = True
         self._over.set()
         self._awake.set()
-        self._outbox.put(None)
         self._close_channel()
+        self._outbox.put(None)
         for _ in range(2):
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._ended.wait(), END_LIMIT)
@@ -189,18 +193,31 @@ class Stage:
             self._looking = False
 
     def _write(self) -> None:
-        """Write messages to standard input, which may take long."""
+        """Write to standard input what may take long."""
         with suppress(OSError):  # it has ended
-            while (message := self._outbox.get()) is not None:
-                loads = message["type"] == "load"
-                if loads:
-                    with self._sending:
-                        self._number = number = self._number + 1
-                    self._watch.loading(number)
-                self._child.write(dumps(message) + b"\n")
-                if loads:
-                    self._child.write(dumps({"type": "ping", "number": number}) + b"\n")
+            while (item := self._outbox.get()) is not None:
+                self._child.write(item if isinstance(item, bytes) else _line(item))
+                with self._sending:
+                    self._behind -= 1
+        self._close_channel()  # then nobody else writes
         self._child.close_input()
+
+    def _put(self, message: ToStage) -> None:
+        """Write a message to standard input, at once if that can't take long: a thread would first have to wait until
+        the caller rests. Hold the lock."""
+        messages: list[ToStage] = [message]
+        if message["type"] == "load":
+            self._number += 1
+            self._watch.loading(self._number)
+            messages.append({"type": "ping", "number": self._number})
+        items: Sequence[ToStage | bytes] = messages
+        is_short = message["type"] != "load" or len(message["score"].get("movements", ())) <= SHORT
+        if is_short and not self._behind and self._stops_by is not None:
+            rest = self._child.write_now(b"".join(map(_line, messages)))
+            items = [rest] if rest else []
+        self._behind += len(items)
+        for each in items:
+            self._outbox.put(each)
 
     def _keep_pinging(self) -> None:
         """Ping while the stage doesn't rest. This has its own thread, so that a long message can't delay a ping."""
@@ -217,7 +234,7 @@ class Stage:
                     else:
                         self._number += 1
                         self._watch.ping(self._number)
-                        self._outbox.put({"type": "ping", "number": self._number})
+                        self._put({"type": "ping", "number": self._number})
             self._over.wait(PING_PERIOD)
         self._stops.halts.rests()
 
@@ -296,11 +313,15 @@ class Stage:
         self._ended.set()
         self._over.set()
         self._awake.set()
-        self._outbox.put(None)
         self._close_channel()
+        self._outbox.put(None)
         why = self._failure or self._child.last_error
         ended = f"the {self._kind} failed: {why}" if why else f"the {self._kind} exited unexpectedly"
         self._told({"type": "gone", "message": self._hung or ended})
+
+
+def _line(message: ToStage) -> bytes:
+    return dumps(message) + b"\n"
 
 
 def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:

@@ -77,6 +77,23 @@ def test_a_child_that_does_not_read_delays_nobody_and_gets_everything_later() ->
         assert said == [b"1000000"]
 
 
+def test_a_line_is_sent_at_once_as_far_as_the_pipe_has_room() -> None:
+    with child("import sys", "print(len(sys.stdin.readline()))") as slow:
+        os.kill(slow.pid, signal.SIGSTOP)
+        rest = slow.write_now(long := b"x" * 1_000_000 + b"\n")
+        assert 0 < len(rest) < len(long)
+        assert slow.write_now(rest) == rest
+        os.kill(slow.pid, signal.SIGCONT)
+        slow.write(rest)
+        assert slow.read() == [b"1000001"]
+
+
+def test_nothing_is_sent_at_once_to_one_that_has_ended() -> None:
+    with child("") as ended:
+        assert ended.wait() == 0
+        assert ended.write_now(b"1\n") == b"1\n"
+
+
 def test_a_wider_pipe_takes_more() -> None:
     with child("input()", policy=Policy(LIMIT, waits=False, pipe_size=1 << 20)) as deaf:
         os.kill(deaf.pid, signal.SIGSTOP)

@@ -14,7 +14,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.ipc.stage_process import Heard, Stage
+from improv_core.ipc.stage_process import SHORT, Heard, Stage
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import ToStage
 from improv_core.safety.stage_watchdog import StageWatchdog
@@ -91,6 +91,13 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     lines, first = received({"type": "stop"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
     assert first == [{"type": "stop", "number": 1}, {"type": "ping", "number": 2}]
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]
+
+
+def test_short_messages_wait_for_long_ones_before_them() -> None:
+    long: Any = {"type": "seek", "beat": 2.0, "filler": "x" * 200_000}
+    score: Any = {"type": "load", "score": {"movements": [[]] * (SHORT + 1)}}
+    lines, _ = received(long, {"type": "cue"}, score, {"type": "cue"})
+    assert [line["type"] for line in lines] == ["seek", "cue", "load", "ping"]
 
 
 @pytest.mark.parametrize("by_us", [True, False])

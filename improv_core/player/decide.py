@@ -269,6 +269,7 @@ _RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
     events.Listened: start_rules.listened,
     events.Replaced: _replaced,
     events.EmergencyStop: stop_rules.emergency_stop,
+    events.ParentSilent: stop_rules.parent_silent,
     events.Changed: start_rules.changed,
     events.Stalled: stop_rules.stalled,
     events.Overloaded: stop_rules.overloaded,

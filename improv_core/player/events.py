@@ -104,6 +104,11 @@ class EmergencyStop:
 
 
 @dataclass(frozen=True, slots=True)
+class ParentSilent:
+    """The parent on this machine was suspended or hung. What it was asked for since then still waits there."""
+
+
+@dataclass(frozen=True, slots=True)
 class Changed:
     """A condition for moving may have changed: a deadman button, the robots that listen, or where robots stand."""
 
@@ -147,8 +152,8 @@ AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
 """The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
 but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
 Internal = (
-    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | Changed | Stalled | Overloaded | Faults
-    | TooNear | Returning | Anchor | Due
+    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | ParentSilent | Changed | Stalled | Overloaded
+    | Faults | TooNear | Returning | Anchor | Due
 )  # fmt: skip
 """`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,
 the end, or a look at a clock."""

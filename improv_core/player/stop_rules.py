@@ -46,6 +46,12 @@ def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decid
     return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: save to play again")]
 
 
+def parent_silent(run: Run, event: events.ParentSilent, facts: Facts) -> Decided:
+    """Stop, and refuse what people asked the parent for before they could know of this stop."""
+    run, acts = stop(replace(run, stops=run.stops.counted()), facts)
+    return run, [Tell(run.stops.message), *acts]
+
+
 def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
     run, acts = stop(run, facts)
     line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: save to play again"

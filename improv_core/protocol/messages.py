@@ -181,9 +181,9 @@ class ProgramMessage(TypedDict):
 
 
 class Pressed(TypedDict):
-    """An emergency stop was pressed or released: the topics of those that are on, and the number of presses of any. The
-    parent keeps this for later stages: there these stops are on until a false is heard. What arrives within a quarter
-    of a second counts as requested before it."""
+    """An emergency stop was pressed or released, or the parent was silent: the topics of emergency stops that are on,
+    and the number of presses of any and of silences. The parent keeps this for later stages: there these stops are on
+    until a false is heard. What arrives within a quarter of a second counts as requested before it."""
 
     type: Literal["pressed"]
     topics: Sequence[str]

@@ -14,7 +14,7 @@ GAMEPAD = "the gamepad at the page"
 RELEASED = 0.5
 """Seconds without a true on an emergency stop's topic after which a false counts. Several nodes may publish there, and
 one that always sends false must not release what another one presses again and again."""
-OLDER = "✗ this save is older than the emergency stop: save again"
+OLDER = "✗ this save is older than the latest stop: save again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +46,8 @@ class StopTopic:
 
 @dataclass(frozen=True, slots=True)
 class EmergencyStops:
-    """The topics of emergency stops that are on, even if no score names them, and the number of presses of any of
-    them."""
+    """The topics of emergency stops that are on, even if no score names them, and the number of stops that people may
+    not know of when they save: presses of any of them, and stops because the parent was silent."""
 
     on: frozenset[str] = frozenset()
     count: int = 0
@@ -58,9 +58,13 @@ class EmergencyStops:
             return self
         return EmergencyStops(self.on | {topic} if pressed else self.on - {topic}, self.count + pressed)
 
+    def counted(self) -> EmergencyStops:
+        """Return it after a stop because the parent was silent."""
+        return replace(self, count=self.count + 1)
+
     def told(self, pressed: Pressed) -> EmergencyStops:
-        """Return it after the parent has reported the presses that another stage received. Later presses that this
-        stage received count more."""
+        """Return it after the parent has reported the stops that another stage counted. Later ones that this stage
+        counted count more."""
         return (
             EmergencyStops(self.on | {*pressed["topics"]}, pressed["count"]) if pressed["count"] > self.count else self
         )
@@ -71,7 +75,7 @@ class EmergencyStops:
         return {"type": "pressed", "topics": sorted(self.on), "count": self.count}
 
     def refusal(self, safety: Safety, known: int | None) -> str | None:
-        """Return one line about why a score can't play: a stop is on, or only `known` presses were known when somebody
+        """Return one line about why a score can't play: a stop is on, or only `known` stops were known when somebody
         asked for the score. None if it can."""
         if self.on:
             return refused_by(self.on, safety.stop)

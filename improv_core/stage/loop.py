@@ -274,16 +274,16 @@ class Loop:
         """Stop all robots because the parent is silent."""
         if not self._is_far:
             line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
-            self._halt(line, now)
+            self._halt(line, now, events.ParentSilent())
             return
         self._tell({"type": "deserted", "seconds": self._parent.patience})
         self._deserted = True
         self.player.take(STOP, now)
         self._commands.fence = self._commands.fence.lose()
 
-    def _halt(self, line: str, now: float) -> None:
+    def _halt(self, line: str, now: float, event: events.Event = STOP) -> None:
         """Stop all robots, and report why. No message that the parent has sent until now may move them."""
-        self.player.take(STOP, now)
+        self.player.take(event, now)
         self._commands.fence = self._commands.fence.lose()
         self._tell({"type": "error", "message": line})
 

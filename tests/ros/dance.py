@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from tests.ls.client import CAPABILITIES, ProcessClient
+from improv_ls.live import TRANSPORT
+from tests.ls.client import TOLD, ProcessClient
 from tests.processes import descendants, lines_until, players, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 
@@ -39,7 +40,7 @@ class Server:
     def __init__(
         self,
         env: Mapping[str, str],
-        capabilities: Mapping[str, Any] = CAPABILITIES,
+        capabilities: Mapping[str, Any] = TOLD,
         *,
         standby: bool = True,
         uri: str = URI,
@@ -67,6 +68,17 @@ class Server:
         self.type(program)
         self.client.save(self.uri)
         self.client.wait_for_line("▶")
+
+    def save_until_it_plays(self, program: str) -> None:
+        """Save, and again as a person would, while that counts as older than the latest stop."""
+        plays = False
+        while not plays:
+            self.type(program)
+            self.client.save(self.uri)
+            line = self.client.wait("window/showMessage", lambda shown: shown["message"][0] in "▶■")["message"]
+            if "▶" in line:  # otherwise it was stopped before it began
+                told = self.client.wait(TRANSPORT, lambda told: told["state"] in ("playing", "stopped"))
+                plays = told["state"] == "playing"
 
     def wait_for_line(self, part: str) -> str:
         return self.client.wait_for_line(part)
@@ -140,9 +152,7 @@ def dances(conductor: Conductor, listener: Listener) -> None:
         listener.wait(at_speed(BEFORE_SPEED))
 
 
-def survives(
-    conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str, stands: bool = True
-) -> None:
+def survives(conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str) -> None:
     """Check a fault of the stage, whose process id it gets, or of other processes: the robot stands, one line says why,
     the next save plays, and no replaced process is left."""
     dances(conductor, listener)
@@ -151,8 +161,7 @@ def survives(
     stage, standby = ours
     fault(stage)
     conductor.wait_for_line(line)
-    if stands:
-        listener.wait(still)
+    listener.wait(still)
     listener.hear_all()
     conductor.save(AFTER)
     try:

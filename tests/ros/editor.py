@@ -26,4 +26,4 @@ if __name__ == "__main__":
             os.kill(os.getpid(), signal.SIGSTOP)
             server.wait_for_line("all robots were stopped")
             print(json.dumps(server.complaints()), flush=True)
-            server.save(json.loads(line))
+            server.save_until_it_plays(json.loads(line))

@@ -12,9 +12,22 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.safety.interlocks import OLDER
 from tests.processes import players
 from tests.ros.conftest import Listener, Others, a_domain, with_code, with_limits
-from tests.ros.dance import AFTER_SPEED, BEFORE_SPEED, ENDED, Server, at_speed, dances, still, survives
+from tests.ros.dance import (
+    AFTER,
+    AFTER_SPEED,
+    BEFORE,
+    BEFORE_SPEED,
+    ENDED,
+    Server,
+    at_speed,
+    dances,
+    moving,
+    still,
+    survives,
+)
 
 pytestmark = pytest.mark.slow("processes are killed, and others take their places")
 
@@ -79,18 +92,25 @@ def test_a_stage_that_hangs_in_a_c_call_is_replaced(server: Server, turtles: lis
     survives(server, turtles[0], lambda _: (folder / "hang").touch(), line)
 
 
-def test_a_server_that_hangs_stops_the_robots(server: Server, turtles: list[Listener]) -> None:
+def test_a_server_that_hangs_stops_the_robots_and_what_was_saved_meanwhile_moves_none(
+    server: Server, turtles: list[Listener]
+) -> None:
     turtle = turtles[0]
-
-    def hang(_: int) -> None:
-        os.kill(server.pid, signal.SIGSTOP)
-        try:
-            turtle.wait(still)
-        finally:
-            os.kill(server.pid, signal.SIGCONT)
-
-    line = "Improv was suspended or hung for 3.0 s, so all robots were stopped: save to play again"
-    survives(server, turtle, hang, line, stands=False)
+    dances(server, turtle)
+    server.complaints()
+    ours = players(server.pid)
+    os.kill(server.pid, signal.SIGSTOP)
+    try:
+        turtle.wait(still)
+        server.type(AFTER)
+        server.client.save(server.uri)
+    finally:
+        os.kill(server.pid, signal.SIGCONT)
+    server.wait_for_line("Improv was suspended or hung for 3.0 s, so all robots were stopped: save to play again")
+    server.wait_for_line(OLDER)
+    server.save_until_it_plays(BEFORE)
+    assert at_speed(BEFORE_SPEED)(turtle.wait(moving)), "the save from before the stop moves nothing"
+    assert players(server.pid).keys() == ours.keys()
 
 
 def test_an_unreachable_robot_stops_the_others(server: Server, turtles: list[Listener], folder: Path) -> None:

@@ -25,6 +25,7 @@ from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, See
 from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
 from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.protocol.robot_messages import FaultMessage, Instant
+from improv_core.safety.interlocks import OLDER
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Pose, Twist
@@ -264,6 +265,18 @@ def test_robots_do_not_move_if_the_parent_hangs_before_the_button_is_held() -> N
     told = perform(sink, (0, PING), (0, guarded("r $ repeat forward\n")), (2, FromRos(HELD)), (9, End()))
     assert errors(told) == [SILENT]
     assert all(twist == STILL for *_, twist in sink.sent)
+
+
+def test_what_people_asked_for_before_they_knew_that_the_parent_was_silent_is_refused() -> None:
+    def asked(stops: int) -> Play:
+        play = load("r $ repeat forward\n")
+        return replace(play, load={**play.load, "stops": stops})
+
+    sink = Memory()
+    told = perform(sink, (0, PING), (0, asked(0)), (2, asked(0)), (3, PING), (3, asked(1)), (3.4, End()))
+    assert errors(told) == [SILENT, OLDER]
+    assert [each for each in told if each["type"] == "pressed"] == [{"type": "pressed", "topics": [], "count": 1}]
+    assert states(told) == ["playing", "stopped", "stopped", "playing", "stopped"]
 
 
 SLEPT = "the machine was asleep for 30 s, so all robots were stopped: save to play again"

@@ -142,14 +142,14 @@ class Stops:
         return self.count
 
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
-        """Send a message that makes robots move, unless a stop has come since the count was `asked`. Returns whether it
-        was sent."""
+        """Send a message that makes robots move, unless a stop has come since the count was `asked`, or stages have yet
+        to be sent one that has gone straight to them: until then, they obey nothing. Returns whether it was sent."""
         return self.send_all([(stage, message)], asked)
 
     def send_all(self, messages: Iterable[tuple[Receiver, ToStage]], asked: int) -> bool:
         """Send stages messages that make robots move, all or none of them, as `send` does."""
         with self._lock:
-            if self._counted() != asked:
+            if self._counted() != asked or self._unsettled:
                 return False
             for stage, message in messages:
                 if message["type"] == "load":

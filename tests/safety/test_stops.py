@@ -159,5 +159,5 @@ def test_an_automation_may_continue_at_once_after_its_own_stop(by: Automation | 
     play: Restart = {"type": "restart", "by": by} if by else {"type": "restart"}
     asked = stops.arrive(play)
     assert stops.has_settled("x") == sent
-    assert stops.send({"type": "resume"}, stage, asked)
+    assert stops.send({"type": "resume"}, stage, asked) == sent, "stages would obey nothing"
     assert stops.count == 1 + sent

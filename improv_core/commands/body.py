@@ -29,7 +29,7 @@ from improv_core.robots.urdf_sections import sections
     "parts",
     metavar="NAME=LINK",
     multiple=True,
-    help="A body part, and the link at its end. Without any, each chain of joints that ends in a leaf is a part.",
+    help="A body part, and the link at its end. Without any, the parts are what people would name.",
 )
 def command(file: Path | None, topic: str | None, profile: str | None, parts: tuple[str, ...]) -> None:
     """Print the sections of improv.toml for a robot's body, from its URDF.

@@ -41,8 +41,8 @@ class UrdfJoint:
     """A connection of two links: meters, radians, their rates per second.
 
     `place` and `turn` (roll, pitch, yaw) are the joint's pose in its parent's frame. `lower`, `upper`, and `velocity`
-    are None if the file sets no limit. A joint that `follows` another has no motor: its position is `ratio` times that
-    of the other, plus `shift`.
+    are None if the file sets no limit; some files have placeholders, such as -1. A joint that `follows` another has no
+    motor: its position is `ratio` times that of the other, plus `shift`.
     """
 
     name: str
@@ -195,9 +195,6 @@ def _joint(line: int, elements: Mapping[str, Mapping[str, str]]) -> UrdfJoint:
     lower, upper = (_number(limit, end, what, line) or 0.0 if bounded and limit else None for end in ("lower", "upper"))
     if lower is not None and upper is not None and lower > upper:
         raise UrdfError(line, f"{what} has its lower limit {lower:g} above its upper limit {upper:g}")
-    velocity = _number(limit, "velocity", what, line)
-    if velocity is not None and velocity < 0:
-        raise UrdfError(line, f"{what} has the velocity limit {velocity:g}: it must not be negative")
     mimic = elements.get("mimic", {})
     ratio = _number(mimic, "multiplier", what, line)
     return UrdfJoint(
@@ -211,7 +208,7 @@ def _joint(line: int, elements: Mapping[str, Mapping[str, str]]) -> UrdfJoint:
         _vector(origin, "rpy", (0.0, 0.0, 0.0), what, line),
         lower,
         upper,
-        velocity,
+        _number(limit, "velocity", what, line),
         _needed(mimic, "joint", f"{what} mimics a joint, which", line) if "mimic" in elements else None,
         1.0 if ratio is None else ratio,
         _number(mimic, "offset", what, line) or 0.0,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.commands.command_line import run
-from tests.robots.test_urdf import ARMS, DOLL
+from tests.robots.test_urdf import DOLL, PARTS
 
 URDF = 'urdf = "doll.urdf" # the page draws the robot from it; the path is from the folder of improv.toml\n'
 
@@ -16,7 +16,7 @@ def test_the_sections_of_a_urdf_are_printed(tmp_path: Path) -> None:
     (tmp_path / "doll.urdf").write_text(DOLL)
     ended = run("body", "doll.urdf", folder=tmp_path)
     printed = ended.stdout.replace(URDF, "", 1)
-    assert (ended.returncode, printed[: len(ARMS)]) == (0, ARMS)
+    assert (ended.returncode, printed[: len(PARTS)]) == (0, PARTS)
     assert f'joint_states = "joint_states"\n{URDF}\n' in ended.stdout
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import contextlib
 import io
 import math
+from inspect import cleandoc
 from operator import attrgetter
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from urdf_parser_py.urdf import URDF
 
 from improv_core.program.analysis import analyze
+from improv_core.robots.bodies import DIRECTIONS
 from improv_core.robots.config import read_robots
 from improv_core.robots.urdf import LARGEST_URDF, UrdfError, read_urdf
 from improv_core.robots.urdf_sections import sections
@@ -49,38 +53,150 @@ DOLL = robot(
     arm("right", "-0.2"),
 )
 
-ARMS = """\
+PARTS = """\
 # From doll.urdf. Check to which side each direction moves its joint, and how far in a beat.
-# Joints behind # have no direction yet: give them forward, strafeleft, up, or left, or a part of their own
-# (improv body --part NAME=LINK).
+# A guess: the joint moves its part in no clear direction, or another joint has that one.
 [profiles.doll]
 step = 0.2 # meters that its base drives in a beat: write yours
 joint_states = "joint_states"
 
-[profiles.doll.body.left_fore] # what moves left_fore
-mirror = "right_fore"
+[profiles.doll.body.waist] # what moves torso
+left = { joint = "waist", degrees = -30 }
+
+[profiles.doll.body.left_arm] # what moves left_hand
+mirror = "right_arm"
 up = { joint = "left_shoulder", degrees = -30 }
 left = { joint = "left_elbow", degrees = 30 }
 
-[profiles.doll.body.right_fore] # what moves right_fore
+[profiles.doll.body.right_arm] # what moves right_hand
 up = { joint = "right_shoulder", degrees = -30 }
 left = { joint = "right_elbow", degrees = 30 }
+
+[profiles.doll.joints.waist]
+min = -90
+max = 120
+max_velocity = 90
 """
 
 
-def test_each_chain_that_ends_in_a_leaf_is_a_part_and_left_mirrors_right() -> None:
+def test_joints_up_to_a_fork_and_from_there_to_an_end_are_parts_and_left_mirrors_right() -> None:
     made = sections(read_urdf(DOLL.encode()), "doll.urdf")
-    assert made.startswith(ARMS)
-    assert made.endswith("# In no part:\n# waist: it carries torso; --part NAME=torso makes it a part\n")
+    assert made.startswith(PARTS)
+    assert made.endswith("max_velocity = 90\n")
 
 
 def test_proposed_sections_can_be_used_as_they_are() -> None:
     toml = sections(read_urdf(DOLL.encode()), "doll.urdf", tips={"arm": "left_hand", "whole": "right_hand"})
     robots = read_robots(f'{toml}\n[robots.ada]\nprofile = "doll"\n')
     assert robots.diagnostics == ()
-    assert "# left_elbow: choose a direction\n" in toml  # `left` is the waist's
-    assert "# [profiles.doll.joints.left_elbow]\n# min = -90\n" in toml
     assert analyze("ada $ arm (up left) || whole (up up)", robots).diagnostics == ()
+
+
+def check_parts(joints: str, parts: str) -> None:
+    """Check the parts of joints, and the groups of these. Each joint is a type, an axis, and a name; the one after
+    `|NAME` is carried by the joint NAME, and all others by the one before. Each is 0.3 m ahead of its carrier."""
+    inside, carrier = ['<link name="base"/>'], "base"
+    for each in joints.split():
+        if each.startswith("|"):
+            carrier = each[1:]
+            continue
+        kind, axis, name = each.split(":")
+        limit = "" if kind == "continuous" else '<limit lower="-1" upper="1" velocity="1"/>'
+        ends = f'<parent link="{carrier}"/><child link="{name}"/><origin xyz="0.3 0 0"/>'
+        inside.append(
+            f'<link name="{name}"/><joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/>{limit}</joint>'
+        )
+        carrier = name
+    text = robot(*inside).replace('"x"', '"1 0 0"').replace('"y"', '"0 1 0"').replace('"z"', '"0 0 1"')
+    config = read_robots(sections(read_urdf(text.encode()), "x.urdf"))
+    assert config.diagnostics == ()
+    body = config.profiles["doll"].body
+    assert body
+    words = {component: word for word, component in DIRECTIONS.items()}
+    found = [
+        f"{each.name}: {' '.join(f'{words[way.direction]} {way.joint}' for way in each.drives)}" for each in body.parts
+    ]
+    found += [f"{each.name} = {' '.join(each.parts)}" for each in body.groups]
+    assert "\n".join(found) == cleandoc(parts)
+
+
+UNNAMED = "revolute:z:j1 revolute:y:j2 revolute:z:j3 revolute:y:j4 revolute:x:j5 revolute:y:j6 revolute:x:j7"
+INDUSTRIAL = "revolute:z:j1 revolute:y:j2 revolute:y:j3 revolute:x:j4 revolute:y:j5 revolute:x:j6"
+
+
+@pytest.mark.parametrize(
+    ("joints", "parts"),
+    [
+        (
+            UNNAMED,
+            """
+            shoulder: left j1 up j2 strafeleft j3
+            elbow: up j4
+            wrist: strafeleft j5 up j6 left j7
+            arm = shoulder elbow wrist
+            """,
+        ),
+        (
+            f"{INDUSTRIAL} prismatic:y:finger",
+            """
+            shoulder: left j1 up j2
+            elbow: up j3
+            wrist: strafeleft j4 up j5 left j6
+            hand: strafeleft finger
+            arm = shoulder elbow wrist hand
+            """,
+        ),
+        (
+            "revolute:z:LHipYaw revolute:x:LHipRoll revolute:y:LHipPitch revolute:y:LKnee revolute:y:LAnkle",
+            """
+            left_hip: left LHipYaw strafeleft LHipRoll up LHipPitch
+            left_knee: up LKnee
+            left_ankle: up LAnkle
+            left_leg = left_hip left_knee left_ankle
+            """,
+        ),
+        (
+            "revolute:x:FL_hip revolute:y:FL_thigh revolute:y:FL_calf |base revolute:x:FR_hip revolute:y:FR_thigh",
+            """
+            fl_leg: strafeleft FL_hip up FL_thigh forward FL_calf
+            fr_leg: strafeleft FR_hip up FR_thigh
+            """,
+        ),
+        (
+            "revolute:z:waist revolute:z:neck_pan revolute:y:neck |waist revolute:y:r_elbow |waist revolute:y:l_elbow",
+            """
+            waist: left waist
+            neck: left neck_pan up neck
+            right_elbow: up r_elbow
+            left_elbow: up l_elbow
+            """,
+        ),
+        (
+            "revolute:z:arm_1 revolute:y:arm_2 prismatic:y:left_finger |arm_2 prismatic:y:right_finger",
+            """
+            arm: left arm_1 up arm_2
+            left_finger: strafeleft left_finger
+            right_finger: strafeleft right_finger
+            """,
+        ),
+        (
+            " ".join(f"revolute:y:index_{number}" for number in range(5)),
+            """
+            index_3: up index_0 forward index_1 left index_2 strafeleft index_3
+            index_4_2: up index_4
+            index_4 = index_3 index_4_2
+            """,
+        ),
+        (
+            "continuous:y:left_wheel |base continuous:z:swivel continuous:y:roller |base continuous:z:turret",
+            """
+            turret: left turret
+            """,
+        ),
+    ],
+)
+def test_parts_are_what_people_would_name(joints: str, parts: str) -> None:
+    check_parts(joints, parts)
 
 
 def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_root() -> None:
@@ -103,11 +219,11 @@ def test_a_named_part_ends_at_its_link_and_begins_after_the_one_nearest_to_the_r
         ("revolute", "0 1 0", "0 0 0", "1 0 0", "up = { joint = 'j', degrees = -30 }"),
         ("revolute", "0 1 0", "0 0 0", "0 0 -1", "forward = { joint = 'j', degrees = -30 }"),
         ("revolute", "1 0 0", "0 0 0", "0 0 -1", "strafeleft = { joint = 'j', degrees = 30 }"),
-        ("revolute", "1 0 0", "0 0 0", "1 0 0", "# j: choose a direction"),
+        ("revolute", "1 0 0", "0 0 0", "1 0 0", "strafeleft = { joint = 'j', degrees = -30 } # a guess"),
         ("revolute", "0 1 0", "0 0 0", "0 0 0", "up = { joint = 'j', degrees = -30 }"),
         ("prismatic", "1 0 0", f"0 {-math.pi / 2} 0", "0 0 0", "up = { joint = 'j', meters = 0.05 }"),
         ("prismatic", "0 -2 0", "0 0 0", "0 0 0", "strafeleft = { joint = 'j', meters = -0.05 }"),
-        ("prismatic", "1 1 1", "0 0 0", "0 0 0", "# j: choose a direction"),
+        ("prismatic", "1 1 1", "0 0 0", "0 0 0", "up = { joint = 'j', meters = 0.05 } # a guess"),
     ],
 )
 def test_a_direction_follows_the_motion_of_the_tip(kind: str, axis: str, turn: str, tip: str, direction: str) -> None:
@@ -142,26 +258,79 @@ def test_a_joint_that_follows_another_or_that_no_number_moves_is_in_no_part() ->
     assert made.partition("# In no part:\n")[2].splitlines() == [
         "# other: it follows yaw",
         "# flies: no single number moves a floating joint",
-        "# wheel: it carries e; --part NAME=e makes it a part",
+        "# wheel: it seems to drive the base; --part NAME=e makes it a part",
     ]
 
 
-def test_a_joint_that_can_t_stand_at_0_starts_in_the_middle_and_missing_limits_are_said() -> None:
-    made = sections(
-        read_urdf(
-            robot(
-                '<link name="a"/><link name="b"/><link name="c"/>',
-                '<joint name="up" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>',
-                '<limit lower="0.2" upper="0.6" effort="1" velocity="0"/></joint>',
-                '<joint name="round" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint>',
-            ).encode()
-        ),
-        "x.urdf",
-    )
-    assert (
-        "joints.up]\nmin = 0.2\nmax = 0.6\n# The file sets no speed limit: write a max_velocity.\nstart = 0.4 #" in made
-    )
-    assert made.endswith("joints.round]\n# The file sets no speed limit: write a max_velocity.\n")
+@pytest.mark.parametrize(
+    ("kind", "limit", "direction", "section"),
+    [
+        ("revolute", '<limit lower="-1" upper="2" velocity="1000"/>', "degrees = 30", "min = -57.2958\nmax = 114.5916\n"
+        "# The file's speed limit, 57295.7795, is none that a robot has: write a max_velocity.\n"),
+        ("revolute", '<limit lower="-1" upper="1" velocity="-1"/>', "degrees = 30", "min = -57.2958\nmax = 57.2958\n"
+        "# The file's speed limit, -57.2958, is none that a robot has: write a max_velocity.\n"),
+        ("revolute", '<limit lower="-1e6" upper="1e6" velocity="1"/>', "degrees = 30",
+        "# The file's min, -57295779.51, is none that a robot has.\n"
+        "# The file's max, 57295779.51, is none that a robot has.\nmax_velocity = 57.2958\n"),
+        ("revolute", '<limit lower="1" upper="1e6" velocity="0.2"/>', "degrees = 7.5", "min = 57.2958\n"
+        "# The file's max, 57295779.51, is none that a robot has.\nmax_velocity = 11.4592\n"
+        "start = 57.2958 # within its limits, which don't include 0\n"),
+        ("prismatic", '<limit lower="0.2" upper="0.23" velocity="0"/>', "meters = 0.025", "min = 0.2\nmax = 0.23\n"
+        "# The file sets no speed limit: write a max_velocity.\n"
+        "start = 0.215 # within its limits, which don't include 0\n"),
+        ("prismatic", "", "meters = 0.05", "# The file sets no min.\n# The file sets no max.\n"
+        "# The file sets no speed limit: write a max_velocity.\n"),
+        ("continuous", "", "degrees = 30", "# The file sets no speed limit: write a max_velocity.\n"),
+    ],
+)  # fmt: skip
+def test_limits_are_those_of_the_file_that_improv_toml_accepts(
+    kind: str, limit: str, direction: str, section: str
+) -> None:
+    inside = f'<joint name="j" type="{kind}">{ENDS}<axis xyz="0 0 1"/>{limit}</joint>'
+    toml = sections(read_urdf(robot(LINKS, inside).encode()), "x.urdf")
+    assert f'joint = "j", {direction} }}' in toml
+    assert toml.endswith(f"joints.j]\n{section}")
+    assert read_robots(toml).diagnostics == ()
+
+
+def test_a_profile_has_no_name_of_a_built_in_one() -> None:
+    assert "[profiles.husky_2]\n" in sections(read_urdf(DOLL.replace('"doll"', '"husky"').encode()), "x.urdf")
+
+
+@pytest.mark.parametrize("kind", ["continuous:y:left_wheel", "fixed:y:j", "revolute:y:blocked"])
+def test_a_robot_in_which_nothing_can_dance_is_refused(kind: str) -> None:
+    what, _, name = kind.split(":")
+    inside = f'<joint name="{name}" type="{what}">{ENDS}<axis xyz="0 1 0"/><limit velocity="1"/></joint>'
+    with pytest.raises(UrdfError, match="nothing in it can dance"):
+        sections(read_urdf(robot(LINKS, inside).encode()), "x.urdf")
+
+
+NUMBERS = st.sampled_from(["0", "1", "-1", "0.3", "-0.02", "3.2", "1000", "-1e6", "1e-9", "1e308", "nan", "x"])
+VECTORS = st.sampled_from(["0 0 1", "0 1 0", "1 0 0", "0 0 0", "0.5 0.5 0.7", "-1 0 1e-9", "1e300 0 1e300", "1 2"])
+NAMES = st.sampled_from(["LShoulder", "l_elbow", "r_elbow", "wheel", "forward", "to", "2", "-", "ä", "husky", "."])
+
+
+@given(st.data())
+def test_whatever_a_urdf_says_it_is_refused_in_words_or_its_sections_can_be_used(data: st.DataObject) -> None:
+    def any_joint(number: int) -> str:
+        kind = data.draw(st.sampled_from(["revolute", "continuous", "prismatic", "fixed", "floating"]))
+        carrier = data.draw(st.integers(0, number))
+        limit = " ".join(f'{key}="{data.draw(NUMBERS)}"' for key in data.draw(st.sets(st.sampled_from(LIMITS))))
+        mimic = '<mimic joint="j0"/>' if data.draw(st.integers(0, 9)) == 0 else ""
+        return (
+            f'<link name="{number + 1}"/><joint name="{data.draw(NAMES)}{number}" type="{kind}">{mimic}'
+            f'<parent link="{carrier}"/><child link="{number + 1}"/><axis xyz="{data.draw(VECTORS)}"/>'
+            f'<origin xyz="{data.draw(VECTORS)}" rpy="{data.draw(VECTORS)}"/><limit {limit}/></joint>'
+        )
+
+    joints = map(any_joint, range(data.draw(st.integers(1, 12))))
+    text = f'<robot name="{data.draw(NAMES)}"><link name="0"/>{"".join(joints)}</robot>'
+    with contextlib.suppress(UrdfError):
+        toml = sections(read_urdf(text.encode()), "x.urdf")
+        assert [each.message for each in read_robots(toml).diagnostics] == [], toml
+
+
+LIMITS = ("lower", "upper", "velocity", "effort")
 
 
 def test_joints_that_transmissions_and_controllers_name_are_not_read_twice() -> None:
@@ -231,7 +400,6 @@ def test_a_urdf_that_can_t_be_used_is_refused_in_one_line(text: str, line: int, 
         (joint('<parent link="a"/><child link="x"/>'), "the joint 'j' names the link 'x', which is not there"),
         (joint(f'{ENDS}<limit lower="2" upper="1"/>'), "the joint 'j' has its lower limit 2 above its upper limit 1"),
         (joint(f'{ENDS}<limit lower="nan" upper="1"/>'), "the joint 'j' has lower='nan': write one finite number"),
-        (joint(f'{ENDS}<limit velocity="-1"/>'), "the joint 'j' has the velocity limit -1: it must not be negative"),
         (joint(f'{ENDS}<axis xyz="0 0 0"/>'), "the joint 'j' has an axis of length 0"),
         (joint(f'{ENDS}<origin xyz="1 2"/>'), "the joint 'j' has xyz='1 2': write 3 finite numbers"),
     ],

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.commands.command_line import IMPROV
-from tests.robots.test_urdf import ARMS, DOLL
+from tests.robots.test_urdf import DOLL, PARTS
 from tests.ros.conftest import BASE, LIMIT, NOISE, STAMPED, Listen, Publish, Script, with_code, with_limits
 
 pytestmark = pytest.mark.slow("looks for three seconds who is there")
@@ -46,7 +46,7 @@ def test_a_body_is_read_from_the_topic_that_has_its_description(
     publish("/robot_description", "std_msgs/String", latched=True)({"data": DOLL}, once=True)
     patient = ros_env | with_limits(outputs__ros__graph__LOOK=20.0)
     read = improv(patient, tmp_path, "body", "--topic", "/robot_description")
-    assert read.stdout.startswith(ARMS.replace("doll.urdf", "/robot_description")), read.stderr
+    assert read.stdout.startswith(PARTS.replace("doll.urdf", "/robot_description")), read.stderr
     unread = improv(ros_env, tmp_path, "body", "--topic", "/nothing")
     line = "nobody publishes text on /nothing: start robot_state_publisher, or name another topic"
     assert (unread.stdout, unread.stderr) == ("", f"improv: {line}\n")

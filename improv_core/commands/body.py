@@ -10,6 +10,7 @@ import click
 
 from improv_core.commands.echo import echo_text
 from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.xacro import expand, find_xacro, is_xacro
 from improv_core.ipc.child import output
 from improv_core.outputs.ros.discovery import limited
 from improv_core.outputs.ros.setup.interpreter import SETUP, InterpreterError, find_ros_python
@@ -34,14 +35,16 @@ from improv_core.robots.urdf_sections import sections
 def command(file: Path | None, topic: str | None, profile: str | None, parts: tuple[str, ...]) -> None:
     """Print the sections of improv.toml for a robot's body, from its URDF.
 
-    FILE is a URDF. Check the output before you add it to improv.toml: a URDF doesn't say which direction of a part
-    a joint is, so each is a proposal.
+    FILE is a URDF, or a xacro file if the program `xacro` is installed. Check the output before you add it to
+    improv.toml: a URDF doesn't say which direction of a part a joint is, so each is a proposal.
     """
     tips = dict(map(_tip, parts))
     if topic and not file:
         source, read = topic, _published(topic)
     elif file and not topic:
         source, read = str(file), read_bytes(file, LARGEST_URDF)
+        if is_xacro(read) and file != STANDARD_INPUT and (program := find_xacro()):
+            source, read, file = f"{file}, expanded by xacro", expand(program, file), None
     else:
         raise click.UsageError("name either a file or a --topic")
     try:

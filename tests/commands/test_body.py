@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import run
+from improv_core.commands import xacro
+from tests.commands.command_line import program, run
 from tests.robots.test_urdf import DOLL, PARTS
 
 URDF = 'urdf = "doll.urdf" # the page draws the robot from it; the path is from the folder of improv.toml\n'
@@ -45,3 +46,37 @@ def test_an_unreadable_urdf_is_one_line(arguments: list[str], said: str, tmp_pat
     (tmp_path / "wrong.urdf").write_text("<robot>\n<link/></robot>")
     ended = run("body", *arguments, folder=tmp_path)
     assert (ended.returncode, ended.stderr.splitlines()[-1]) == (2, said)
+
+
+ADVICE = "run `xacro doll.xacro > robot.urdf`, and read that"
+XACRO = '<robot name="doll"><xacro:include filename="arms.xacro"/></robot>'
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("cat ../doll.urdf", "# From doll.xacro, expanded by xacro. "),
+        (
+            "echo 'error: no such macro' >&2; echo in file >&2; exit 1",
+            f"can't expand it (error: no such macro): {ADVICE}",
+        ),
+        ("cat; echo error: $(ulimit -v) kB >&2; exit 1", f"can't expand it (error: 1953125 kB): {ADVICE}"),
+        ("kill -9 $$", f"can't expand it (it was killed): {ADVICE}"),
+        ("exec sleep 100", f"can't expand it (it took more than 0.5 s): {ADVICE}"),
+        ("exec yes", "improv: doll.xacro, expanded by xacro: it is larger than 5 MB"),
+        (None, "improv: doll.xacro:1: this is a xacro file: run `xacro FILE > robot.urdf`, and read that"),
+    ],
+)
+def test_a_xacro_file_is_expanded_in_a_process_with_limits(
+    script: str | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    programs = tmp_path / "bin"
+    if script:
+        program(programs / "xacro", f"cd {programs}\n{script}")
+    monkeypatch.setenv("PATH", f"{programs}:/usr/bin:/bin")
+    monkeypatch.setattr(xacro, "LIMIT", 0.5 if script == "exec sleep 100" else 10.0)
+    (tmp_path / "doll.urdf").write_text(DOLL)
+    (tmp_path / "doll.xacro").write_text(XACRO)
+    ended = run("body", "doll.xacro", folder=tmp_path)
+    assert said in ended.stdout + ended.stderr
+    assert "urdf = " not in ended.stdout

@@ -291,7 +291,6 @@ SHARED = {
     "Argument": 2,  # of a phrase; of a word
     "Condition": 2,  # of a movement; of a tree
     "Key": 2,  # of `improv.toml`; of a keyboard
-    "Load": 2,  # an event; its message
     "Parallel": 2,  # a movement; a tree
     "Pause": 2,  # a movement; a message
     "Series": 2,  # a movement; a tree

@@ -21,7 +21,6 @@ from improv_core.commands.rehearsal import check_end, perform
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import USUAL, first, performance, run
 from improv_core.outputs.recording.recorder import Recorder, sensed_in
-from improv_core.player.sensing import foreseen
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
@@ -176,7 +175,7 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)
-    perform(score, simulator, seconds, tell, None if settings.senses is None else map(foreseen, settings.senses))
+    perform(score, simulator, seconds, tell, settings.senses)
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
     ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
     if report:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from improv_core.commands.exit_codes import CommandError
-from improv_core.player.events import Load
 from improv_core.player.player import Player
-from improv_core.player.sensing import Foreseen
-from improv_core.protocol.messages import FromStage
+from improv_core.protocol.messages import FromStage, Load, Play, Sensed
 from improv_core.protocol.output import Sink
 from improv_core.score.movement import ENDLESS
 from improv_core.score.score import Score
@@ -26,7 +24,7 @@ def perform(
     sink: Sink,
     seconds: float | None = None,
     tell: Callable[[FromStage], None] = lambda message: None,
-    senses: Iterable[Foreseen] | None = None,
+    senses: Sequence[Sensed] | None = None,
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
 
@@ -35,7 +33,10 @@ def perform(
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
-    player.take(Load(replace(score, clock=None, count_in=False), 1, "restart", senses=senses), now)
+    load: Load = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": ""}
+    if senses is not None:
+        load["senses"] = senses
+    player.take(Play(load, replace(score, clock=None, count_in=False)), now)
     while (deadline := player.deadline(now)) is not None:
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.run.mode == "playing":

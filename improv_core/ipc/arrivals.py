@@ -6,23 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from improv_core.protocol.commands import Pause, Stop
-from improv_core.protocol.messages import Load, Ping, ToStage, after
+from improv_core.protocol.messages import Ping, Play, ToStage, after
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
 from improv_core.score.peer_clock import Anchor
-from improv_core.score.score import Score
-
-
-@dataclass(frozen=True, slots=True)
-class Play:
-    """A `load` message whose score has been read."""
-
-    load: Load
-    score: Score
-
-    @property
-    def moves(self) -> bool:
-        """True if there is something to play. If not, its robots only have to be stopped."""
-        return bool(self.score.beats or self.score.open)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,13 +24,13 @@ if __name__ == "__main__":
     import_module("improv_core")
     sys.path.append(sys.path.pop(0))
 
-from improv_core.ipc.arrivals import End, First, Lost, Play
+from improv_core.ipc.arrivals import End, First, Lost
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import PageServer
 from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import STOP_SOCKETS
-from improv_core.protocol.messages import VERSION, FromStage, Ready
+from improv_core.protocol.messages import VERSION, FromStage, Play, Ready
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.stage.loop import Inbox, OpenedOutput, run

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from improv_core.player.events import Event, Load
-from improv_core.protocol.messages import Armed, ErrorLine, Misplaced, Pressed, StageWarning
+from improv_core.player.events import Event
+from improv_core.protocol.messages import Armed, ErrorLine, Misplaced, Play, Pressed, StageWarning
 from improv_core.protocol.robot_messages import Unreached
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.score.motion import Pose, Twist
@@ -66,7 +66,7 @@ class CreatePublishers:
 class PrepareRestart:
     """Get ready to play a score from the beginning: performance time starts over."""
 
-    load: Load
+    play: Play
 
 
 @dataclass(frozen=True, slots=True)

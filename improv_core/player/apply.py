@@ -11,6 +11,7 @@ from typing import Any
 from improv_core.player import acts, reports
 from improv_core.player.acts import Act
 from improv_core.player.events import Event
+from improv_core.player.sensing import foreseen
 from improv_core.player.start_rules import robots_to_home, waits
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
@@ -69,7 +70,7 @@ def _create_publishers(act: acts.CreatePublishers, tracks: Tracks, now: float) -
 
 
 def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> None:
-    score, entry, senses = act.load.score, act.load.entry, act.load.senses
+    score, entry, senses = act.play.score, act.play.entry, act.play.load.get("senses")
     old, new = tracks.run.score.parts, score.parts
     performed, both = tracks.run.transport.performed(now), {*old, *new}
     _send_still(tracks, old.keys() - new.keys(), performed)
@@ -87,7 +88,7 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     tracks.active_parts.dismiss()
     tracks.sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
     tracks.sensing.forget_announced()
-    tracks.sensing.announce(senses or ())
+    tracks.sensing.announce(map(foreseen, senses or ()))
     tracks.listeners.forget()
     tracks.separation.forget()
     tracks.listeners.begin(score, both, now)

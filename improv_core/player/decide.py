@@ -41,6 +41,8 @@ from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_
 from improv_core.player.stop_rules import Decided, error_line, warning_line
 from improv_core.protocol.commands import Silence
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
+from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.messages import Play
 from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
 from improv_core.score.motion import STILL
@@ -107,25 +109,30 @@ def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None
     return events.Overloaded() if overloaded else None
 
 
-def _load(run: Run, load: events.Load, facts: Facts) -> Decided:
-    score, performed = load.score, run.transport.performed(facts.now)
-    moves = bool(score.beats or score.open)
-    if moves and facts.real and (line := run.stops.refusal(score.safety, load.stops)):
+def _play(run: Run, play: Play, facts: Facts) -> Decided:
+    """Return what follows from a score to play: it restarts, or takes over from the one that plays.
+
+    A score that moves real robots is refused while an emergency stop is on, or if one was pressed after the request.
+    One that an automation requests is refused after a stop that wasn't its own.
+    """
+    load, score, performed, by = play.load, play.score, run.transport.performed(facts.now), play.load.get("by")
+    if play.moves and facts.real and (line := run.stops.refusal(score.safety, load.get("stops"))):
         return run, [error_line(line), Report()]
-    if moves and not run.may_start(load.by):
+    if play.moves and not run.may_start(by):
         return run, [warning_line(STOPPED), Report()]
-    run = run.started(load.by) if moves else run
-    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and load.entry)
-    if load.when == "restart" or not goes_on:
-        return run, [PrepareRestart(load), Then(events.Restarted(load))]
-    if load.entry:
-        at = load.entry["monotonic"] - run.transport.zero
+    run = run.started(by) if play.moves else run
+    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and play.entry)
+    if load["when"] == "restart" or not goes_on:
+        return run, [PrepareRestart(play), Then(events.Restarted(play))]
+    if play.entry:
+        at = play.entry["monotonic"] - run.transport.zero
     elif run.mode == "paused":
         at = performed
     else:
-        soonest = run.transport.performed(max(facts.now, load.not_before) - facts.late)
-        at = run.switch_time(load.when, soonest, load.beats_per_bar, facts.over)
-    swap = PendingTakeover(score, load.generation, load.when, load.beats_per_bar, at, load.entry)
+        soonest = max(facts.now, min(load.get("at", facts.now), facts.now + MOST_AHEAD))
+        soonest = run.transport.performed(soonest - facts.late)  # when it does in other stages, even if it comes late
+        at = run.switch_time(load["when"], soonest, play.beats_per_bar, facts.over)
+    swap = PendingTakeover(score, load["generation"], load["when"], play.beats_per_bar, at, play.entry)
     if run.mode == "paused":
         return _take_over(run, swap, facts)
     return replace(run, next=swap), [CreatePublishers(score)]
@@ -263,7 +270,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
 
 
 _RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
-    events.Load: _load,
+    Play: _play,
     events.Restarted: start_rules.restarted,
     events.Awaited: start_rules.awaited,
     events.Listened: start_rules.listened,

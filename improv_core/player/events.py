@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from improv_core.player.agenda import Due
 from improv_core.player.return_state import HomeStep
-from improv_core.player.sensing import Foreseen
-from improv_core.player.start_gate import Gate
 from improv_core.protocol.clock_messages import BendMessage
-from improv_core.protocol.commands import Automation, Pause, Resume, Seek, Silence, Speed, Stop
-from improv_core.protocol.messages import Pressed, When
+from improv_core.protocol.commands import Pause, Resume, Seek, Silence, Speed, Stop
+from improv_core.protocol.messages import Play, Pressed
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.preflight import Standing
@@ -23,43 +20,13 @@ from improv_core.score.path import Paths
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.score import Score
 from improv_core.score.takeover import Takeover
-from improv_core.score.transport import BEATS_PER_BAR
-
-
-@dataclass(frozen=True, slots=True)
-class Load:
-    """A request to play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or
-    `bar`, or at the `end`.
-
-    A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition play
-    on, and all others begin. `entry` has the time of the takeover if another stage has decided it. If playback is
-    paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense only
-    these after a restart. A score that moves real robots is refused while an emergency stop is on, or if one was
-    pressed after the request, before which there were `stops` presses. One that an automation requests (`by` its name)
-    is refused after a stop that wasn't its own. After a restart, a `gate` holds beat 0 back. A score takes over
-    `not_before` this time on the clock; one that comes late still takes over when it did in other stages. `backend` is
-    the output that plays everything, in words for people (default: the sink's name).
-    """
-
-    score: Score
-    generation: int
-    when: When
-    entry: Takeover | None = None
-    beats_per_bar: int = BEATS_PER_BAR
-    senses: Iterable[Foreseen] | None = None
-    stops: int | None = None
-    anyway: bool = False
-    gate: Gate | None = None
-    not_before: float = -math.inf
-    by: Automation | None = None
-    backend: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Restarted:
     """A score has been prepared to play from the beginning."""
 
-    load: Load
+    play: Play
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +50,8 @@ class Listened:
 @dataclass(frozen=True, slots=True)
 class Replaced:
     """A score has been prepared to take over at a performance time. The parts of `entering` begin, and those of robots
-    that are `leaving` are over. With `goes_on`, the others play on untouched. `entry` is as in `Load`."""
+    that are `leaving` are over. With `goes_on`, the others play on untouched. `entry` has its time if
+    another stage has decided it."""
 
     score: Score
     generation: int
@@ -152,7 +120,7 @@ AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
 """The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
 but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
 Internal = (
-    Load | Restarted | Awaited | Listened | Replaced | EmergencyStop | ParentSilent | Changed | Stalled | Overloaded
+    Play | Restarted | Awaited | Listened | Replaced | EmergencyStop | ParentSilent | Changed | Stalled | Overloaded
     | Faults | TooNear | Returning | Anchor | Due
 )  # fmt: skip
 """`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,

@@ -20,7 +20,7 @@ from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import time_left
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.commands import Cue, Force, OscSense
-from improv_core.protocol.messages import FromStage, Poses
+from improv_core.protocol.messages import FromStage, Play, Poses
 from improv_core.protocol.output import Edge, RawJoints, RawPose, Sink, StopButton
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.score.peer_clock import Anchor
@@ -97,8 +97,8 @@ class Player:
         where they are now."""
         if isinstance(event, Anchor) or (isinstance(event, dict) and event["type"] not in AHEAD_OF_DUE):
             self._catch_up(now)
-        if isinstance(event, events.Load):
-            self._tracks.backend = event.backend or self._tracks.backend
+        if isinstance(event, Play):
+            self._tracks.backend = event.load["backend"] or self._tracks.backend
             self._tracks.informed = now if event.entry else self._tracks.informed
         self._decide(event, now, late)
 

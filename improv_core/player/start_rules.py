@@ -51,29 +51,29 @@ again."""
 
 
 def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
-    load, before = event.load, run.score.parts
-    zero = load.entry["monotonic"] if load.entry else facts.now
+    play, load, before = event.play, event.play.load, run.score.parts
+    zero = play.entry["monotonic"] if play.entry else facts.now
     run = replace(
-        run.at_scene_of(load.score, 0),
+        run.at_scene_of(play.score, 0),
         mode="waiting",
-        generation=load.generation,
-        restarted=load.generation,
-        anyway=load.anyway,
-        gate=load.gate,
+        generation=load["generation"],
+        restarted=load["generation"],
+        anyway=load.get("anyway", False),
+        gate=start_gate.made_of(load.get("arming"), shared="here" in load),
         is_due=False,
         next=None,
     )
-    run = in_time(run, load.entry, facts)
+    run = in_time(run, play.entry, facts)
     if run.clock and run.clock.is_music:
         clock = replace(run.clock, ours=0.0, theirs=0.0, slope=Fraction(0), warned=False)
         run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.moves else None))
-    elif load.score.count_in and run.moves and not load.entry:
-        run = replace(run, gate=start_gate.counted(run.gate, load.score.bar or load.beats_per_bar))
+    elif play.score.count_in and run.moves and not play.entry:
+        run = replace(run, gate=start_gate.counted(run.gate, play.score.bar or play.beats_per_bar))
     run = replace(run, transport=Transport(zero, 0.0, 0, run.tempo))
-    if not load.entry:
-        return run, [Listen([robot for robot in before if robot in load.score.parts])]
-    beat = near(load.entry["beat"])  # another stage may have begun long ago
-    run, acts = play_from(run.at_scene_of(joined(load.score, load.entry), beat), beat, 0.0, facts)
+    if not play.entry:
+        return run, [Listen([robot for robot in before if robot in play.score.parts])]
+    beat = near(play.entry["beat"])  # another stage may have begun long ago
+    run, acts = play_from(run.at_scene_of(joined(play.score, play.entry), beat), beat, 0.0, facts)
     return run, [Dismiss(), ForgetEdges(), *([Place(beat)] if beat else []), *acts]
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable
 from improv_core.player import reports
 from improv_core.player.active_parts import ActiveParts, closed_part
 from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges
-from improv_core.player.events import Event, Facts, Load
+from improv_core.player.events import Event, Facts
 from improv_core.player.joint_commands import JointCommands
 from improv_core.player.limb_tracks import Limbs
 from improv_core.player.open_part import TooManyChangesError
@@ -23,7 +23,7 @@ from improv_core.player.setpoint_queue import SetpointQueue
 from improv_core.player.setpoints import Velocity, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.fields import PoseJson
-from improv_core.protocol.messages import SIMULATED, FromStage
+from improv_core.protocol.messages import SIMULATED, FromStage, Play
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
@@ -294,7 +294,7 @@ class Tracks:
     def facts(self, now: float, event: Event | None = None, late: float = 0.0) -> Facts:
         """Return the facts at a time on the clock for the decision of an event, which other stages did `late` seconds
         ago."""
-        entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
+        entering = isinstance(event, (Play, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
         places = self.odometry.places(now) if self.sink.real else {}
         return Facts(

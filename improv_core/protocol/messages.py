@@ -7,6 +7,7 @@ message arrives from another process, `read_to_stage` or `read_from_stage` check
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypedDict, cast
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
@@ -23,8 +24,10 @@ from improv_core.protocol.robot_messages import (
     Vitals,
 )
 from improv_core.score.fits import Between, Long, NotRequired
+from improv_core.score.score import Score
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
 from improv_core.score.times import Asleep, Monotonic, UnixNanoseconds, UnixTime
+from improv_core.score.transport import BEATS_PER_BAR
 
 VERSION = 3
 """The protocol's version."""
@@ -148,6 +151,28 @@ class Load(_Timed, _Asked):
     patience: NotRequired[Patience]
     senses: NotRequired[Sequence[Sensed]]
     stops: NotRequired[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """A `load` message whose score has been read."""
+
+    load: Load
+    score: Score
+
+    @property
+    def moves(self) -> bool:
+        """True if there is something to play. If not, its robots only have to be stopped."""
+        return bool(self.score.beats or self.score.open)
+
+    @property
+    def entry(self) -> Takeover | None:
+        """The time of the takeover, if another stage has decided it."""
+        return self.load.get("entry")
+
+    @property
+    def beats_per_bar(self) -> int:
+        return max(self.load.get("beats_per_bar", BEATS_PER_BAR), 1)
 
 
 class Decided(RobotInstant):

@@ -7,9 +7,10 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from improv_core.ipc.arrivals import Ordered, Play, after_of, kind_of
+from improv_core.ipc.arrivals import Ordered, after_of, kind_of
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
 from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.messages import Play
 from improv_core.safety.stop_fence import StopFence
 from improv_core.score.score import Score
 

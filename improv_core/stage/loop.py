@@ -10,16 +10,15 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Ordered, Play, Unreadable
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Ordered, Unreadable
 from improv_core.plain import one_line
 from improv_core.player import events
 from improv_core.player.player import Player
 from improv_core.player.sensing import foreseen
 from improv_core.player.separation_monitor import from_elsewhere
-from improv_core.player.start_gate import made_of
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
-from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, MOST_AHEAD, SILENCE_LIMIT
-from improv_core.protocol.messages import FromStage, Stopped, ToStage
+from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, SILENCE_LIMIT
+from improv_core.protocol.messages import FromStage, Play, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
 from improv_core.safety.interlocks import GAMEPAD
 from improv_core.safety.parent_heartbeat import Parent
@@ -28,7 +27,6 @@ from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import Key
-from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.command_queue import CommandQueue
 
 EARLY = 0.0004
@@ -309,21 +307,7 @@ class Loop:
         self._is_one_of_many = "here" in load
         self._opened.announce(asked.score, load["generation"])
         at = self._as_of(load.get("at"), now)
-        play = events.Load(
-            asked.score,
-            load["generation"],
-            load["when"],
-            load.get("entry"),
-            max(load.get("beats_per_bar", BEATS_PER_BAR), 1),
-            [foreseen(each) for each in load["senses"]] if "senses" in load else None,
-            load.get("stops"),
-            load.get("anyway", False),
-            made_of(load.get("arming"), shared=self._is_one_of_many),
-            min(load.get("at", now) if load["when"] != "restart" else now, now + MOST_AHEAD),
-            load.get("by"),
-            load["backend"],
-        )
-        self.player.take(play, at, min(self._late(load, at), LATEST))
+        self.player.take(asked, at, min(self._late(load, at), LATEST))
 
     def _obey(self, message: ToStage, now: float) -> None:
         match message["type"]:

@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable
 from typing import cast
 
-from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Play, Unreadable
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Unreadable
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
 from improv_core.player.setpoints import setpoints
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.limits import LONGEST_LINE
-from improv_core.protocol.messages import DIRECT, FromStage, after, read_first, read_to_stage
+from improv_core.protocol.messages import DIRECT, FromStage, Play, after, read_first, read_to_stage
 from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import LONG
 from improv_core.safety.parent_heartbeat import Parent

@@ -24,7 +24,6 @@ from improv_core.commands.rehearsal import perform
 from improv_core.outputs.cdr import SECOND
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
 from improv_core.outputs.simulator.recorded import RecordedSimulator
-from improv_core.player.sensing import foreseen
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
@@ -221,7 +220,7 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
         sensed = sensed_in(file)
     assert len(sensed) > 15
     with recording(again) as recorder:  # robots here sense only the changes in the recording
-        perform(score, recorder, 20.0, lambda told: note(recorder, told), map(foreseen, sensed))
+        perform(score, recorder, 20.0, lambda told: note(recorder, told), sensed)
     for topic in ("/anna/cmd_vel", "/bert/cmd_vel"):
         before, after = (changes(read(path), topic) for path in (first, again))
         starts = [min(message.time for message in read(path)) for path in (first, again)]

@@ -9,12 +9,12 @@ import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.outputs.simulator.trails import MOST_PLACES, TimedPose, Trail
-from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
+from tests.player.plays import to_play
 
 FREQUENCY = 50
 
@@ -25,7 +25,7 @@ def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 
     player = Player(simulator, lambda message: None, lambda: 0.0)
     analysis = analyze(program, read_robots(robots))
     assert analysis.ok
-    player.take(Load(score_of(analysis), 1, "restart"), 0.0)
+    player.take(to_play(score_of(analysis), 1, "restart"), 0.0)
     poses = {}
     for step in range(1, int(seconds * FREQUENCY)):
         player.advance(step / FREQUENCY)
@@ -84,7 +84,7 @@ def test_the_trail_of_a_robot_sliding_along_a_wall_is_close() -> None:
 def test_a_seek_begins_another_trail() -> None:
     simulator = Simulator()
     player = Player(simulator, lambda message: None, lambda: 0.0)
-    player.take(Load(score_of(analyze("ada $ forward left forward\n")), 1, "restart"), 0.0)
+    player.take(to_play(score_of(analyze("ada $ forward left forward\n")), 1, "restart"), 0.0)
     player.advance(1.5)
     player.take({"type": "seek", "beat": 2.0}, 1.5)
     (place,) = places_of(simulator)

@@ -61,6 +61,7 @@ from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.takeover import PendingTakeover, Takeover
 from improv_core.score.transport import Switch, Transport
 from improv_core.score.world import World
+from tests.player.plays import to_play
 from tests.player.test_player import score
 
 ZERO = 1000.0
@@ -307,7 +308,7 @@ def test_robots_stand_while_one_that_must_be_seen_is_not() -> None:
 def test_a_save_is_refused_after_an_emergency_stop(
     dance: Score, stops: EmergencyStops, knows: int, facts: Facts, line: str | None
 ) -> None:
-    before, load = run("stopped", stops=stops), events.Load(dance, 2, "restart", stops=knows)
+    before, load = run("stopped", stops=stops), to_play(dance, 2, "restart", stops=knows)
     then, done = decide(before, load, facts)
     assert then == before
     if line:
@@ -328,7 +329,7 @@ def test_a_save_is_refused_after_an_emergency_stop(
 )
 def test_a_save_takes_over_from_what_plays_or_restarts(mode: Mode, when: When, done: Sequence[str]) -> None:
     before = run(mode, 3)
-    then, what = decide(before, events.Load(OTHER, 2, when), at(3))
+    then, what = decide(before, to_play(OTHER, 2, when), at(3))
     assert names(what) == done
     assert then.score == before.score  # until the other score has been prepared, which may fail
     assert then.generation == 1
@@ -336,14 +337,14 @@ def test_a_save_takes_over_from_what_plays_or_restarts(mode: Mode, when: When, d
 
 @pytest.mark.parametrize(("when", "second"), [("now", 2.5), ("beat", 3), ("bar", 4), ("end", 8)])
 def test_a_save_takes_over_at_its_time(when: Switch, second: float) -> None:
-    then, done = decide(run("playing"), events.Load(OTHER, 2, when), at(2.5))
+    then, done = decide(run("playing"), to_play(OTHER, 2, when), at(2.5))
     assert then.next == PendingTakeover(OTHER, 2, when, 4, second, None)
     assert done == [CreatePublishers(OTHER)]
 
 
 def test_another_stage_sets_the_time() -> None:
     entry: Takeover = {"beat": 5.0, "monotonic": ZERO + 5.25}
-    then, _ = decide(run("playing"), events.Load(OTHER, 2, "now", entry), at(3))
+    then, _ = decide(run("playing"), to_play(OTHER, 2, "now", entry=entry), at(3))
     assert then.next == PendingTakeover(OTHER, 2, "now", 4, 5.25, entry)
 
 
@@ -362,7 +363,7 @@ def test_a_takeover_is_prepared_before_the_run_says_so() -> None:
 
 
 def test_a_save_takes_over_from_a_score_without_robots() -> None:
-    _, done = decide(run("paused", dance=Score(Fraction(60), {})), events.Load(SCENES, 2, "beat"), at(3, over=0))
+    _, done = decide(run("paused", dance=Score(Fraction(60), {})), to_play(SCENES, 2, "beat"), at(3, over=0))
     assert names(done) == ["Drop", "SendUntil", "Prepare", "Then"]
 
 
@@ -405,7 +406,7 @@ def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
 
 
 def test_beat_0_waits_for_listeners() -> None:
-    load = events.Load(OTHER, 2, "restart")
+    load = to_play(OTHER, 2, "restart")
     then, done = decide(run("playing", 3), events.Restarted(load), at(3))
     assert (then.mode, then.generation, then.restarted, then.score) == ("waiting", 2, 2, OTHER)
     assert done == [Listen(["a", "b"])]
@@ -429,7 +430,7 @@ def test_a_stop_just_before_beat_0_is_obeyed(event: Event, mode: Mode) -> None:
 
 
 def test_a_restart_just_before_beat_0_looks_for_its_own_robots() -> None:
-    then, _ = decide(run("waiting", is_due=True), events.Restarted(events.Load(OTHER, 2, "restart")), at(5))
+    then, _ = decide(run("waiting", is_due=True), events.Restarted(to_play(OTHER, 2, "restart")), at(5))
     assert (then.mode, then.is_due) == ("waiting", False)
 
 
@@ -591,7 +592,7 @@ def test_nothing_else_lets_a_robot_move(event: Event) -> None:
     stood = run("playing", dance=with_response("stand"), stood={"a": ZERO})
     assert decide(stood, event, real(3))[0].stands("a", ())
     stopped, _ = decide(stood, {"type": "stop"}, real(3))
-    again = decide(stopped, events.Restarted(events.Load(DANCE, 2, "restart")), real(4))
+    again = decide(stopped, events.Restarted(to_play(DANCE, 2, "restart")), real(4))
     assert again[0].stands("a", ())
 
 
@@ -665,10 +666,10 @@ def wall(second: float, places: Mapping[str, Standing] | None = None) -> Facts:
 
 
 def test_a_restart_may_be_armed() -> None:
-    load = events.Load(OTHER, 2, "restart", gate=ARMED)
+    load = to_play(OTHER, 2, "restart", arming={})
     then, _ = decide(run("playing", 3), events.Restarted(load), at(3))
-    assert (then.mode, then.gate) == ("waiting", ARMED)
-    again, _ = decide(then, events.Restarted(replace(load, gate=None)), at(4))
+    assert (then.mode, then.gate) == ("waiting", Gate())
+    again, _ = decide(then, events.Restarted(to_play(OTHER, 2)), at(4))
     assert again.gate is None
 
 
@@ -792,10 +793,10 @@ def test_a_score_that_only_stops_robots_is_never_armed() -> None:
 
 # All rules
 
-LOAD = events.Load(replace(OTHER, safety=Safety(stop=STOP, deadman=DEADMAN)), 2, "now")
+LOAD = to_play(replace(OTHER, safety=Safety(stop=STOP, deadman=DEADMAN)), 2, "now")
 EVENTS: Sequence[Event] = [
     LOAD,
-    replace(LOAD, when="restart"),
+    to_play(LOAD.score, 2, "restart"),
     events.Restarted(LOAD),
     events.Awaited(),
     events.Listened((), False, None),

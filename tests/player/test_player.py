@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.player.sensing import Foreseen
 from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
@@ -21,6 +20,7 @@ from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.score import Deadman, Rejoin, Safety, Score
 from improv_core.score.senses import RobotSense
+from tests.player.plays import to_play
 
 
 class Memory(Sink):
@@ -97,7 +97,7 @@ class Stage:
 
     def perform(self, dance: Score, number: int = 1, when: When = "restart", **rest: Any) -> None:
         """Have the player take a score."""
-        self.player.take(Load(dance, number, when, **rest), self.now)
+        self.player.take(to_play(dance, number, when, **rest), self.now)
 
     def ask(self, kind: str, **given: Any) -> None:
         """Have the player take a message of this type."""

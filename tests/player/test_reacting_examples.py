@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from fractions import Fraction
+from typing import Any
 
 import pytest
 
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.player.sensing import Foreseen
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
-from improv_core.score.senses import CUE, RobotSense
+from improv_core.score.senses import CUE
 from tests.commands.command_line import REACTING
 
 DANCERS = ["ada", "bo", "cy"]
 
 
-def played(name: str, senses: Iterable[Foreseen] | None = None) -> list[FromStage]:
+def played(name: str, senses: Sequence[Any] | None = None) -> list[FromStage]:
     """Play an example for a minute at most, and return the reports; with `senses`, robots sense only these."""
     analysis = read_to_play(next(path for path in REACTING if path.stem == name))
     assert analysis
@@ -48,7 +47,7 @@ def test_robots_bump_into_something_only_if_the_example_says_so(
 
 def test_dancers_wait_for_the_cue_and_dance_after_it() -> None:
     assert decided(played("cue")) == []
-    cues = [Foreseen(Fraction(beat), RobotSense(robot, CUE), True) for beat in ("6.5", "20.25") for robot in DANCERS]
+    cues = [{"beat": beat, "robot": robot, "sense": CUE, "value": True} for beat in (6.5, 20.25) for robot in DANCERS]
     told = played("cue", cues)
     assert decided(told) == [(robot, beat) for beat in (6.5, 20.25) for robot in DANCERS]
     scenes = [each["scene"] for each in told if each["type"] == "transport" and "scene" in each]

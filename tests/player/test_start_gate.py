@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from improv_core.player.player import Player
-from improv_core.player.start_gate import Gate
-from improv_core.protocol.messages import CountJson
+from improv_core.protocol.messages import Arming, CountJson
 from improv_core.score.score import Score
 from tests.player.test_player import Stage, score
 
@@ -25,8 +24,8 @@ class Armed:
     def __post_init__(self) -> None:
         self.stage.player = Player(self.stage.sink, self.stage.told.append, lambda: self.stage.now + self.ahead)
 
-    def load(self, gate: Gate | None, dance: Score = DANCE) -> None:
-        self.stage.perform(dance, gate=gate)
+    def load(self, arming: Arming | None, dance: Score = DANCE) -> None:
+        self.stage.perform(dance, arming=arming)
 
     @property
     def zero(self) -> float | None:
@@ -72,7 +71,7 @@ def test_a_bar_is_counted_before_beat_0_which_is_known_from_its_beginning(
 
 def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
     armed = Armed()
-    armed.load(Gate(), COUNTED)
+    armed.load({}, COUNTED)
     armed.stage.run(10)
     assert armed.counts == []
     armed.stage.ask("resume")
@@ -85,7 +84,7 @@ def test_a_person_begins_a_count_and_can_not_shorten_it() -> None:
 
 def test_the_last_bar_before_a_time_is_counted() -> None:
     armed = Armed()
-    armed.load(Gate(1000.0 + AHEAD + 20), COUNTED)
+    armed.load({"begins": 1000.0 + AHEAD + 20}, COUNTED)
     armed.stage.run(30)
     assert armed.counts == [(20.0, FOUR)]
     assert armed.zero == pytest.approx(20, abs=1e-3)
@@ -102,7 +101,7 @@ def test_the_last_bar_before_a_time_is_counted() -> None:
 )
 def test_it_begins_at_its_time_on_the_wall_clock(at: float, set_by: float, begins: float) -> None:
     armed = Armed()
-    armed.load(Gate(1000.0 + AHEAD + at))
+    armed.load({"begins": 1000.0 + AHEAD + at})
     armed.stage.run(3)
     armed.ahead += set_by
     armed.stage.run(10)

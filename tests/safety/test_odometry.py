@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.player.events import Load
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -28,6 +27,7 @@ from improv_core.score.following import OLDEST
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
+from tests.player.plays import to_play
 from tests.player.test_player import Stage, score
 
 ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
@@ -62,7 +62,7 @@ class Robot:
         how: dict[str, Any] = {"odom_frame": self.odom_frame, "follow": follow, "use_sim_time": use_sim_time}
         parts = {name: replace(part, odom=f"/{name}/odom", **how) for name, part in read.parts.items()}
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
-        self.player.take(Load(read, len(self.stage.told) + 1, when, anyway=anyway), self.stage.now)
+        self.player.take(to_play(read, len(self.stage.told) + 1, when, anyway=anyway), self.stage.now)
 
     def run(self, seconds: float) -> None:
         self.stage.run(seconds)
@@ -232,7 +232,7 @@ class Follower(Robot):
     def play(self, program: str = "beat 60\nr $ forward rest forward\n", when: Any = "restart", **_: Any) -> None:
         (part,) = score(program).parts.values()
         part = replace(part, odom="/r/odom", follow=True, profile=TURTLEBOT3_BURGER)
-        self.player.take(Load(replace(score(program), parts={"r": part}), 1, when), self.stage.now)
+        self.player.take(to_play(replace(score(program), parts={"r": part}), 1, when), self.stage.now)
 
     @property
     def sent(self) -> list[tuple[float, float]]:

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import First, Play
+from improv_core.ipc.arrivals import First
 from improv_core.protocol.commands import is_stop
-from improv_core.protocol.messages import State, read_first, read_from_stage
+from improv_core.protocol.messages import Play, State, read_first, read_from_stage
 from improv_core.protocol.output import Alarm
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stage_watchdog import PING_PERIOD

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import Play
 from improv_core.music.osc_in import Situation, UnclearError, request
 from improv_core.player import events
 from improv_core.player.acts import Begin, DriveBack, Listen, Prepare, PrepareRestart, Resend
@@ -18,7 +17,7 @@ from improv_core.player.events import Event, Facts
 from improv_core.player.run import Run
 from improv_core.protocol import play_again
 from improv_core.protocol.commands import AUTOMATIONS, COMMANDS, PageRequest
-from improv_core.protocol.messages import FromStage, Load
+from improv_core.protocol.messages import FromStage, Load, Play
 from improv_core.protocol.output import Edge, StopButton
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.fault_rules import FaultBegan, Worst
@@ -33,6 +32,7 @@ from improv_core.session.on_report import on_report
 from improv_core.session.on_request import on_request
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.stage.loop import Loop, OpenedOutput
+from tests.player.plays import to_play
 from tests.player.test_player import Memory, score
 from tests.session.story import READY
 
@@ -359,7 +359,7 @@ def test_automations_may_start_nothing_after_a_stop_that_is_not_theirs(stop: Eve
     stopped, _ = decide(stopped, events.EmergencyStop(STOP, False), facts)
     assert (stopped.mode in ("stopped", "paused"), [*stopped.startable_by]) == (True, [])
     for by in AUTOMATIONS:
-        starts: list[Event] = [{"type": "resume", "by": by}, events.Load(DANCE, 2, "restart", by=by)]
-        for event in [*starts, events.Load(DANCE, 2, "now", by=by)]:
+        starts: list[Event] = [{"type": "resume", "by": by}, to_play(DANCE, 2, "restart", by=by)]
+        for event in [*starts, to_play(DANCE, 2, "now", by=by)]:
             then, acts = decide(stopped, event, facts)
             assert (then.mode, [act for act in acts if isinstance(act, MOVES)]) == (stopped.mode, [])

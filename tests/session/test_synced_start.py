@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from improv_core.player.events import Load
 from improv_core.score.peer_clock import MOST_BENT
 from improv_core.score.score import Follow, OutsideClock
 from improv_core.session import clock
 from improv_core.session.state import HERE
 from improv_core.session.together import SPARE
+from tests.player.plays import to_play
 from tests.player.test_player import Stage, score
 from tests.session.test_group import NOW, PI, Say, SendTo, Story, on_hosts
 
@@ -273,7 +273,7 @@ class Dance:
         self.heard = dict.fromkeys(self.stages, 0)
         self.number = 0
         for host, stage in self.stages.items():
-            stage.player.take(Load(score(TEXT), 1, "restart"), NOW)
+            stage.player.take(to_play(score(TEXT), 1, "restart"), NOW)
             self.report(host, NOW)
 
     def at(self, when: float, what: Callable[[], Any]) -> None:

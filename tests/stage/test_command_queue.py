@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End, First, Ordered, Play
+from improv_core.ipc.arrivals import Arrival, End, First, Ordered
 from improv_core.protocol.limits import SILENCE_LIMIT
-from improv_core.protocol.messages import Load
+from improv_core.protocol.messages import Load, Play
 from improv_core.safety.stop_fence import StopFence
 from improv_core.score.motion import STILL
 from improv_core.score.score import Score

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import End, Play, Unreadable
-from improv_core.protocol.messages import Load
+from improv_core.ipc.arrivals import End, Unreadable
+from improv_core.protocol.messages import Load, Play
 from improv_core.score import senses
 from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, to_json

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import End, First, Play
+from improv_core.ipc.arrivals import End, First
 from improv_core.protocol.limits import MOST_AHEAD
-from improv_core.protocol.messages import FromStage
+from improv_core.protocol.messages import FromStage, Play
 from improv_core.score.motion import STILL
 from improv_core.score.score import Host, Score
 from tests.player.test_player import Memory

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End, First, Play
+from improv_core.ipc.arrivals import Arrival, End, First
 from improv_core.page.answers import Answers
 from improv_core.page.broadcast import Broadcast
 from improv_core.page.open_pages import Pages
@@ -21,7 +21,7 @@ from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import Force, Held, KeySense, Released, Seek, Speed, Stop
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT
-from improv_core.protocol.messages import FromStage, Load, Ping, RobotsSeen, SeenRobot, When
+from improv_core.protocol.messages import FromStage, Load, Ping, Play, RobotsSeen, SeenRobot, When
 from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
 from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.protocol.robot_messages import FaultMessage, Instant

@@ -29,9 +29,6 @@ SLOW = 5.0
 """Seconds after which a line names the hosts that have not answered."""
 LATEST = 15.0
 """Seconds after which the others begin without a host that has not answered: its stage joins them once it does."""
-FindPython = Callable[[str | None], "RosPython | None"]
-"""Finds a Python with rclpy, given the setting; None if there is none. Called on a thread. Raises StageError if the
-user named one that can't be used."""
 
 
 class RosPython(Protocol):
@@ -42,6 +39,14 @@ class RosPython(Protocol):
 
     @property
     def env(self) -> Mapping[str, str]: ...
+
+
+class FindPython(Protocol):
+    """Finds a Python with rclpy, given the setting; None if there is none. Called on a thread."""
+
+    def __call__(self, setting: str | None, *, proves: bool) -> RosPython | None:
+        """Return the likeliest one, or one that `proves` to import rclpy. Raises StageError if the user named one that
+        does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,21 +165,36 @@ async def keep_reaching(
 
 
 async def _start_here(options: Options, hear: Hear, stops: Stops) -> Stage | None:
-    """Return the stage of the robots that this machine moves."""
-    if options.find_python and (found := await asyncio.to_thread(options.find_python, options.ros_python)):
-        discovery = ["--discovery", options.discovery] if options.discovery else []
-        alone = [] if options.standby else ["--no-standby"]
-        named = ["--node", options.node] if options.node else []
-        theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
-        arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
-        env = _with_sockets(found.env, options)
-        return await Stage.start([found.python, str(FOLDER), *arguments], env, hear, stops)
+    """Return the stage of the robots that this machine moves.
+
+    That it starts shows best that its Python has rclpy. Only if it doesn't, a proof finds the reason or another Python.
+    """
+    find = options.find_python
+    likely = await asyncio.to_thread(find, options.ros_python, proves=False) if find else None
+    if find and likely:
+        try:
+            return await _start_by(likely, options, hear, stops)
+        except StageError:
+            found = await asyncio.to_thread(find, options.ros_python, proves=True)
+            if found and found.python == likely.python:
+                raise
+        if found:
+            return await _start_by(found, options, hear, stops)
     if options.backend == "auto":
         return None
     raise StageError(
         "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "
         "(`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python that has it"
     )
+
+
+async def _start_by(found: RosPython, options: Options, hear: Hear, stops: Stops) -> Stage:
+    discovery = ["--discovery", options.discovery] if options.discovery else []
+    alone = [] if options.standby else ["--no-standby"]
+    named = ["--node", options.node] if options.node else []
+    theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
+    arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
+    return await Stage.start([found.python, str(FOLDER), *arguments], _with_sockets(found.env, options), hear, stops)
 
 
 async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -> Stage:

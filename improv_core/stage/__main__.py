@@ -11,7 +11,6 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import cast
 
 if __name__ == "__main__":
     # Python puts the folder it runs first on the path, where our modules would hide others of the same name. The folder
@@ -33,24 +32,18 @@ if __name__ == "__main__":
         del sys.argv[1]
         sys.exit(import_module(f"improv_core.{module}").main())
 
-from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest
-from improv_core.protocol.messages import VERSION, FromStage, Ready
-from improv_core.stage.loop import OpenedOutput, run
-from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
+from improv_core.outputs.ros.standby.client import start_standby
 
 
 def main() -> int:
     """Play what standard input requests until it ends. Returns exit code 1 after a failure, 2 if the sink can't be
     opened."""
     options = options_in(sys.argv[1:])
+    arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
+    standby = start_standby(options.discovery, arguments, not options.no_standby)  # it loads while we do
+    from improv_core.stage.robots import play
 
-    def begin(put: Tell, hear: Hear) -> Job:
-        opened, ready = open_sink(options, put, hear)
-        if options.report_sent:
-            report_sent(opened.sink, put)
-        return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready)
-
-    return perform(begin)
+    return play(standby, options.node, arguments, reports=options.report_sent)
 
 
 def options_in(arguments: Sequence[str]) -> argparse.Namespace:
@@ -63,37 +56,6 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--node", help="the name of the node in ROS 2, if it is not to be unique")
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS's own arguments, to the end")
     return parser.parse_args(arguments)
-
-
-def open_sink(options: argparse.Namespace, put: Tell, hear: Hear) -> tuple[OpenedOutput, Ready]:
-    """Return the sink that the options name, and the message to send once it is ready. (The simulator plays in the
-    process of the page.)"""
-    from improv_core.outputs.ros.output import RosSink
-
-    def ask(command: PageRequest) -> None:
-        if COMMANDS[command["type"]].at_once:
-            hear(cast(Conduct, command))  # now, even if the parent hangs, or gets nothing before we are ready
-        put({"type": "request", "command": command})
-
-    arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
-    ros = RosSink(
-        options.discovery,
-        not options.no_standby,
-        hear,
-        ask,
-        options.node,
-        arguments,
-        lambda line: tell_both({"type": "warning", "message": line}),
-    )
-
-    def tell_both(message: FromStage) -> None:
-        # A speed that was set before the first score is no news: the parent would take it for the end of a score.
-        if message["type"] != "transport" or message["generation"]:
-            ros.show(message)
-            put(message)
-
-    ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-    return OpenedOutput(ros, tell_both, ros.announce, guard=ros.guard, pending_zeros=ros.pending_zeros), ready
 
 
 if __name__ == "__main__":

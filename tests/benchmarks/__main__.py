@@ -11,6 +11,7 @@ BENCHMARKS = {
     "calibration": "how far off bases that drift end, calibrated or following or not",
     "class": "from the stop of a teacher to zeros while a class sends the worst text, and what that costs",
     "faults": "from a fault to the first zero that a robot hears",
+    "first_save": "from the first save of a session to the first Twist, and whether first movements are whole",
     "heavy": "keys and requests in and beside programs that take seconds to understand",
     "hosts": "when robots on bad links change their velocities, with a stage on each, and with one for all",
     "joints": "how soon joints rest when something fails",

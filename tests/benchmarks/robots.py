@@ -20,7 +20,7 @@ ENV = {
     **os.environ,
     "IMPROV_ROS_PYTHON": PYTHON,
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "ROS_DOMAIN_ID": "101",  # no robot listens there in our tests
+    "ROS_DOMAIN_ID": os.environ.get("ROS_DOMAIN_ID", "101"),  # no robot listens there in our tests
 }
 SIMULATED = HERE.parent / "ros" / "base.py"
 RATE = 20

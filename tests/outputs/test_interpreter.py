@@ -89,6 +89,7 @@ def test_a_requested_interpreter_must_work(tmp_path: Path, script: str | None, w
     python = fake(tmp_path / "python", script) if script else str(tmp_path / "none")
     with pytest.raises(InterpreterError) as raised:
         find_ros_python(python)
+    assert find_ros_python(python, proves=False)
     assert str(raised.value) == (
         f"{python} cannot import rclpy ({why}): correct the setting improv.ros.python or clear it"
     )

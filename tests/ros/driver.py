@@ -23,6 +23,7 @@ from rclpy.utilities import get_default_context
 
 from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import RosSink
+from improv_core.outputs.ros.standby.client import start_standby
 from improv_core.protocol.output import Alarm, Edge, RawPoses
 from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
@@ -253,7 +254,7 @@ def renew() -> str:
 
 
 def make() -> RosSink:
-    return RosSink(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
+    return RosSink(start_standby(None, (), "standby" in sys.argv[1:]), heard.put, lambda request: None)
 
 
 signal.signal(signal.SIGTERM, end)

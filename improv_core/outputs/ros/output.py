@@ -13,17 +13,17 @@ from improv_core.outputs.cdr import frame_field
 from improv_core.outputs.ros.base import RosBase
 from improv_core.outputs.ros.buttons import Buttons
 from improv_core.outputs.ros.clock import SimulatedTime
-from improv_core.outputs.ros.discovery import described, limited
+from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.controllers import RosControllers
 from improv_core.outputs.ros.joints.trajectories import Channel, needs_base
-from improv_core.outputs.ros.nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.outputs.ros.nodes import PUBLISHER, READER, Nodes, is_harmless, node_name, without_name
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
 from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, wanted_by
 from improv_core.outputs.ros.sensors.silence import silence
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
-from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
+from improv_core.outputs.ros.topic import Advertise, Now, RosTopic, message_class
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage
@@ -42,7 +42,7 @@ REST = 0.005
 class RosSink(Sink):
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `discovery` is the range of discovery if the environment sets none (discovery.py). `hear` gets edges, poses, alarms,
+    `hear` gets edges, poses, alarms,
     anchors of /clock, and the end if no more messages can be received; `ask` gets requests from ROS 2. Other threads
     call both. `tell` gets lines for people. `node` is the node's name, if it needn't be unique; `arguments` are ROS's
     own. Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
@@ -54,8 +54,7 @@ class RosSink(Sink):
 
     def __init__(
         self,
-        discovery: str | None,
-        standby: bool,
+        standby: Standby,
         hear: Callable[[Edge | RawPoses | RawJoints | Alarm | Anchor | End], None],
         ask: Ask,
         node: str | None = None,
@@ -63,13 +62,13 @@ class RosSink(Sink):
         tell: Callable[[str], None] = lambda line: None,
         now: Now = time.monotonic,
     ) -> None:
-        os.environ.update(limited(os.environ, discovery))
         name, arguments = without_name(arguments)
-        # The standby starts first: its process loads while this one does.
-        self._standby = Standby(node_name() + STANDBY, arguments, now, standby, lambda line: hear(Alarm(line)))
+        self._standby = standby
+        standby.alarm = lambda line: hear(Alarm(line))
         from rclpy.executors import SingleThreadedExecutor
 
         self._nodes = Nodes(name or node or node_name(), arguments)
+        message_class("Twist")  # imported before the first robot waits for it
         self._node = self._nodes.first
         self._requests = Requests(self._node, ask)
         self._clock = self._node.get_clock()
@@ -145,7 +144,7 @@ class RosSink(Sink):
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
             if restart and part.topic in self._unprepared:
-                self._topics[part.topic].unsettle()
+                self._topics[part.topic].distrust()
             self._topics[part.topic].take(part.profile.message)
             self._robots[robot] = RosBase(
                 part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)

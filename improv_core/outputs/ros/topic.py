@@ -97,6 +97,11 @@ class RosTopic:
         for publisher in self._publishers.values():
             publisher.hearing = replaced(self._now())
 
+    def distrust(self) -> None:
+        """Have all listeners confirm before they count, because the score can wait for them."""
+        for publisher in self._publishers.values():
+            publisher.hearing = Hearing()
+
     def ask(self, message: bytes, clock: Any, frame: bytes) -> None:
         """Have listeners confirm this message, which must move nothing, unless they already have."""
         for publisher in self._publishers.values():

@@ -37,28 +37,26 @@ class Interpreter:
     origin: str
 
 
-def find_ros_python(setting: str | None) -> Interpreter | None:
+def find_ros_python(setting: str | None, *, proves: bool = True) -> Interpreter | None:
     """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, or our own.
 
     None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one that the
-    user named can't be used. Files of an opened project are never consulted: they could name any program.
+    user named can't be used. Unless it `proves` that, which takes as long as to start a stage, it returns the likeliest
+    one. Files of an opened project are never consulted: they could name any program.
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
         if named:
-            return _asked_for(Interpreter(named, dict(os.environ), source))
-    return next((each for each in _candidates() if _problem(each) is None), None)
+            asked = Interpreter(named, dict(os.environ), source)
+            if proves and (problem := _problem(asked)):
+                raise InterpreterError(f"{named} cannot import rclpy ({problem}): correct {source} or clear it")
+            return asked
+    return next((each for each in _candidates() if not proves or _problem(each) is None), None)
 
 
 def private_environment() -> Path:
     """The folder of the environment that `improv ros setup` creates."""
     data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
     return Path(data) / "improv" / "ros"
-
-
-def _asked_for(asked: Interpreter) -> Interpreter:
-    if problem := _problem(asked):
-        raise InterpreterError(f"{asked.python} cannot import rclpy ({problem}): correct {asked.origin} or clear it")
-    return asked
 
 
 def _candidates() -> Iterator[Interpreter]:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import queue
 import threading
+import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 
 from improv_core.ipc.child import Child, Policy
+from improv_core.outputs.ros.discovery import limited
+from improv_core.outputs.ros.nodes import STANDBY, node_name, without_name
 from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper_command
 from improv_core.protocol.standby_messages import FromStandby, Publish, ToStandby
 from improv_core.safety.failover import READY_LIMIT, START_LIMIT, StandbyMonitor
@@ -24,6 +28,15 @@ FIND_LIMIT = 3.0
 """Seconds that beat 0 waits for it to find the robots: discovery took up to 2.64 s on a quiet machine."""
 POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
 """It survives the stage. Messages about 1,000 robots don't fit into a usual pipe."""
+
+
+def start_standby(discovery: str | None, arguments: Sequence[str], wanted: bool) -> Standby:
+    """Start the standby of this process, which may reach the same robots: this sets the range in our environment.
+
+    It takes as long to load as the modules of the stage, so it starts before these are imported.
+    """
+    os.environ.update(limited(os.environ, discovery))
+    return Standby(node_name() + STANDBY, without_name(arguments)[1], time.monotonic, wanted)
 
 
 class Standby:
@@ -41,12 +54,12 @@ class Standby:
         arguments: Sequence[str],
         clock: Callable[[], float],
         wanted: bool,
-        alarm: Callable[[str], None],
+        alarm: Callable[[str], None] = lambda line: None,
     ) -> None:
         self._command = helper_command("standby", node, *arguments)
         self._clock = clock
         self._wanted = wanted
-        self._alarm = alarm
+        self.alarm = alarm
         self.problem: str | None = None
         """The latest problem with the standby, in one line."""
         self._publishers: dict[tuple[str, str], tuple[Publish, Callable[[], int]]] = {}  # by topic and kind
@@ -111,7 +124,7 @@ class Standby:
         if self._child and (ended or self._monitor.is_lost()):
             self._replace("has ended" if ended else "does not answer")
         if self._monitor.must_stop(bool(self.moving), self.is_ready(self.moving)):
-            self._alarm(
+            self.alarm(
                 f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
                 "save to play again, or turn off `ros.standby`"
             )

@@ -165,9 +165,11 @@ class _Publishers:
 
     def __init__(self, node: str, arguments: Sequence[str]) -> None:
         from improv_core.outputs.ros.nodes import Nodes
+        from improv_core.outputs.ros.topic import message_class
 
         # Nobody spins the node, so it offers no services; it doesn't log either.
         self._nodes = Nodes(node, arguments, start_parameter_services=False, enable_rosout=False)
+        message_class("Twist")  # imported before the first robot waits for it
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
         self._joints: dict[str, int] = {}  # the number of joints of the controllers on topics
         self.new: dict[tuple[str, str], float] = {}

@@ -31,7 +31,7 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
 from improv_core.protocol.limits import END_LIMIT, FOLDER, STOP_PIPE
-from improv_core.safety.suspend import asleep
+from improv_core.safety.halts import asleep
 
 SILENCE_LIMIT = 20.0
 """Seconds of silence after which the link counts as dead: its near end always asks for the time."""

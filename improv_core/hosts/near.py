@@ -31,9 +31,9 @@ from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, 
 from improv_core.protocol.messages import DIRECT, TransportMessage, read_first, read_from_stage, read_to_stage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
+from improv_core.safety.halts import asleep
 from improv_core.safety.stage_stops import OBEYED, StageSocket
 from improv_core.safety.stop_server import Answer
-from improv_core.safety.suspend import asleep
 
 BEYOND = 1.0
 """Seconds beyond the stage's own patience after which a silent link is given up while robots may move."""

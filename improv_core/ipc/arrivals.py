@@ -56,19 +56,11 @@ Ordered = ToStage | Play | Unreadable | Lost
 Arrival = Ordered | First | DirectStop | Edge | RawPoses | RawJoints | Alarm | Anchor | End
 
 
-def kind_of(arrival: Ordered) -> str:
-    """Return the type of a message that a stop may make void; empty for arrivals that no stop affects."""
+def request_in(arrival: Ordered) -> tuple[str, int | None]:
+    """Return the type of a message that a stop may make void, and the number of messages that were sent on the channel
+    of stops before it (None if nobody counts them). The type is empty for arrivals that no stop affects."""
     if isinstance(arrival, Play):
-        return "load" if arrival.moves else ""
+        return "load" if arrival.moves else "", after(arrival.load)
     if isinstance(arrival, Lost):
-        return "load"
-    return "" if isinstance(arrival, Unreadable) else arrival["type"]
-
-
-def after_of(arrival: Ordered) -> int | None:
-    """Return the number of messages that were sent on the channel of stops before it; None if nobody counts them."""
-    if isinstance(arrival, Play):
-        return after(arrival.load)
-    if isinstance(arrival, Lost):
-        return arrival.after
-    return None if isinstance(arrival, Unreadable) else after(arrival)
+        return "load", arrival.after
+    return ("", None) if isinstance(arrival, Unreadable) else (arrival["type"], after(arrival))

@@ -1,11 +1,12 @@
-"""Notices that this process was halted, so that what arrives a moment later may have waited since before a stop.
-
-Callers pass the time in, in monotonic seconds.
+"""Notices that this process did not run: it was halted, or the machine slept. So robots may have moved meanwhile, and
+what arrives a moment later may have waited since before a stop.
 """
 
 from __future__ import annotations
 
 import math
+import sys
+import time
 
 KNOWN = 0.25
 """Seconds after which people count as knowing of a stop, or of a press of an emergency stop. A request that arrives
@@ -18,8 +19,16 @@ HALTED = 0.3
 since before a stop that came a moment ago."""
 
 
+SLEPT = 0.1
+"""Seconds that count as sleep. A caller that compares two readings of `asleep` has to allow for their errors."""
+_EXACT = 0.01
+"""Seconds that may pass while the clocks are read: the largest error."""
+_TRIES = 10
+
+
 class Halts:
-    """The times at which this process ran. Any thread may call it: it notes one time at once."""
+    """The times at which this process ran, which callers pass in, in monotonic seconds. Any thread may call it: it
+    notes one time at once."""
 
     def __init__(self) -> None:
         self._ran: float | None = None  # the latest time at which we ran; None while nothing shows that
@@ -40,3 +49,15 @@ class Halts:
         ran = self._ran
         was_halted = now < self._continued + KNOWN or (ran is not None and now > ran + HALTED)
         return was_halted or now > asked + BEHIND
+
+
+def asleep() -> float:
+    """Return the seconds for which the machine has slept since it was started, while its monotonic clock stood still;
+    always 0 on systems that don't report it, which are all but Linux."""
+    if sys.platform != "linux":
+        return 0.0
+    for _ in range(_TRIES):
+        before, with_sleep = time.monotonic(), time.clock_gettime(time.CLOCK_BOOTTIME)
+        if time.monotonic() < before + _EXACT:  # otherwise, other processes ran in between
+            break
+    return with_sleep - before

@@ -9,8 +9,7 @@ from typing import Protocol
 
 from improv_core.protocol.commands import PageOpened, PageRequest, Pause, Stop, is_stop
 from improv_core.protocol.messages import Pressed, ToStage
-from improv_core.safety.halts import KNOWN, Halts
-from improv_core.safety.suspend import NOTICED, asleep
+from improv_core.safety.halts import KNOWN, SLEPT, Halts, asleep
 
 MOST_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count each of them once."""
@@ -160,7 +159,7 @@ class Stops:
     def _counted(self) -> int:
         """Return the count, after checking whether the machine has slept."""
         slept = self._asleep()
-        if slept > self._slept + NOTICED:
+        if slept > self._slept + SLEPT:
             self._slept = slept
             self._note(stop=True)
         self._slept = max(slept, self._slept)

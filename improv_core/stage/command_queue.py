@@ -7,7 +7,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from improv_core.ipc.arrivals import Ordered, after_of, kind_of
+from improv_core.ipc.arrivals import Ordered, request_in
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
 from improv_core.protocol.limits import MOST_AHEAD
 from improv_core.protocol.messages import Play
@@ -70,7 +70,7 @@ class CommandQueue:
 
     def stop(self) -> None:
         """Drop arrivals that must not be obeyed after a stop that has itself arrived on standard input."""
-        self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOIDED_BY_STOP)
+        self._waiting = deque(each for each in self._waiting if request_in(each)[0] not in VOIDED_BY_STOP)
         if self._preloading and self._preloading[0].moves:
             self._preloading = None
 
@@ -83,9 +83,10 @@ class CommandQueue:
             return pause
         while self._preloading or self._waiting:
             if not self._preloading:
-                if self._awaits(self._waiting[0]):
+                request = request_in(self._waiting[0])
+                if self.fence.awaits(*request):
                     return None
-                if self._is_void(self._waiting[0]):
+                if self.fence.voids(*request):
                     self._waiting.popleft()
                     continue
                 if self.due < math.inf:
@@ -95,7 +96,7 @@ class CommandQueue:
                     return arrival
                 self._preloading = arrival, self._preload(arrival.score)
             play, steps = self._preloading
-            if not self._is_void(play):
+            if not self.fence.voids(*request_in(play)):
                 for _ in steps:
                     if self._clock() >= end:
                         return None
@@ -103,12 +104,6 @@ class CommandQueue:
                 return play
             self._preloading = None
         return None
-
-    def _awaits(self, arrival: Ordered) -> bool:
-        return self.fence.awaits(kind_of(arrival), after_of(arrival))
-
-    def _is_void(self, arrival: Ordered) -> bool:
-        return self.fence.voids(kind_of(arrival), after_of(arrival))
 
 
 def _time_of(arrival: Ordered, now: float) -> float:

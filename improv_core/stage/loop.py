@@ -20,9 +20,9 @@ from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, SILENCE_LIMIT
 from improv_core.protocol.messages import FromStage, Play, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
+from improv_core.safety.halts import SLEPT
 from improv_core.safety.interlocks import GAMEPAD
 from improv_core.safety.parent_heartbeat import Parent
-from improv_core.safety.suspend import NOTICED
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
@@ -152,7 +152,7 @@ class Loop:
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
         slept, self._asleep = asleep - self._asleep, max(asleep, self._asleep)
-        if slept > NOTICED and self._may_move:
+        if slept > SLEPT and self._may_move:
             self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: save to play again", now)
 
     def advance(self, now: float) -> None:
@@ -294,7 +294,7 @@ class Loop:
 
     def _load(self, asked: Play, now: float) -> None:
         load = asked.load
-        if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - NOTICED:
+        if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - SLEPT:
             self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
             return
         if load["when"] == "restart":

@@ -23,10 +23,10 @@ from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import FromStage, Ready
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
+from improv_core.safety.halts import asleep
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stage_stops import HERE, OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
-from improv_core.safety.suspend import asleep
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Inbox

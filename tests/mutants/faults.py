@@ -86,8 +86,8 @@ STAGE = (
     ),
     Fault(
         "stage/loop.py",
-        "if slept > NOTICED and self._may_move:",
-        "if slept > NOTICED and not self._may_move:",
+        "if slept > SLEPT and self._may_move:",
+        "if slept > SLEPT and not self._may_move:",
         "robots that move go on after the machine has slept",
     ),
     Fault(
@@ -143,8 +143,8 @@ STAGE = (
 PLAYBACK = (
     Fault(
         "safety/stops.py",
-        "if self._counted() != asked:",
-        "if self._counted() < asked:",
+        "if self._counted() != asked or self._unsettled:",
+        "if self._counted() < asked or self._unsettled:",
         "what was asked for before a stop plays after it",
     ),
     Fault(

@@ -42,6 +42,7 @@ SEVERITIES = {
     "looks-ahead": Severity.WARNING,
     "nothing-near": Severity.INFORMATION,
     "short-reach": Severity.INFORMATION,
+    "may-stall": Severity.INFORMATION,
     "duplicate-parameter": Severity.ERROR,
     "parameter-kind": Severity.ERROR,
     "empty-group": Severity.WARNING,

@@ -12,6 +12,7 @@ from improv_core.program import room
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
 from improv_core.robots.config import Robots
+from improv_core.stage.dry_run import predict
 from improv_core.text import LineIndex
 
 
@@ -40,6 +41,6 @@ def _findings(program: ProgramFile) -> Findings | None:
         analysis = analyze(read_program(program.path), program.robots)
     except ReadError:
         return None
-    report = room.check(analysis)
+    report = room.check(analysis, predict=predict)
     found = sorted([*analysis.diagnostics, *(report.diagnostics if report else ())], key=lambda each: each.span)
     return Findings(analysis.lines, found) if found else None

@@ -13,6 +13,7 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.joint_check import check_joints
 from improv_core.robots.config import Robots
 from improv_core.score.encounters import RoomResults
+from improv_core.stage.dry_run import predict
 from improv_core.text import difference
 
 MOST_KEPT = 20
@@ -45,7 +46,7 @@ class Rooms:
             analysis = before.analysis.edited(*difference(before.analysis.text, program.text))
         else:
             analysis = analyze(program.text, program.robots)
-        report = room.check(analysis, before.known if before else None)
+        report = room.check(analysis, before.known if before else None, predict)
         self._versions[program.uri] = _Version(analysis, report.known if report else before and before.known)
         for oldest in list(self._versions)[:-MOST_KEPT]:
             del self._versions[oldest]

@@ -39,7 +39,7 @@ ROWS: dict[str, Sequence[str]] = {
     "outputs.recording": ["outputs.cdr", "protocol", "score"],
     "outputs.simulator": ["outputs.recording", "protocol", "score"],
     "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],
-    "stage": ["outputs", "ipc", "player", *PLAYING, "plain"],
+    "stage": ["outputs", "ipc", "player", *PLAYING, "plain", "slices"],
     "page": ["stage", "outputs.simulator", "ipc", "safety", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
     "music": ["ipc", "preview", *PLAYING, "plain"],
     "hosts": ["outputs.ros.setup", "outputs.ros.discovery", "ipc", *PLAYING, "plain"],

@@ -20,6 +20,7 @@ from improv_core.program.files import ENDING
 from improv_core.program.joint_check import check_joints
 from improv_core.program.report import as_annotation, as_json, as_line
 from improv_core.robots.config import FILE_NAME, absolute
+from improv_core.stage.dry_run import predict
 from improv_core.text import LineIndex
 
 INDENT = "    "
@@ -64,7 +65,7 @@ def command(files: tuple[Path, ...], layout: str) -> None:
 
 
 def _report_program(layout: str, path: Path, analysis: Analysis) -> None:
-    checked = room.check(analysis)
+    checked = room.check(analysis, predict=predict)
     found = [*analysis.diagnostics, *(checked.diagnostics if checked else ()), *check_joints(analysis)]
     _report(layout, path, analysis.lines, analysis.ok, sorted(found, key=lambda each: each.span), checked)
     if checked and layout != "json":

@@ -17,7 +17,6 @@ from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.rehearsal import check_end, perform
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import USUAL, first, performance, run
 from improv_core.outputs.recording.recorder import Recorder, sensed_in
@@ -27,6 +26,8 @@ from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.messages import FromStage, Sensed, TransportMessage
+from improv_core.score.movement import ENDLESS
+from improv_core.score.score import Score
 from improv_core.session.start import Options
 
 
@@ -146,12 +147,19 @@ async def play(
     return INTERRUPTED if stopped else FAILED if failed or performing.broken.is_set() else 0
 
 
+def check_end(score: Score, seconds: float | None) -> None:
+    """Raise CommandError if neither a score nor a number of seconds ends a performance."""
+    if score.beats == ENDLESS and seconds is None:
+        raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
+
+
 def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, report: bool) -> int:
     """Play a program in the simulator without the page, faster than real time. Return the exit code.
 
     Raises ReadError and CommandError.
     """
     from improv_core.outputs.simulator.simulator import Simulator
+    from improv_core.stage.dry_run import perform
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS

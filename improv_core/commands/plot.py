@@ -11,8 +11,10 @@ from improv_core.commands import parameters
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.program.compiler import score_of
+from improv_core.program.room import prediction_of
 from improv_core.score.meetings import check_room
 from improv_core.score.svg import plot
+from improv_core.stage.dry_run import predict
 from improv_core.storage.atomic_write import replacing, why
 
 PIXELS = 2
@@ -33,8 +35,10 @@ def command(file: Path, output: Path, timeline: bool) -> None:
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
+    prediction = prediction_of(analysis, predict)
     score = score_of(analysis)
-    picture = plot(score, timeline, meetings=check_room(score).meetings)
+    meetings = check_room(prediction.score if prediction else score).meetings
+    picture = plot(score, timeline, meetings=meetings, prediction=prediction)
     try:
         with replacing(output) as target:
             target.write(picture.encode() if ending == ".svg" else _png(picture))

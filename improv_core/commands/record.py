@@ -17,15 +17,15 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.parameters import LiveOptions
-from improv_core.commands.play import play
+from improv_core.commands.play import check_end, play
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.rehearsal import check_end, perform
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
 from improv_core.session.start import Options
+from improv_core.stage.dry_run import perform
 from improv_core.storage.atomic_write import replacing, why
 
 

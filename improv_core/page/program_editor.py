@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from typing import TypeGuard
 
@@ -15,6 +15,7 @@ from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
 from improv_core.ide.placing import UNPLACED, formed, in_tempo, placed
 from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.outputs.simulator.collisions import NoCollisions, Touches
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
@@ -36,6 +37,8 @@ from improv_core.protocol.editing import (
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import RoomResults
+from improv_core.score.world import World
+from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
 
 MOST_PAGES = 64
@@ -49,12 +52,19 @@ class PageEditor:
     """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points.
 
     `write_first_beat` writes the time of the first beat in a song into `improv.toml`, and returns the problem, if any.
+    `touches` finds out what robots touch.
     """
 
-    def __init__(self, robots: Robots, write_first_beat: Callable[[float], str]) -> None:
+    def __init__(
+        self,
+        robots: Robots,
+        write_first_beat: Callable[[float], str],
+        touches: Callable[[World], NoCollisions] = Touches,
+    ) -> None:
         self.robots = robots
         """The robots for which later requests are answered; may be replaced."""
         self._write_first_beat = write_first_beat
+        self._touches = touches
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
@@ -98,7 +108,10 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        report = room.check(analysis, self._known)
+        wanted = partial(
+            dry_run.predict, touches=self._touches, wanted=lambda: self._text(page, ask["number"]) is not None
+        )
+        report = room.check(analysis, self._known, wanted)
         found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
         self._known = report.known if report else self._known
         if not found or not self._text(page, ask["number"]):

@@ -202,7 +202,7 @@ def _perform(score: Score, most: int, script: Sequence[SenseSpan], found: Mappin
     for segments in found.values():
         segments.beats = 0
     moments = perform(scenes, script)
-    for mover, moment in islice(moments, most * _MOMENTS_PER_SEGMENT * len(found)):
+    for _, mover, moment in islice(moments, most * _MOMENTS_PER_SEGMENT * len(found)):
         found[mover].beats = moment.start + moment.duration
         found[mover].add(moment)
     if next(moments, None):

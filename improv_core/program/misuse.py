@@ -13,8 +13,11 @@ from typing import TypeGuard
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.definitions import Phrase
 from improv_core.program.timing import in_beats
+from improv_core.score.algebra import FromStatement, Series
 from improv_core.score.movement import ENDLESS, Movement
-from improv_core.score.senses import CUE
+from improv_core.score.reactions import Condition as Reacts
+from improv_core.score.reactions import Until
+from improv_core.score.senses import BUMP, CUE, NEAR
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Apply, Call, Choice, Condition, Name, Node
@@ -85,6 +88,34 @@ def without_effect(node: nodes.Apply, message: str, *, safe: bool = True) -> Dia
     """Return the diagnostic about a word without effect, with the fix that removes it and its numbers."""
     span = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
     return Diagnostic("no-effect", span, message, replace("Remove it", span, "", safe=safe))
+
+
+STALLS = "it stands here until what is near goes away: to turn away, turn outside `until`: {example}"
+EXAMPLE = "`repeat (until {sense} (repeat forward) left)`"
+
+
+def may_stall(node: nodes.Apply, body: Movement) -> Diagnostic | None:
+    """Return the diagnostic about an endless `repeat` of nothing but `until near` or `until bump`: once that holds, no
+    movement begins that could change it."""
+    if not (body.open and _is_endless_repeat(node)):
+        return None
+    found, seen, waiting = set[Reacts](), set[int](), [body]
+    while waiting:
+        part = waiting.pop()
+        if id(part) in seen:
+            continue
+        seen.add(id(part))
+        if isinstance(part, Until):
+            found.add(part.condition)
+        elif isinstance(part, Series | FromStatement):
+            waiting += part.parts
+        else:
+            return None
+    if len(found) > 1 or not all(each.wanted and each.sense in (NEAR, BUMP) for each in found):
+        return None
+    (condition,) = found
+    message = STALLS.format(example=EXAMPLE.format(sense=condition.sense))
+    return Diagnostic("may-stall", node.word.span, message)
 
 
 def written(node: nodes.Apply) -> str:

@@ -299,6 +299,8 @@ class Reader(ReadNodes):
             self.report(misuse.without_effect(node, message, safe=word.removable), node)
         if word.of_items and not self._is_enough(node, word, items):
             return NOTHING
+        if stalls := misuse.may_stall(node, body):
+            self.report(stalls, node)
         assert word.make
         return word.make(it)
 

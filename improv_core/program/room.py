@@ -21,6 +21,7 @@ from improv_core.score.encounters import RoomResults
 from improv_core.score.meetings import Hit, Meeting, check_room, would_meet
 from improv_core.score.movement import STILL, Source, near
 from improv_core.score.obstacles import EDGE, GROUND
+from improv_core.score.prediction import Predict, Prediction
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
 from improv_core.score.walk import walk
@@ -42,13 +43,14 @@ MOST_TRIED = 10
 class RoomReport(NamedTuple):
     """The problems of a program that has no errors, and the last beat that was checked.
 
-    If `is_all`, nothing else comes after that beat; if `assumes`, senses may decide otherwise. `known` is for the next
-    check.
+    If `is_all`, nothing else comes after that beat. If it `predicts`, simulated robots have been asked what they sense;
+    if it `assumes`, other senses may decide otherwise. `known` is for the next check.
     """
 
     diagnostics: tuple[Diagnostic, ...]
     end: float
     is_all: bool
+    predicts: bool
     assumes: bool
     known: RoomResults
 
@@ -59,31 +61,58 @@ class RoomReport(NamedTuple):
     def __str__(self) -> str:
         """`checked to beat 1,000`"""
         end = "after which everything has ended or repeats" if self.is_all else ""
-        assumed = "assuming that no sense is ever true" if self.assumes else ""
-        return ", ".join(filter(None, (f"checked to beat {decimal(self.end)}", end, assumed)))
+        sensed = "with what robots sense in the simulator" if self.predicts else ""
+        assumed = f"assuming that no {'other ' if self.predicts else ''}sense is ever true" if self.assumes else ""
+        return ", ".join(filter(None, (f"checked to beat {decimal(self.end)}", end, sensed, assumed)))
 
 
-def check(analysis: Analysis, before: RoomResults | None = None) -> RoomReport | None:
+def check(
+    analysis: Analysis, before: RoomResults | None = None, predict: Predict = lambda score: None
+) -> RoomReport | None:
     """Check whether the robots of a program meet or hit something. None if it has errors, or just one robot and nothing
     around it.
 
     `before` is the knowledge of the report on an earlier version: only pairs with a changed robot are checked again.
+    Senses are as `predict` says, or else as in pictures without a world. With a prediction, no fixes are searched: each
+    one would need another prediction.
     """
     if not needs_check(analysis):
         return None
     score = score_of(analysis)
-    found = check_room(score, before=before)
-    room = _Room(analysis, pictured(score))
+    prediction = prediction_of(analysis, predict)
+    found = check_room(prediction.score if prediction else score, before=before)
+    room = _Room(analysis, prediction.score if prediction else pictured(score), _assumed(score, prediction))
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
-    most = min(MOST_FIXED // len(score.parts), MOST_TRIED)
+    most = 0 if prediction else min(MOST_FIXED // len(score.parts), MOST_TRIED)
     reported = [room.meeting(each, number < most) for number, each in enumerate(meetings)]
     reported += map(room.hit, hits)
     if hidden := len(found.meetings) + len(found.hits) - len(reported):
         message = f"fix what is marked first: {hidden:,} more problem{_s(hidden)} of this kind aren't marked yet"
         reported.append(Diagnostic("more-hints", reported[-1].span, message))
     return RoomReport(
-        tuple(sorted(reported, key=lambda each: each.span)), found.end, found.is_all, score.open, found.known
+        tuple(sorted(reported, key=lambda each: each.span)),
+        found.end,
+        found.is_all and (prediction is None or prediction.cut is None),
+        prediction is not None,
+        bool(room.assumed),
+        found.known,
     )
+
+
+def prediction_of(analysis: Analysis, predict: Predict) -> Prediction | None:
+    """Return what simulated robots sense in a program without errors. None if neither the program nor `improv.toml`
+    places anything, or if they sense nothing."""
+    opening = analysis.opening
+    placed = bool(opening.places or opening.config.formation or opening.config.world.has_obstacles)
+    placed = placed or any(opening.config.robot(robot).start for robot in analysis.all_robots)
+    return predict(score_of(analysis)) if placed else None
+
+
+def _assumed(score: Score, prediction: Prediction | None) -> str:
+    """Return what has been assumed about senses, in words behind a beat."""
+    if prediction:
+        return " if no other sense holds" if prediction.assuming else ""
+    return " if no sense holds" if score.open else ""
 
 
 def needs_check(analysis: Analysis) -> bool:
@@ -100,10 +129,11 @@ def _flies(analysis: Analysis) -> bool:
 
 @dataclass(frozen=True)
 class _Room:
-    """The reports about a program. The score is the one for pictures."""
+    """The reports about a program. The score is the one for pictures, for which something was `assumed`."""
 
     analysis: Analysis
     score: Score
+    assumed: str
 
     def meeting(self, meeting: Meeting, fixed: bool) -> Diagnostic:
         """Return the diagnostic about a meeting, with fixes if `fixed`."""
@@ -126,7 +156,7 @@ class _Room:
             mine, who = (words[0], one) if words[1] else (None, other if words[0] else one)
             related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
             message = (
-                f"`{one}` and `{other}` meet at beat {decimal(meeting.beat)}{self._assumed}, as near as"
+                f"`{one}` and `{other}` meet at beat {decimal(meeting.beat)}{self.assumed}, as near as"
                 f" {decimal(meeting.distance, 3)} m{again}: keep them {decimal(needed)} m apart"
             )
         found = _fixes(self.analysis, self.score, meeting) if fixed else ()
@@ -138,7 +168,7 @@ class _Room:
         needed = f"{decimal(self.score.parts[robot].profile.radius + world.margin)} m"
         doubtful = not self._is_placed(robot)
         if hit.thing == GROUND:
-            message = f"`{robot}` is on the ground at beat {decimal(hit.beat)}{self._assumed}: let it go up first"
+            message = f"`{robot}` is on the ground at beat {decimal(hit.beat)}{self.assumed}: let it go up first"
             return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message)
         thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
         if hit.beat == 0:
@@ -147,12 +177,8 @@ class _Room:
             else:
                 message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
             return Diagnostic("hits", self._place(robot), message, doubtful=doubtful)
-        message = f"`{robot}` hits {thing} at beat {decimal(hit.beat)}{self._assumed}: keep it {needed} away"
+        message = f"`{robot}` hits {thing} at beat {decimal(hit.beat)}{self.assumed}: keep it {needed} away"
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
-
-    @property
-    def _assumed(self) -> str:
-        return " if no sense holds" if self.score.open else ""
 
     def _is_placed(self, robot: str) -> bool:
         """Return whether the program or `improv.toml` sets a robot's start."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, Movement
+from improv_core.score.prediction import Prediction
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.suppositions import as_pictured, certain_beats
 from improv_core.score.walk import walk
@@ -67,11 +68,16 @@ class Path:
     legs: Sequence[Leg]
 
 
-def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
-    """Return the ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
-    certain = {name: part.movement for name, part in score.parts.items()}
-    drawn = pictured(score)
-    return [_path(drawn, part, certain[name], most_moments) for name, part in drawn.parts.items()]
+def paths(score: Score, most_moments: int = MOST_MOMENTS, prediction: Prediction | None = None) -> list[Path]:
+    """Return the ideal path of each robot: only the first beats of an endless path, and repeated strokes only once.
+    Where a prediction assumes nothing, a path is certain."""
+    drawn = prediction.score if prediction else pictured(score)
+    found = []
+    for name, part in drawn.parts.items():
+        is_certain = prediction and name not in prediction.assuming
+        path = _path(drawn, part, (part if is_certain else score.parts[name]).movement, most_moments)
+        found.append(replace(path, whole=False) if prediction and prediction.cut is not None else path)
+    return found
 
 
 def outermost(path: Path) -> Iterator[tuple[float, float]]:

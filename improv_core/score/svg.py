@@ -15,6 +15,7 @@ from improv_core.score.joint_charts import LEAST_WIDTH, charts, curves
 from improv_core.score.meetings import Meeting
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Source
+from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
 from improv_core.score.side import Point, Side, SidePiece, sides
 from improv_core.score.strokes import (
@@ -56,13 +57,14 @@ def plot(
     most_moments: int = MOST_MOMENTS,
     size: float = LARGE,
     meetings: Sequence[Meeting] = (),
+    prediction: Prediction | None = None,
 ) -> str:
     """Return a large SVG of the paths, the world, names, and a scale on white, with two discs wherever robots meet.
-    Below it are a chart of each joint that moves, and the timeline if asked for."""
-    drawn = paths(score, most_moments)
+    Below it are a chart of each joint that moves, and the timeline if asked for. Senses are as the prediction says."""
+    drawn = paths(score, most_moments, prediction)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
-    beats = _beats(score)
+    beats = _beats(prediction.score if prediction else score)
     joints = curves(pictured(score), beats, most_moments)
     frame = _Frame.around([*points, *_outline(score.world)], size, _heights(seen), LEAST_WIDTH if joints else 0.0)
     below, height = _from_the_side(seen, frame)
@@ -76,7 +78,7 @@ def plot(
         parts += drawings
         height += charts_height + 8
     if timeline:
-        rows, rows_height = _timeline(score, frame.width, height + 8)
+        rows, rows_height = _timeline(prediction.score if prediction else score, frame.width, height + 8)
         parts.append(rows)
         height += rows_height + 8
     ground = f'<path d="M0 0H{_number(frame.width)}V{_number(height)}H0Z" fill="{_GROUND}"/>'

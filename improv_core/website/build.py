@@ -18,9 +18,11 @@ from improv_core.page.files import FOLDER, page_files
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ENDING
+from improv_core.program.room import prediction_of
 from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.score.music import is_song
 from improv_core.score.svg import plot
+from improv_core.stage.dry_run import predict
 from improv_core.website.guide import guide
 
 MARK = "improv-site.json"
@@ -171,7 +173,8 @@ def _songs() -> Mapping[str, bytes]:
 
 def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
     text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
-    picture = plot(score_of(analyze(text, read_robots(toml))))
+    analysis = analyze(text, read_robots(toml))
+    picture = plot(score_of(analysis), prediction=prediction_of(analysis, predict))
     return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
 
 

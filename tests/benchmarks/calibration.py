@@ -12,13 +12,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
+from improv_core.stage.dry_run import perform
 from tests.benchmarks.robots import ENV, PYTHON, base, end_of
 from tests.benchmarks.tables import machine, print_head, print_row
 from tests.commands.command_line import IMPROV

@@ -14,10 +14,10 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from improv_core.commands.rehearsal import perform
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
+from improv_core.stage.dry_run import perform
 from tests.benchmarks.documents import Edit, improv
 from tests.benchmarks.robots import (
     ENV,

@@ -80,6 +80,15 @@ def test_check_as_json_has_its_last_beat(tmp_path: Path) -> None:
     assert "checked" not in json.loads(run("check", "--format", "json", SQUARE).stdout)
 
 
+def test_check_and_plot_show_what_robots_do_where_they_sense_walls(tmp_path: Path) -> None:
+    program = written(tmp_path, "room 6 4\nr $ repeat (until near (repeat forward) left)\n", "walk.improv")
+    done = run("check", program)
+    sensed = "checked to beat 120, with what robots sense in the simulator"
+    assert (done.stdout, done.stderr) == ("", f"{program}: the robots' meetings are {sensed}\n")
+    assert run("plot", program, "-o", tmp_path / "walk.svg").returncode == 0
+    assert 'width="400.0"' not in (tmp_path / "walk.svg").read_text()
+
+
 ROBOTS = "[robots.r]\ntopic = 1\n"
 
 

@@ -20,7 +20,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import note, recording
-from improv_core.commands.rehearsal import perform
 from improv_core.outputs.cdr import SECOND
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
 from improv_core.outputs.simulator.recorded import RecordedSimulator
@@ -30,6 +29,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.world import World
+from improv_core.stage.dry_run import perform
 from tests.recordings import ROS, changes, read, read_joints, topics
 
 START = 1_700_000_000_123_456_789

@@ -8,7 +8,6 @@ from fractions import Fraction
 
 import pytest
 
-from improv_core.commands.rehearsal import perform as rehearse
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -16,6 +15,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
+from improv_core.stage.dry_run import perform as rehearse
 
 FORWARD, LEFT = Twist(x=2.0), Twist(yaw=math.pi / 2)
 RADIUS = 0.3

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
 from improv_core.score.senses import CUE
+from improv_core.stage.dry_run import perform
 from tests.commands.command_line import REACTING
 
 DANCERS = ["ada", "bo", "cy"]

@@ -9,6 +9,8 @@ from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.room import RoomReport
 from improv_core.robots.config import read_robots
+from improv_core.score.prediction import Predict
+from improv_core.stage import dry_run
 from improv_core.text import Span
 from tests.program import drawing
 
@@ -168,6 +170,28 @@ def test_a_program_with_errors_or_one_robot_is_not_checked(program: str) -> None
 )
 def test_the_report_states_what_was_checked(program: str, checked: str) -> None:
     assert str(report(program)) == checked
+
+
+def predicting(program: str, predict: Predict, robots: str = "") -> RoomReport:
+    found = room.check(analyze(program, read_robots(robots)), predict=predict)
+    assert found
+    return found
+
+
+def test_senses_are_decided_as_predicted() -> None:
+    """Anna turns in front of the wall. Where nothing is placed, or nothing decides, nobody is asked."""
+    program = "room 6 4\nanna $ repeat (until near (repeat scale 1/2 forward) left)\n"
+    known = predicting(program, dry_run.predict)
+    assert (known.diagnostics, str(known)) == ((), "checked to beat 120, with what robots sense in the simulator")
+    assert [each.code for each in report(program).diagnostics] == ["hits"]
+    for other in ("room 6 4\nada $ until cue repeat scale 1/8 forward\n", "ada bo $ until near repeat forward\n"):
+        assert "assuming that no sense is ever true" in str(predicting(other, dry_run.predict))
+
+
+def test_messages_mention_what_a_prediction_assumes() -> None:
+    program = "room 6 4\nada $ until cue (until bump repeat scale 1/4 forward) forward\n"
+    (diagnostic,) = predicting(program, dry_run.predict).diagnostics
+    assert diagnostic.message.startswith("`ada` hits the edge of the floor at beat 5.4 if no other sense holds: ")
 
 
 def test_messages_mention_assumed_senses() -> None:

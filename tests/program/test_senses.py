@@ -77,6 +77,27 @@ def test_words_that_need_a_fixed_length() -> None:
     """)
 
 
+def test_a_repeat_that_freezes_once_something_is_near() -> None:
+    turn = "it stands here until what is near goes away: to turn away, turn outside `until`:"
+    check(
+        f"""
+        room 6 4
+        waits = until near (repeat forward)
+        a $ repeat (until near (forward forward))
+            ^^^^^^ may-stall: {turn} `repeat (until near (repeat forward) left)`
+        b $ repeat (waits until near (repeat left))
+            ^^^^^^ may-stall: {turn} `repeat (until near (repeat forward) left)`
+        c $ repeat (until bump (repeat forward))
+            ^^^^^^ may-stall: {turn} `repeat (until bump (repeat forward) left)`
+        d $ repeat 9 waits
+        e $ repeat (waits left)
+        f $ repeat (until not near (repeat left))
+        g $ repeat (waits until not near (repeat left))
+        """,
+        hints=True,
+    )
+
+
 def test_an_until_that_watches_one_word() -> None:
     check(
         """
@@ -129,6 +150,7 @@ def test_with_senses_only_unreachable_words_are_marked() -> None:
         r $ (until near (forward forward)) || (left left left)
                                                          ^^^^ never-performed: 1 of these 3 beats is never performed: make the movement alongside longer, or remove this
         r $ repeat (until near (forward left)) (left right)
+            ^^^^^^ may-stall: it stands here until what is near goes away: to turn away, turn outside `until`: `repeat (until near (repeat forward) left)`
                                                ^^^^^^^^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         """,  # noqa: E501
         hints=True,

@@ -57,7 +57,7 @@ def test_its_movement_is_performed_alike_after_json(word: Word) -> None:
         assert same(copy.parts[robot].movement, part.movement)
         walked = list(islice(walk(part.movement), MOST_MOMENTS))
         assert list(islice(walk(copy.parts[robot].movement), MOST_MOMENTS)) == walked
-        performed = [moment for _, moment in islice(perform([{Mover(robot): part.movement}], ()), MOST_MOMENTS)]
+        performed = [moment for *_, moment in islice(perform([{Mover(robot): part.movement}], ()), MOST_MOMENTS)]
         assert walked
         assert [moment.velocity for moment in performed] == [moment.velocity for moment in walked]
 

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from improv_core.commands.rehearsal import perform
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
@@ -27,6 +26,7 @@ from improv_core.score.following import OLDEST
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import OdomFrame, Part, Safety
+from improv_core.stage.dry_run import perform
 from tests.player.plays import to_play
 from tests.player.test_player import Stage, score
 

@@ -70,7 +70,7 @@ scripts = st.lists(
 def test_every_performance_lasts_so_long(movement: Movement, script: list[SenseSpan]) -> None:
     found = lengths(movement)
     lasted: Duration = 0
-    for _, moment in perform([{Mover("robot"): movement}], script):
+    for *_, moment in perform([{Mover("robot"): movement}], script):
         lasted = moment.start + moment.duration
         if lasted > 200:  # pausing forever
             lasted = ENDLESS

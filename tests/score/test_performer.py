@@ -38,7 +38,7 @@ def performed(movement: Movement, *script: SenseSpan) -> str:
     """The movements and the beats at which they end: `forward 2.3, rest 3`."""
     words = {FORWARD.uniform: "forward", LEFT.uniform: "left", REST.uniform: "rest"}
     parts: list[tuple[str, float]] = []
-    for _, moment in perform([{Mover("robot"): movement}], script):
+    for *_, moment in perform([{Mover("robot"): movement}], script):
         if moment.start >= SHORT:
             break
         parts.append((words.get(moment.velocity, str(moment.velocity)), float(moment.start + moment.duration)))
@@ -77,7 +77,7 @@ def test_senses_decide_the_performance(movement: Movement, script: Sequence[Sens
 def test_open_movements_without_edges_play_like_closed_ones(movement: Movement, rate: Fraction) -> None:
     """Also within words of senses, and at another pace."""
     open_movement = pace(until(pause(movement, NEAR), BUMP), rate)
-    moments = [moment for _, moment in perform([{Mover("robot"): open_movement}], [])]
+    moments = [moment for *_, moment in perform([{Mover("robot"): open_movement}], [])]
     assert sum(moment.duration for moment in moments) == pace(movement, rate).duration
     assert distance(moments) == distance(list(walk(movement)))
 

@@ -207,6 +207,14 @@ class Collisions(NoCollisions):
         return (abs(before.z - below.z) - abs(after.z - later.z)) / (self._end - self._start)
 
 
+class Touches(Collisions):
+    """Collisions that push nobody: robots notice them, and stay on their paths."""
+
+    def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
+        super().push(paths, start, end)
+        return {}
+
+
 _ROBOTS, _OBSTACLES = 1, 2
 _ROUNDING = 1e-9
 

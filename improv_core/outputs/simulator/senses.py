@@ -9,8 +9,15 @@ from improv_core.outputs.simulator.collisions import OVERLAP
 from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.sight import Scene, is_in_the_way, nearest, scene
 from improv_core.protocol.output import Edge
-from improv_core.score.senses import BUMP, CUE, NEAR, Key, RobotSense, Source, Topic
+from improv_core.score.senses import BUMP, CUE, NEAR, BuiltIn, Key, RobotSense, Source, Topic
 from improv_core.score.world import World
+
+
+def is_simulated(source: Source) -> bool:
+    """Return whether the simulator computes a sense; otherwise only a person or a real sensor decides it."""
+    if isinstance(source, Topic):
+        return source.message in _SECTORS or source.message == _ODOMETRY
+    return isinstance(source, BuiltIn) and source.built_in != CUE
 
 
 class _Nearby(NamedTuple):
@@ -87,7 +94,7 @@ class SimulatedSenses:
 
     def _measures_speed(self, asked: RobotSense) -> bool:
         source = self._source(asked)
-        return isinstance(source, Topic) and source.message == "nav_msgs/Odometry"
+        return isinstance(source, Topic) and source.message == _ODOMETRY
 
     def _in_sight(self, asked: RobotSense, at: float) -> Scene:
         """Everything that a robot could sense, with the other robots where they are now."""
@@ -129,5 +136,6 @@ class SimulatedSenses:
         return _Nearby(self._scene.within(here, far), others)
 
 
+_ODOMETRY = "nav_msgs/Odometry"
 _SECTORS = {"sensor_msgs/LaserScan": None, "sensor_msgs/Range": (0.0, 0.0)}
 """Messages about distances, with the sector they measure from the heading if the sense doesn't name one."""

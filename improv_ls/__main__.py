@@ -20,34 +20,18 @@ def main() -> None:
     for argument in sys.argv[1:]:
         if argument != "--stdio":
             sys.exit(_answer(argument))
-    # Garbage collections while lsprotocol makes its thousand classes, and again over them at every key, would cost
-    # more than everything else that an edit of a long document needs.
+    # Garbage collections while starting, and again over all that at every key, would cost more than everything else
+    # that an edit of a long document needs.
     gc.disable()
-    _load_types()
+    from improv_ls import lazy_types
+
+    lazy_types.load()
     from improv_ls.server import serve
 
     gc.freeze()
     gc.enable()
     gc.set_threshold(50_000, 20, 50)
     sys.exit(serve())
-
-
-def _load_types() -> None:
-    """Load lsprotocol's types without the parts that nothing here needs: their slots and their `repr`s.
-
-    That takes 0.1 s and 5 MB less. Their code is compiled each time, and its source kept for tracebacks.
-    """
-    import linecache
-    from functools import partial
-
-    import attrs
-
-    define = attrs.define
-    attrs.define = partial(define, slots=False, repr=False)
-    import lsprotocol.types  # noqa: F401
-
-    attrs.define = define
-    linecache.clearcache()
 
 
 def _answer(argument: str) -> int:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lsprotocol import types
 
-from improv_core.ide.rehearsal import Scenes
 from improv_core.text import LineIndex, Span
+
+if TYPE_CHECKING:
+    from improv_core.ide.rehearsal import Scenes
 
 Encoding: TypeAlias = types.PositionEncodingKind | str
 

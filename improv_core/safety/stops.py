@@ -5,11 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from improv_core.protocol.commands import PageOpened, PageRequest, Pause, Stop, is_stop
-from improv_core.protocol.messages import Pressed, ToStage
 from improv_core.safety.halts import KNOWN, SLEPT, Halts, asleep
+
+if TYPE_CHECKING:
+    from improv_core.protocol.messages import Pressed, ToStage
 
 MOST_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count each of them once."""

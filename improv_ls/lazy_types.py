@@ -1,0 +1,56 @@
+"""Loads the types of lsprotocol, each of which attrs completes when it is first used.
+
+An editor uses some sixty of the 554 classes. To complete all of them takes longer than everything else until
+`initialize` is answered.
+"""
+
+from __future__ import annotations
+
+import sys
+from threading import RLock
+from typing import Any
+
+import attrs
+
+_define, _lock = attrs.define, RLock()
+
+
+def load() -> None:
+    """Load lsprotocol.types, unless they have been loaded."""
+    if "lsprotocol.types" in sys.modules:
+        return
+    attrs.define = _later  # type: ignore[assignment]
+    try:
+        import lsprotocol.types
+    finally:
+        attrs.define = _define
+    import lsprotocol._hooks
+
+    lsprotocol._hooks._resolved_forward_references = True  # `_complete` resolves those of each class
+
+
+def _later(cls: type[Any]) -> type[Any]:
+    """Complete a class when it is first instantiated, or when somebody looks at its fields, as attrs and cattrs do."""
+
+    class Fields:
+        def __get__(self, _: object, owner: type[Any]) -> Any:
+            _complete(cls, begin)
+            return owner.__attrs_attrs__
+
+    def begin(self: Any, *arguments: Any, **named: Any) -> None:
+        _complete(cls, begin)
+        self.__init__(*arguments, **named)
+
+    cls.__attrs_attrs__ = Fields()
+    cls.__init__ = begin
+    return cls
+
+
+def _complete(cls: type[Any], unless_changed: object) -> None:
+    """Complete a class in place, without parts that nothing here needs: slots, and a `repr`."""
+    from lsprotocol.types import ALL_TYPES_MAP
+
+    with _lock:
+        if cls.__init__ is unless_changed:
+            _define(cls, slots=False, repr=False, init=True)
+            attrs.resolve_types(cls, ALL_TYPES_MAP, {})

@@ -15,8 +15,10 @@ from pathlib import Path
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import analyze_file
+from improv_core.program.room import prediction_of
 from improv_core.robots.config import read_robots
 from improv_core.score.svg import picture, plot
+from improv_core.stage.dry_run import predict
 
 DOCS = Path(__file__).parent.parent / "docs"
 SIZE = 280.0
@@ -54,7 +56,9 @@ def _blocks(kind: str, text: str) -> list[str]:
 
 
 def _plot(analysis: Analysis, file: str) -> str:
-    return plot(score_of(analysis), timeline=file.endswith("-timeline.svg"), size=SIZE) + "\n"
+    timeline = file.endswith("-timeline.svg")
+    prediction = prediction_of(analysis, predict)
+    return plot(score_of(analysis), timeline=timeline, size=SIZE, prediction=prediction) + "\n"
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import Analysis
 from improv_core.program.opening import OPENING
 from improv_core.program.program import Placed
-from improv_core.program.timing import in_beats
+from improv_core.program.timing import in_beats, moment
 from improv_core.score.lengths import lengths
 from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
@@ -84,7 +84,7 @@ def _scene(analysis: Analysis, number: int, line: Span, parts: Sequence[OutlineE
     span = Span(min(start, line.start), max(end, line.end))
     begin = analysis.scene_begin(number - 1)
     later = "" if begin and begin.is_fixed else " or later"
-    detail = f"from beat {begin.shortest}{later}" if begin else "never performed"
+    detail = f"from {moment(float(begin.shortest))}{later}" if begin else "never performed"
     return OutlineEntry(name or f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 

@@ -26,6 +26,7 @@ from improv_core.program.timing import (
     fastest,
     in_beats,
     in_seconds,
+    moment,
     path_length,
     times_as_fast,
     timing,
@@ -207,7 +208,7 @@ def _scene(analysis: Analysis, placed: Placed) -> Hover:
     number, starts = analysis.breaks.index(placed.index) + 1, "never begins"
     if begin := analysis.scene_begin(number):
         later = "" if begin.is_fixed else " or later"
-        starts = f"begins at beat {begin.shortest}{later}, {in_seconds(begin.shortest, analysis.tempo)}{later}"
+        starts = f"begins at {moment(float(begin.shortest))}, after {in_seconds(begin.shortest, analysis.tempo)}{later}"
     about = ": a new scene, for all robots, when everything above has ended"
     return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
 

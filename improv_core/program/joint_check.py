@@ -11,7 +11,7 @@ from itertools import islice
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.timing import decimal
+from improv_core.program.timing import decimal, end_after
 from improv_core.score.body import Drive, Joint
 from improv_core.score.joints import JointMoment, Limb, joint_moments, limbs_of
 from improv_core.score.movement import Source
@@ -83,7 +83,7 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Driv
         if velocity and abs(wanted - reached) > _SLACK:
             in_turn = f", in round {turn}" if turn > 1 else ""
             goes = "slides" if joint.slides else "turns"
-            message = f"at beat {decimal(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
+            message = f"at {end_after(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
             advice = "go less far"
             yield "joint-limit", drive, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
         if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):

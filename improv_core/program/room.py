@@ -16,7 +16,7 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix, Related
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.numbers import product
-from improv_core.program.timing import decimal
+from improv_core.program.timing import decimal, end_after, moment
 from improv_core.score.encounters import RoomResults
 from improv_core.score.meetings import Hit, Meeting, check_room, would_meet
 from improv_core.score.movement import STILL, Source, near
@@ -63,7 +63,7 @@ class RoomReport(NamedTuple):
         end = "after which everything has ended or repeats" if self.is_all else ""
         sensed = "with what robots sense in the simulator" if self.predicts else ""
         assumed = f"assuming that no {'other ' if self.predicts else ''}sense is ever true" if self.assumes else ""
-        return ", ".join(filter(None, (f"checked to beat {decimal(self.end)}", end, sensed, assumed)))
+        return ", ".join(filter(None, (f"checked to {end_after(self.end)}", end, sensed, assumed)))
 
 
 def check(
@@ -156,7 +156,7 @@ class _Room:
             mine, who = (words[0], one) if words[1] else (None, other if words[0] else one)
             related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
             message = (
-                f"`{one}` and `{other}` meet at beat {decimal(meeting.beat)}{self.assumed}, as near as"
+                f"`{one}` and `{other}` meet at {moment(meeting.beat)}{self.assumed}, as near as"
                 f" {decimal(meeting.distance, 3)} m{again}: keep them {decimal(needed)} m apart"
             )
         found = _fixes(self.analysis, self.score, meeting) if fixed else ()
@@ -168,7 +168,7 @@ class _Room:
         needed = f"{decimal(self.score.parts[robot].profile.radius + world.margin)} m"
         doubtful = not self._is_placed(robot)
         if hit.thing == GROUND:
-            message = f"`{robot}` is on the ground at beat {decimal(hit.beat)}{self.assumed}: let it go up first"
+            message = f"`{robot}` is on the ground at {moment(hit.beat)}{self.assumed}: let it go up first"
             return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message)
         thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
         if hit.beat == 0:
@@ -177,7 +177,7 @@ class _Room:
             else:
                 message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
             return Diagnostic("hits", self._place(robot), message, doubtful=doubtful)
-        message = f"`{robot}` hits {thing} at beat {decimal(hit.beat)}{self.assumed}: keep it {needed} away"
+        message = f"`{robot}` hits {thing} at {moment(hit.beat)}{self.assumed}: keep it {needed} away"
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
 
     def _is_placed(self, robot: str) -> bool:

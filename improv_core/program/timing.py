@@ -47,6 +47,17 @@ def decimal(value: float, digits: int = 2) -> str:
     return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
 
 
+def moment(passed: float) -> str:
+    """Write the moment after so many beats, counted from 1 as people count: `beat 1.79` is 0.79 beats after the
+    beginning."""
+    return f"beat {decimal(passed + 1)}"
+
+
+def end_after(passed: float) -> str:
+    """Write the end of something that lasts so many beats: `the end of beat 8`."""
+    return f"the end of beat {decimal(passed)}" if passed == int(passed) else moment(passed)
+
+
 def in_seconds(length: Duration | Lengths, tempo: Fraction) -> str:
     """`4.0 s`, or a longer unit if that reads better; `endless`; if senses decide: `2.0 to 5.0 s`."""
     if isinstance(length, Lengths):

@@ -61,4 +61,4 @@ def play(heard: Heard, by: Automation) -> Reply:
         return Reply(None, False, STOPPED)
     if heard.state == "paused":
         return Reply({"type": "resume", "by": by}, True, "continuing")
-    return Reply({"type": "restart", "by": by}, True, "playing again from beat 0")
+    return Reply({"type": "restart", "by": by}, True, "playing again from the beginning")

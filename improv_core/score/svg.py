@@ -160,7 +160,7 @@ def _discs(score: Score, meetings: Sequence[Meeting], frame: _Frame) -> Iterator
     """Yield the discs of robots that meet, as they stand then, with the beat in a tooltip."""
     colors = {name: _color(place) for place, name in enumerate(score.parts)}
     for meeting in meetings:
-        shapes = [f"<title>{escape(' and '.join(meeting.robots))} meet at beat {meeting.beat:.2f}</title>"]
+        shapes = [f"<title>{escape(' and '.join(meeting.robots))} meet at beat {meeting.beat + 1:.2f}</title>"]
         for name, pose in zip(meeting.robots, meeting.poses, strict=True):
             across, down = frame.place(pose.x, pose.y).split()
             radius = _number(score.parts[name].profile.radius * frame.scale)

@@ -61,14 +61,14 @@ def test_check_shows_meetings_and_its_last_beat(tmp_path: Path) -> None:
     program = written(tmp_path, MEETING, "meeting.improv")
     done = run("check", program, SQUARE)
     assert done.returncode == 0
-    message = "`ada` and `bo` meet at beat 0.29, as near as 0 m: keep them 0.6 m apart"
+    message = "`ada` and `bo` meet at beat 1.29, as near as 0 m: keep them 0.6 m apart"
     assert done.stdout.splitlines() == [
         f"{program}:4:6: warning[meets] {message}",
         "    bo $ forward",
         "         ^^^^^^^",
     ]
     end = "after which everything has ended or repeats"
-    assert done.stderr == f"{program}: the robots' meetings are checked to beat 1, {end}\n"
+    assert done.stderr == f"{program}: the robots' meetings are checked to the end of beat 1, {end}\n"
     (annotation,) = run("check", "--format", "github", program).stdout.splitlines()
     assert annotation.startswith("::warning title=meets,file=")
 
@@ -83,7 +83,7 @@ def test_check_as_json_has_its_last_beat(tmp_path: Path) -> None:
 def test_check_and_plot_show_what_robots_do_where_they_sense_walls(tmp_path: Path) -> None:
     program = written(tmp_path, "room 6 4\nr $ repeat (until near (repeat forward) left)\n", "walk.improv")
     done = run("check", program)
-    sensed = "checked to beat 120, with what robots sense in the simulator"
+    sensed = "checked to the end of beat 120, with what robots sense in the simulator"
     assert (done.stdout, done.stderr) == ("", f"{program}: the robots' meetings are {sensed}\n")
     assert run("plot", program, "-o", tmp_path / "walk.svg").returncode == 0
     assert 'width="400.0"' not in (tmp_path / "walk.svg").read_text()

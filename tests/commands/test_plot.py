@@ -53,7 +53,7 @@ def test_the_picture_shows_where_robots_meet(tmp_path: Path) -> None:
     starts = "ada at 0 0\nbo at 1 -1 facing 90\n"
     assert run(tmp_path, f"{starts}ada $ forward\nbo $ forward\n", "dance.svg") == (0, "")
     drawn = (tmp_path / "dance.svg").read_text()
-    assert "<title>ada and bo meet at beat 0.29</title>" in drawn
+    assert "<title>ada and bo meet at beat 1.29</title>" in drawn
     assert drawn.count('fill-opacity="0.3"') == 2
     assert run(tmp_path, f"{starts}ada $ forward\nbo $ rest forward\n", "dance.svg") == (0, "")
     assert "meet at" not in (tmp_path / "dance.svg").read_text()

@@ -41,16 +41,16 @@ def test_scenes_contain_their_entries() -> None:
         "  r s: robots 1 beat",
         "    r: robot 1 beat",
         "    s: robot 1 beat",
-        "scene 2: scene from beat 1",
-        "scene 3: scene from beat 1",
+        "scene 2: scene from beat 2",
+        "scene 3: scene from beat 2",
         "  r: robot 1 beat",
     )
-    check("---\nr $ up", "scene 2: scene from beat 0", "  r: robot 1 beat")
+    check("---\nr $ up", "scene 2: scene from beat 1", "  r: robot 1 beat")
     check(
         "r $ slow 3/2 up\n---\nr $ repeat up\n---\n",
         "scene 1: scene",
         "  r: robot 1.5 beats",
-        "scene 2: scene from beat 2",
+        "scene 2: scene from beat 3",
         "  r: robot ∞",
         "scene 3: scene never performed",
     )

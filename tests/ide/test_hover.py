@@ -173,7 +173,7 @@ def test_parameters_and_nodes_that_depend_on_them() -> None:
 
 
 def test_the_hover_of_a_scene_has_its_first_beat() -> None:
-    check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
+    check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 3, after 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
     check("|>---", "---", "never begins")
 
@@ -206,7 +206,7 @@ def test_hovers_show_the_lengths_of_words_of_senses() -> None:
 
 
 def test_durations_add_up_over_scenes() -> None:
-    check("r $ until cue repeat rest\n-|>--\nr $ left", "---", "begins at beat 0 or later")
+    check("r $ until cue repeat rest\n-|>--\nr $ left", "---", "begins at beat 1, after 0.0 s or later")
     check("|>r $ until cue repeat rest\n---\nr $ left", "r", "1 beat or more", "this line: any number of beats")
     check("|>r $ (until bump (left left)) left\n---\nr $ left", "r", "2 to 4 beats")
     check("r $ repeat (until cue repeat rest)\n-|>--\nr $ left", "---", "never begins")

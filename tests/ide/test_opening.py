@@ -176,7 +176,7 @@ def test_outlines_have_places_and_scenes_by_name() -> None:
         "  ada bo: robots 1 beat",
         "    ada: robot 1 beat",
         "    bo: robot 1 beat",
-        "bow: scene from beat 1",
+        "bow: scene from beat 2",
         "  ada cy: robots 1 beat",
         "    ada: robot 1 beat",
         "    cy: robot 1 beat",

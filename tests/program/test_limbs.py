@@ -107,10 +107,10 @@ def test_joints_are_followed_from_line_to_line() -> None:
     check(
         f"""
         r $ head repeat 5 left
-                          ^^^^ joint-limit: at beat 4, in round 4, yaw would be at 120°; {most}
+                          ^^^^ joint-limit: at the end of beat 4, in round 4, yaw would be at 120°; {most}
         r $ head right head left
         r $ head left
-                 ^^^^ joint-limit: at beat 8, yaw would be at 149.5°; {most}
+                 ^^^^ joint-limit: at the end of beat 8, yaw would be at 149.5°; {most}
         """,
         robots=FAST,
         in_room=True,

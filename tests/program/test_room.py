@@ -35,7 +35,7 @@ def test_a_meeting_is_at_the_word_of_the_robot_that_is_named_later() -> None:
         ada at 0 0
         ada $ rest forward
         bo $ rest forward left
-                  ^^^^^^^ meets: `ada` and `bo` meet at beat 1.29, as near as 0 m: keep them 0.6 m apart
+                  ^^^^^^^ meets: `ada` and `bo` meet at beat 2.29, as near as 0 m: keep them 0.6 m apart
     """)
 
 
@@ -44,7 +44,7 @@ def test_a_meeting_is_at_the_other_robots_word_if_the_later_one_stands() -> None
         ada at 0 0
         bo at 2 0
         ada $ forward
-              ^^^^^^^ meets: `ada` and `bo` meet at beat 0.7, as near as 0 m: keep them 0.6 m apart
+              ^^^^^^^ meets: `ada` and `bo` meet at beat 1.7, as near as 0 m: keep them 0.6 m apart
         bo $ rest
     """)
 
@@ -55,7 +55,7 @@ def test_of_several_words_the_first_that_moves_the_robot_is_marked() -> None:
         bo at 2 0
         step = rest || forward
         ada $ [rest rest] || step || rest
-                             ^^^^ meets: `ada` and `bo` meet at beat 0.7, as near as 0 m: keep them 0.6 m apart
+                             ^^^^ meets: `ada` and `bo` meet at beat 1.7, as near as 0 m: keep them 0.6 m apart
     """)
 
 
@@ -110,7 +110,7 @@ def test_a_meeting_at_beat_0_is_at_the_line_that_places_the_later_robot() -> Non
 def test_a_robot_on_the_ground_is_reported_at_the_word_that_takes_it_down() -> None:
     check("""
         ada $ up forward fast 2 (down down)
-                                      ^^^^ hits: `ada` is on the ground at beat 2.5: let it go up first
+                                      ^^^^ hits: `ada` is on the ground at beat 3.5: let it go up first
     """)
 
 
@@ -124,7 +124,7 @@ def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
         ^^^^^^^^^ hits: `bo` starts outside the floor: place it at least 0.3 m inside
         ada $ forward
         cy $ forward right
-             ^^^^^^^ hits: `cy` hits circle 1 at beat 0.84: keep it 0.3 m away
+             ^^^^^^^ hits: `cy` hits circle 1 at beat 1.84: keep it 0.3 m away
     """,
         "[robots]\nada.start = {}\nbo.start = {}\ncy.start = { x = -1, y = 1 }\n"
         "[world]\ncircles = [{ x = 1, y = 1.5, radius = 0.3 }]",
@@ -160,11 +160,12 @@ def test_a_program_with_errors_or_one_robot_is_not_checked(program: str) -> None
 @pytest.mark.parametrize(
     ("program", "checked"),
     [
-        ("ada bo $ repeat choose (left right)", "checked to beat 1,000"),
-        ("ada bo $ forward", "checked to beat 1, after which everything has ended or repeats"),
+        ("ada bo $ repeat choose (left right)", "checked to the end of beat 1,000"),
+        ("ada bo $ forward", "checked to the end of beat 1, after which everything has ended or repeats"),
         (
             "ada bo $ until near repeat forward",
-            "checked to beat 4, after which everything has ended or repeats, assuming that no sense is ever true",
+            "checked to the end of beat 4, after which everything has ended or repeats, "
+            "assuming that no sense is ever true",
         ),
     ],
 )
@@ -182,7 +183,10 @@ def test_senses_are_decided_as_predicted() -> None:
     """Anna turns in front of the wall. Where nothing is placed, or nothing decides, nobody is asked."""
     program = "room 6 4\nanna $ repeat (until near (repeat scale 1/2 forward) left)\n"
     known = predicting(program, dry_run.predict)
-    assert (known.diagnostics, str(known)) == ((), "checked to beat 120, with what robots sense in the simulator")
+    assert (known.diagnostics, str(known)) == (
+        (),
+        "checked to the end of beat 120, with what robots sense in the simulator",
+    )
     assert [each.code for each in report(program).diagnostics] == ["hits"]
     for other in ("room 6 4\nada $ until cue repeat scale 1/8 forward\n", "ada bo $ until near repeat forward\n"):
         assert "assuming that no sense is ever true" in str(predicting(other, dry_run.predict))
@@ -191,13 +195,13 @@ def test_senses_are_decided_as_predicted() -> None:
 def test_messages_mention_what_a_prediction_assumes() -> None:
     program = "room 6 4\nada $ until cue (until bump repeat scale 1/4 forward) forward\n"
     (diagnostic,) = predicting(program, dry_run.predict).diagnostics
-    assert diagnostic.message.startswith("`ada` hits the edge of the floor at beat 5.4 if no other sense holds: ")
+    assert diagnostic.message.startswith("`ada` hits the edge of the floor at beat 6.4 if no other sense holds: ")
 
 
 def test_messages_mention_assumed_senses() -> None:
     program = "ada at 0 0\nbo at 9 0\nada $ until near repeat forward\n"
     (diagnostic,) = report(program, "[world]\nmargin = 1").diagnostics
-    start = "`ada` and `bo` meet at beat 3.7 if no sense holds, as near as 1 m"
+    start = "`ada` and `bo` meet at beat 4.7 if no sense holds, as near as 1 m"
     assert diagnostic.message == f"{start}: keep them 1.6 m apart"
 
 

@@ -79,7 +79,7 @@ def test_services_and_parameters_work(ask: Ask, listen: Listen, ros_env: Mapping
         robot.wait(at_speed(SPEED))
         assert ask("call /conductor/stop") == [True, "all robots are being stopped"]
         robot.wait(still)
-        until(ask, "call /conductor/play", [True, "playing again from beat 0"])
+        until(ask, "call /conductor/play", [True, "playing again from the beginning"])
         robot.wait(at_speed(SPEED))
 
         editor.save("beat 30\n" + PROGRAM)

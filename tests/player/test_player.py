@@ -322,6 +322,7 @@ def test_a_look_costs_no_more_with_many_robots_and_reports_few_lines() -> None:
         return warnings(robots)
 
     stage.load(f"beat 1\n{' '.join(robots)} $ repeat forward")
+    stage.run(0.1)  # beat 0 looks at all of them, after they were sent their first velocities
     stage.sink.warnings = count  # type: ignore[method-assign]
     stage.sink.notes = {robot: f"{robot} bumped into a wall" for robot in robots}
     stage.run(1.2)

@@ -6,6 +6,7 @@ It is `python -m improv_ls.asking MODULE FUNCTION`.
 from __future__ import annotations
 
 import json
+import os
 import pickle
 import sys
 from base64 import b64decode, b64encode
@@ -18,6 +19,8 @@ from improv_core.protocol.json_lines import own_output
 
 ANSWER_LIMIT = 120.0
 """Seconds that an answer may take on a busy machine; a process that needs more counts as hung."""
+NICENESS = 5
+"""The process's niceness: it often works while a save is about to move robots."""
 POLICY = Policy(1.0)
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")
@@ -58,6 +61,8 @@ def _unpacked(line: bytes) -> Any:
 
 def _serve(module: str, function: str) -> None:
     """Answer the questions from standard input, until it is closed."""
+    if sys.platform != "win32":
+        os.nice(NICENESS)
     say, answer = own_output(), getattr(import_module(module), function)
     for line in sys.stdin.buffer:
         say(_packed(answer(_unpacked(line))))

@@ -155,6 +155,8 @@ def _change(state: SessionState, change: Change, now: Now) -> Decided:
 
 def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answer) -> Decided:
     """Send a message to pages, and to those that are opened later unless it is an answer."""
+    if message["type"] == "program" and state.kept.get("program") == message:
+        return state, []  # most saves change neither its name nor its errors
     if message["type"] != "answer":
         state = state.keeping(message)
     to = [key for key in state.stages if key.host == HERE] if message["type"] == "program" else state.pages

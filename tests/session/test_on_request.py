@@ -9,9 +9,10 @@ import pytest
 
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import Editing
+from improv_core.protocol.messages import ProgramMessage
 from improv_core.score.score import Safety
 from improv_core.session.acts import Announce, Now
-from improv_core.session.on_request import on_request
+from improv_core.session.on_request import Mistake, on_request, program_message
 from improv_core.session.state import Output
 from tests.session.story import DANCE, NOW, READY, Story, at, play, tell
 
@@ -121,6 +122,19 @@ def test_the_simulator_leads_for_a_score_that_is_only_simulated() -> None:
         (play(simulated=True), ["simulator: score 4"]),
         (play(), ["simulator: stop", "ros: score 5"]),
         (("ros", at("playing", 5)), ["simulator: score 5 from beat 0", "transport"]),
+    ])  # fmt: skip
+
+
+def test_pages_get_the_name_and_the_errors_of_a_program_only_when_they_change() -> None:
+    def program(*problems: Mistake) -> ProgramMessage:
+        return program_message("d", "/", problems)
+
+    problem = ("d", 1, 1, "x", "wrong")
+    tell(Story(), [
+        (program(), ["ros: program", "simulator: program"]),
+        (program(), []),
+        (program(problem), ["ros: program", "simulator: program"]),
+        (program(), ["ros: program", "simulator: program"]),
     ])  # fmt: skip
 
 

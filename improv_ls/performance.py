@@ -37,6 +37,8 @@ from improv_ls.progress import Progress
 from improv_ls.records import Records, file_of
 from improv_ls.settling import Settling
 
+SLOW = 1.0
+"""Seconds after which a line says what a program waits for."""
 HINT = "this save started the dance over; set improv.onSave to continue, and robots you don't edit keep dancing"
 
 
@@ -131,11 +133,14 @@ class Performance:
         self._node = document.analysis.config.node
         playback, name = self._stages(), name_of(document.uri)
         bar, simulated = self._editor.settings.beats_per_bar, bool(only.ghost)
+        waits = asyncio.get_running_loop().call_later(SLOW, self._tell_wait, playback, name)
         try:
             generation = await playback.play(PlayScore(prepared.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
             self._report_failure(error)
             return
+        finally:
+            waits.cancel()
         if generation is None:
             if self._playback not in (None, playback):  # others replaced the stages that it waited for
                 if wanted is self._wanted:
@@ -355,6 +360,11 @@ class Performance:
         self._hinting.stop()
         self.live.stop()
         self.keys.release()
+
+    def _tell_wait(self, playback: Playback, name: str) -> None:
+        """Say what a program waits for, if it is real robots, which take longest to get ready."""
+        if "ros" in playback.starting:
+            self._editor.say(f"{name} waits until ROS 2 and the standby process that can stop its robots have started")
 
     def _report_failure(self, error: StageError) -> None:
         self._editor.report(f"Improv can't play: {error}")

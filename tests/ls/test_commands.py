@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.ls.client import QUIET, TOLD, Client, Message
+from improv_ls import performance
+from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message
 from tests.open_page import token_behind
 
 URI = "file:///dance.improv"
@@ -123,6 +125,22 @@ def test_if_the_editor_fails_to_show_the_page_its_address_is_given(refusal: Mess
         assert said != url  # others may have seen that one
         assert opens(said)
         assert opens(client.command("page"))
+
+
+def test_a_save_that_waits_for_real_robots_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    is_known = threading.Event()
+
+    def find(setting: str | None, *, proves: bool) -> None:
+        is_known.wait(LIMIT)
+
+    monkeypatch.setattr(performance, "SLOW", 0.0)
+    monkeypatch.setattr(performance, "find_ros_python", find)
+    with Client({**QUIET, "backend": "auto"}) as client:
+        client.open(URI, "r $ forward\n")
+        client.save(URI)
+        assert client.wait_for_line("ROS 2").startswith("dance.improv waits until ROS 2 and the standby process")
+        is_known.set()
+        assert client.wait_for_line("▶").endswith("simulator")
 
 
 @pytest.mark.parametrize("python", ["/nowhere/python", "/nowhere\n/python"])

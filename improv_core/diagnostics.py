@@ -65,6 +65,7 @@ SEVERITIES = {
     "joint-limit": Severity.WARNING,
     "too-fast": Severity.WARNING,
     "too-short": Severity.WARNING,
+    "too-far-back": Severity.INFORMATION,
     "never-performed": Severity.INFORMATION,
     "unused-name": Severity.HINT,
     "no-effect": Severity.HINT,

@@ -68,6 +68,7 @@ def examine_ros(
                 yield from clocks(robots, seen)
                 yield from poses(robots, safety, places, seen)
                 yield from batteries(robots, seen)
+                yield from stops(robots)
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -204,6 +205,20 @@ def batteries(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
         share = seen[robot.battery]["battery"] if robot.battery else None
         if share is not None and share < LOW:
             yield absent(f"{name}: its battery is at {share:.0%}", "charge it")
+
+
+def stops(robots: Mapping[str, Robot]) -> Iterator[Finding]:
+    """Report when bases stop by themselves, as far as their profiles say."""
+    for name, robot in robots.items():
+        after, backward = robot.profile.stops_after, robot.profile.backward_limit
+        if after == 0:
+            what = f"{name}: never stops by itself, so it keeps moving if this whole machine or its network fails"
+            yield absent(what, "stay where you can switch it off")
+        elif after:
+            yield good(f"{name}: stops by itself {after:g} s after its last command")
+        if backward is not None:
+            what = f"{name}: stops by itself once it has driven {backward:g} m backward"
+            yield absent(what, "turn it around, or lift that limit and set `backward_limit` of its profile")
 
 
 LONGEST_GAP = 0.5

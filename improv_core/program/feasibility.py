@@ -12,12 +12,14 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix, replace, unknown
 from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import Excess, excess, too_tight, unsupported
+from improv_core.score.algebra import Gain
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.projection import base_of
 from improv_core.score.ramps import FASTEST_EASE
 from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
+from improv_core.score.traversal import inner_first
 from improv_core.score.walk import Moment, walk
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
@@ -28,6 +30,10 @@ from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
 """The most moments of a movement that are searched for the item that asks too much."""
+_FIRST_MOMENTS = 200
+"""The moments of a movement that are searched for one that drives too far backward."""
+_ROOM_SLACK = 1e-9
+"""Meters."""
 SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
@@ -44,6 +50,8 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
         if _may_be_too_much(parts[head.text].peak, profile, tempo):
             for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
+        for diagnostic in _too_far_back(head.text, parts[head.text], profile):
+            found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
     return tuple(found.values())
 
 
@@ -193,6 +201,29 @@ def _too_short(moment: Moment, robot: str, profile: Profile, tempo: Fraction) ->
         return None
     message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
     return Diagnostic("too-short", moment.sources[0].span, message)
+
+
+def _too_far_back(robot: str, part: Movement, profile: Profile) -> Iterator[Diagnostic]:
+    """Report the first movement in which a base has driven backward so far that it stops by itself. Driving forward
+    gives the distance back (create3_sim, motion_control_node)."""
+    limit = profile.backward_limit
+    if limit is None or not part.peak.x or not _may_go_back(part):
+        return
+    room = limit
+    for moment in islice(walk(with_all_sides(base_of(part))), _FIRST_MOMENTS):
+        room = min(room + float(moment.velocity.x * moment.duration) * profile.step, limit)
+        if room < -_ROOM_SLACK and moment.sources:
+            what = f"`{robot}` stops by itself once it has driven {limit:g} m backward"
+            yield Diagnostic("too-far-back", moment.sources[0].span, f"{what}: turn it around, or lift that limit")
+            return
+
+
+def _may_go_back(part: Movement) -> bool:
+    """Check quickly: each movement is visited once, no matter how often it repeats."""
+    return any(
+        each.uniform.x < 0 if each.uniform else isinstance(each, Gain) and each.gain.x < 0
+        for each in inner_first(part, lambda each: () if each.uniform else each.parts)
+    )
 
 
 def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primitive | None:

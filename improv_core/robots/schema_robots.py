@@ -227,5 +227,17 @@ PROFILE = {
     "near": number(
         "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
     ),
+    "stops_after": number(
+        "the time after its last command in which its base stops by itself; 0: never, so it plays only with"
+        " `ros.standby` or `accept_no_stop`",
+        "seconds",
+        0,
+        60,
+        "not known",
+    ),
+    "accept_no_stop": flag("let it play without a standby although its base never stops by itself"),
+    "backward_limit": number(
+        "the distance that it drives backward until it stops by itself, for the check", "meters", 0, 1000, "no limit"
+    ),
     **_BODY,
 }

@@ -35,7 +35,9 @@ class Profile:
     motors, `wheel_error` holds the meters that its left and right wheels really roll for each meter that their encoders
     count, and `noise` the standard deviation of that, as a share. `smooth`: true if its movements begin and end gently,
     stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one step. `body`:
-    its body parts, besides its base.
+    its body parts, besides its base. `stops_after`: seconds after its last command in which its base stops by itself; 0
+    if it never does, None if that isn't known. With `accept_no_stop`, somebody has accepted that it never does.
+    `backward_limit`: meters that it drives backward until it stops by itself; None if it has no limit.
     """
 
     name: str
@@ -63,6 +65,9 @@ class Profile:
     smooth: bool = False
     near: float | None = None
     body: Body | None = None
+    stops_after: float | None = None
+    accept_no_stop: bool = False
+    backward_limit: float | None = None
 
     @property
     def reach(self) -> float:
@@ -78,6 +83,11 @@ class Profile:
     def drives_anywhere(self) -> bool:
         """True if it can turn on the spot and drive forward, so that it gets to any place."""
         return not self.turning_radius and {"forward", "turn"} <= {*self.motions}
+
+    @property
+    def needs_standby(self) -> bool:
+        """True if nothing but a standby stops its base once its commands end, and nobody has accepted that."""
+        return self.stops_after == 0 and not self.accept_no_stop
 
     def told(self, twist: Twist) -> Twist:
         """Return the command with which the real robot moves like this: calibrated, and within its limits."""
@@ -118,9 +128,9 @@ def beside_robots(profile: Profile) -> Profile:
 
 # turtlesim's turtle.cpp has no speed limit and no height. It obeys `linear.y` only if its parameter `holonomic` is set,
 # which is false by default (ros_tutorials#131, since turtlesim 1.5.0: Iron, Jazzy, and later; Humble always obeys it).
-TURTLESIM = Profile("turtlesim", step=2.0, motions=_WHEELS)
+TURTLESIM = Profile("turtlesim", step=2.0, motions=_WHEELS, stops_after=1.0)
 
-DEFAULT = replace(TURTLESIM, motions=MOTIONS)
+DEFAULT = replace(TURTLESIM, motions=MOTIONS, stops_after=None)
 """For a robot without a profile: it steps like turtlesim and, since nothing is known about it, may use all motions."""
 
 # Robots on a floor step 0.2 m. At tempo 60 that is 0.2 m/s, within every robot's limit; a quarter turn, at 1.57 rad/s,
@@ -130,17 +140,19 @@ _FLOOR_STEP = 0.2
 
 # ROBOTIS e-Manual, TurtleBot3, Specifications: Burger 0.22 m/s, 2.84 rad/s, 138 mm × 178 mm; Waffle and Waffle Pi
 # 0.26 m/s, 1.82 rad/s, 281 mm × 306 mm. The same speeds are in turtlebot3_teleop. A Burger may ignore faster commands
-# (turtlebot3#765, OpenCR#322). The manual gives no acceleration limit.
+# (turtlebot3#765, OpenCR#322). The manual gives no acceleration limit. Its ROS 2 node and firmware keep the last
+# command: the firmware stops the motors only if the node dies (turtlebot3#1154).
 TURTLEBOT3_BURGER = Profile(
-    "turtlebot3_burger", _FLOOR_STEP, max_linear=0.22, max_angular=2.84, motions=_WHEELS, radius=0.089
+    "turtlebot3_burger", _FLOOR_STEP, max_linear=0.22, max_angular=2.84, motions=_WHEELS, radius=0.089, stops_after=0.0
 )
 TURTLEBOT3_WAFFLE = Profile(
-    "turtlebot3_waffle", _FLOOR_STEP, max_linear=0.26, max_angular=1.82, motions=_WHEELS, radius=0.153
+    "turtlebot3_waffle", _FLOOR_STEP, max_linear=0.26, max_angular=1.82, motions=_WHEELS, radius=0.153, stops_after=0.0
 )
 
 # iRobot Create 3 docs, API, Safety: 0.306 m/s; 0.46 m/s only if the user sets `safety_override` to `full`;
 # 0.9 m/s² (`wheel_accel_limit`). TurtleBot 4 User Manual, Features: 1.90 rad/s, 342 mm × 339 mm.
-# 7.725 rad/s²: both wheels at 0.9 m/s², as in create3_sim's control.yaml.
+# 7.725 rad/s²: both wheels at 0.9 m/s², as in create3_sim's control.yaml. create3_sim, motion_control_node: 0.5 s
+# without a command, and 0.15 m backward (real ones: 0.1 to 1 m, turtlebot4#66, #11); driving forward gives that back.
 TURTLEBOT4 = Profile(
     "turtlebot4",
     _FLOOR_STEP,
@@ -150,6 +162,8 @@ TURTLEBOT4 = Profile(
     max_angular_acceleration=7.725,
     motions=_WHEELS,
     radius=0.171,
+    stops_after=0.5,
+    backward_limit=0.15,
 )
 
 # The same base without its tower: 0.306 m/s, 1.9 rad/s, and both accelerations as above. The radius is that of the body
@@ -157,8 +171,8 @@ TURTLEBOT4 = Profile(
 CREATE3 = replace(TURTLEBOT4, name="create3", radius=0.164)
 
 # clearpath_common, clearpath_control/config: j100/control.yaml 2.0 m/s, 4.0 rad/s, 20 m/s², 25 rad/s², and
-# a200/control.yaml 1.0 m/s, 1.0 rad/s, 1.0 m/s², 1.0 rad/s². Jackal User Manual: 508 mm × 430 mm. Husky A200 User
-# Manual: 990 mm × 670 mm.
+# a200/control.yaml 1.0 m/s, 1.0 rad/s, 1.0 m/s², 1.0 rad/s²; both 0.5 s (`cmd_vel_timeout`). Jackal User Manual:
+# 508 mm × 430 mm. Husky A200 User Manual: 990 mm × 670 mm.
 JACKAL = Profile(
     "jackal",
     _FLOOR_STEP,
@@ -168,6 +182,7 @@ JACKAL = Profile(
     max_angular_acceleration=25.0,
     motions=_WHEELS,
     radius=0.254,
+    stops_after=0.5,
 )
 HUSKY = Profile(
     "husky",
@@ -178,16 +193,20 @@ HUSKY = Profile(
     max_angular_acceleration=1.0,
     motions=_WHEELS,
     radius=0.495,
+    stops_after=0.5,
 )
 
 # Leo Rover specification (version 1.9): 0.4 m/s, 1 rad/s, 424 mm × 445 mm. It gives no acceleration limit.
-LEO_ROVER = Profile("leo_rover", _FLOOR_STEP, max_linear=0.4, max_angular=1.0, motions=_WHEELS, radius=0.223)
+# leocore_firmware_ros2, parameters.hpp: 0.5 s (`robot_input_timeout`).
+LEO_ROVER = Profile(
+    "leo_rover", _FLOOR_STEP, max_linear=0.4, max_angular=1.0, motions=_WHEELS, radius=0.223, stops_after=0.5
+)
 
 # The last two are no machine in particular: step and radius are our choice, and the limits are what small machines
 # of the kind keep, the lowest of each source.
 
 # The two mecanum bases of rosbot_ros, mecanum_drive_controller.yaml: ROSbot XL 0.8 m/s, 3.14 rad/s; ROSbot 0.9 m/s,
-# 3.0 rad/s; both 1.0 m/s², 4.0 rad/s².
+# 3.0 rad/s; both 1.0 m/s², 4.0 rad/s², and 0.5 s (`cmd_vel_timeout`).
 HOLONOMIC = Profile(
     "holonomic",
     _FLOOR_STEP,
@@ -197,6 +216,7 @@ HOLONOMIC = Profile(
     max_angular_acceleration=4.0,
     motions=(*_WHEELS, "strafe"),
     radius=0.2,
+    stops_after=0.5,
 )
 
 # Crazyflie firmware, platform_defaults_cf2.h: PID_POS_VEL_X_MAX, Y and Z 1.0 m/s. Tello SDK 2.0 User Guide, `go`: at

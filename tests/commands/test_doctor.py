@@ -126,6 +126,17 @@ def test_clocks_that_stamp_poses_are_compared_with_ours(age: float | None, expec
     assert told(*doctor_ros.clocks(CAST, {})) == []
 
 
+def test_what_bases_do_by_themselves_is_reported() -> None:
+    toml = "".join(f'[robots.{name}]\nprofile = "{name}"\n' for name in ("turtlebot3_burger", "create3"))
+    assert told(*doctor_ros.stops(read_robots(f"{toml}[robots.ada]\n").robots)) == [
+        "– turtlebot3_burger: never stops by itself, so it keeps moving if this whole machine or its network fails: "
+        "stay where you can switch it off",
+        "✓ create3: stops by itself 0.5 s after its last command",
+        "– create3: stops by itself once it has driven 0.15 m backward: "
+        "turn it around, or lift that limit and set `backward_limit` of its profile",
+    ]
+
+
 NAO = """
 [profiles.nao]
 step = 1

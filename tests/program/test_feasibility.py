@@ -18,6 +18,8 @@ from tests.program.drawing import drawn
 TOML = """
 [robots.burger]
 profile = "turtlebot3_burger"
+[robots.create]
+profile = "create3"
 [robots.omni]
 profile = "holonomic"
 [profiles.tall]
@@ -117,6 +119,23 @@ def test_too_fast_marks_the_fastest_item() -> None:
         burger $ fast 2 forward left fast 3 forward
                                             ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22` or `slow 11/4`
     """)
+
+
+def test_a_base_that_stops_while_it_drives_backward_is_marked_at_the_word() -> None:
+    limit = "`create` stops by itself once it has driven 0.15 m backward: turn it around, or lift that limit"
+    lines = f"""
+        beat 60
+        create $ repeat 10 backward
+                           ^^^^^^^^ too-far-back: {limit}
+        back = scale 1/2 backward
+        create $ scale 3/4 backward forward back left back
+                                                      ^^^^ too-far-back: {limit}
+        create $ repeat 9 (back forward) repeat 3 (forward scale 3/4 backward)
+        create $ left reflect frontal (forward forward)
+                                       ^^^^^^^ too-far-back: {limit}
+        burger $ backward
+    """
+    drawing.check(lines, hints=True, robots=TOML)
 
 
 def test_all_movements_under_senses_are_checked() -> None:

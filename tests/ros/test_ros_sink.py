@@ -59,6 +59,35 @@ def test_puppets_are_told_nothing_and_waited_for_by_nobody(sink: Sink, listen: L
     assert not any(any(twist(message)) for message in listener.heard if message["topic"] == "/ada/cmd_vel")
 
 
+NEVER_STOPS = {"stops_after": 0.0}
+
+
+def test_a_base_that_never_stops_by_itself_stands_without_a_standby_unless_that_is_accepted(
+    sink: Sink, listen: Listen
+) -> None:
+    listener = listen("/turtle1/cmd_vel")
+    sink("prepare", TURTLE, profile=NEVER_STOPS)
+    line = (
+        "turtle1 never stops by itself, and no standby could stop it: "
+        "turn on `ros.standby`, or set `accept_no_stop = true` in its profile"
+    )
+    assert sink("missing") == {"turtle1": line}
+    sink("send", "turtle1", 1, 0, 0, 0)
+    sink("prepare", TURTLE, profile={**NEVER_STOPS, "accept_no_stop": True})
+    sink("wait")
+    sink("send", "turtle1", 0, 0, 0, 9)
+    listener.wait(last)
+    assert heard(listener) == [(0, 0, 0, 9)]
+
+
+def test_a_base_that_never_stops_by_itself_moves_beside_a_standby(start: Start, listen: Listen) -> None:
+    listener, sink = listen("/turtle1/cmd_vel"), start("standby")
+    sink("prepare", TURTLE, profile=NEVER_STOPS)
+    sink("wait")
+    sink("send", "turtle1", 0, 0, 0, 9)
+    listener.wait(last)
+
+
 def test_topics_without_listeners_are_named_until_one_comes(
     sink: Sink, listen: Listen, ros_env: dict[str, str]
 ) -> None:

@@ -14,7 +14,10 @@ from improv_core.score.score import Part
 
 @dataclass(slots=True)
 class RosBase:
-    """A robot of the latest score that names it, and the latest twist sent to it. Most twists are sent repeatedly."""
+    """A robot of the latest score that names it, and the latest twist sent to it. Most twists are sent repeatedly.
+
+    One that `is_held` gets zeros only: it would never stop by itself, and no standby could stop it.
+    """
 
     part: Part
     topic: RosTopic
@@ -24,6 +27,7 @@ class RosBase:
     is_clipped: bool = False
     needs_base: bool = True
     moves_since: float | None = None
+    is_held: bool = False
     is_simulated: bool = field(init=False)
 
     def __post_init__(self) -> None:

@@ -147,7 +147,11 @@ class RosSink(Sink):
                 self._topics[part.topic].distrust()
             self._topics[part.topic].take(part.profile.message)
             self._robots[robot] = RosBase(
-                part, self._topics[part.topic], frame_field(part.frame), needs_base=needs_base(part)
+                part,
+                self._topics[part.topic],
+                frame_field(part.frame),
+                needs_base=needs_base(part),
+                is_held=part.profile.needs_standby and not self._standby.wanted,
             )
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                 self.pending_zeros.note_inherited(robot, self._topics[part.topic], part.frame)
@@ -191,7 +195,12 @@ class RosSink(Sink):
             problem = topic.missing(known.moves_since is not None) if known.needs_base else None
             if problem is None:
                 problem = self._controllers.missing(robot)
-            if problem is not None:
+            if known.is_held and known.needs_base:
+                found[robot] = (
+                    f"{robot} never stops by itself, and no standby could stop it: "
+                    "turn on `ros.standby`, or set `accept_no_stop = true` in its profile"
+                )
+            elif problem is not None:
                 found[robot] = problem and f"{problem} ({self.description})"
             elif topic.is_stamped and self._clock.ros_time_is_active and not self._clock.now().nanoseconds:
                 found[robot] = (
@@ -240,9 +249,12 @@ class RosSink(Sink):
         robots."""
         if robot in self._elsewhere:
             return
-        known, stands = self._robots[robot], twist == STILL
+        known = self._robots[robot]
         if known.is_simulated:
             return
+        if known.is_held:
+            twist = STILL
+        stands = twist == STILL
         message = known.message_of(twist)
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:

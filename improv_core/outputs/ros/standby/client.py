@@ -58,7 +58,8 @@ class Standby:
     ) -> None:
         self._command = helper_command("standby", node, *arguments)
         self._clock = clock
-        self._wanted = wanted
+        self.wanted = wanted
+        """True if there is to be a standby; one that is lost is replaced."""
         self.alarm = alarm
         self.problem: str | None = None
         """The latest problem with the standby, in one line."""
@@ -89,7 +90,7 @@ class Standby:
     def is_ready(self, topics: Collection[str]) -> bool:
         """Return whether it could stop robots on these topics at once, or isn't needed: it has found a listener
         wherever this process has."""
-        if not self._wanted:
+        if not self.wanted:
             return True
         if not self._child or not self._has_spoken:
             return False
@@ -115,7 +116,7 @@ class Standby:
 
     def look(self) -> None:
         """Read its messages, replace it if it is lost, and raise the alarm if robots move without one."""
-        if not self._wanted:
+        if not self.wanted:
             return
         now = self._clock()
         self._adopt(now)

@@ -16,7 +16,7 @@ from improv_core.text import free_name
 
 MOST_JOINTS = 4
 """Joints of a part, because a part has as many directions."""
-_LEAST_ROOM = 0.0001
+_LEAST_ROOM = 0.001
 """Radians or meters: a joint whose limits leave less than that can't dance."""
 _ALONG = 0.9
 """The least cosine at which two directions count as the same, about 26 degrees apart."""

@@ -76,19 +76,30 @@ def _rows(part: UrdfPart, directions: Mapping[str, UrdfDirection]) -> Iterator[s
 
 def _per_beat(joint: UrdfJoint) -> float:
     """Return the movement of a joint in a beat, halved until it has the room and the time for that."""
-    far = float(BEAT_DEGREES if joint.kind in TURNING else BEAT_METERS)
-    room = None if joint.lower is None or joint.upper is None else joint.upper - joint.lower
-    most = [
-        _in_file(each, joint) for each in (room, _accepted("max_velocity", joint.velocity, joint)) if each is not None
-    ]
-    while far > min(most, default=far):
+    far, low, high = float(BEAT_DEGREES if joint.kind in TURNING else BEAT_METERS), *_ends(joint)
+    most = [] if low is None or high is None else [max(high - _start(joint), _start(joint) - low)]
+    if (speed := _accepted("max_velocity", joint.velocity, joint)) is not None:
+        most.append(speed)
+    while far > _in_file(min(most, default=math.inf), joint):
         far /= 2
     return round(far, 4)
 
 
+def _ends(joint: UrdfJoint) -> tuple[float | None, float | None]:
+    return _accepted("min", joint.lower, joint), _accepted("max", joint.upper, joint)
+
+
+def _start(joint: UrdfJoint) -> float:
+    """Return 0, or else the middle of the limits of a joint."""
+    low, high = _ends(joint)
+    if (low is None or low <= 0) and (high is None or high >= 0):
+        return 0.0
+    inside = [each for each in (low, high) if each is not None]
+    return sum(inside) / len(inside)
+
+
 def _limits(joint: UrdfJoint) -> Iterator[str]:
-    low, high = _accepted("min", joint.lower, joint), _accepted("max", joint.upper, joint)
-    for key, own, limit in (("min", joint.lower, low), ("max", joint.upper, high)):
+    for key, own, limit in zip(("min", "max"), (joint.lower, joint.upper), _ends(joint), strict=True):
         if limit is not None:
             yield f"{key} = {_number(limit, joint)}"
         elif joint.kind != "continuous":
@@ -98,9 +109,8 @@ def _limits(joint: UrdfJoint) -> Iterator[str]:
         yield f"max_velocity = {_number(speed, joint)}"
     else:
         yield f"# {_missing('speed limit', joint.velocity or None, joint)}: write a max_velocity."
-    inside = [each for each in (low, high) if each is not None]
-    if inside and not (low is None or low <= 0) & (high is None or high >= 0):
-        yield f"start = {_number(sum(inside) / len(inside), joint)} # within its limits, which don't include 0"
+    if start := _start(joint):
+        yield f"start = {_number(start, joint)} # within its limits, which don't include 0"
 
 
 def _missing(what: str, value: float | None, joint: UrdfJoint) -> str:

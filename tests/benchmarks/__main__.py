@@ -21,6 +21,7 @@ BENCHMARKS = {
     "placing": "how near to their places `improv place` drives robots that slip",
     "show": "what is said of twelve robots in MuJoCo when something goes wrong, and where they end",
     "song": "how far the song that a page plays is from the beat",
+    "urdfs": "how many bodies and joints `improv body` reads from the URDFs in the folder IMPROV_URDFS",
     "stage": "from a save to what robots hear, and how punctual that is, beside plain rclpy",
 }
 

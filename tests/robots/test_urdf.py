@@ -275,7 +275,7 @@ def test_a_joint_that_follows_another_or_that_no_number_moves_is_in_no_part() ->
         ("revolute", '<limit lower="1" upper="1e6" velocity="0.2"/>', "degrees = 7.5", "min = 57.2958\n"
         "# The file's max, 57295779.51, is none that a robot has.\nmax_velocity = 11.4592\n"
         "start = 57.2958 # within its limits, which don't include 0\n"),
-        ("prismatic", '<limit lower="0.2" upper="0.23" velocity="0"/>', "meters = 0.025", "min = 0.2\nmax = 0.23\n"
+        ("prismatic", '<limit lower="0.2" upper="0.23" velocity="0"/>', "meters = 0.0125", "min = 0.2\nmax = 0.23\n"
         "# The file sets no speed limit: write a max_velocity.\n"
         "start = 0.215 # within its limits, which don't include 0\n"),
         ("prismatic", "", "meters = 0.05", "# The file sets no min.\n# The file sets no max.\n"
@@ -305,7 +305,7 @@ def test_a_robot_in_which_nothing_can_dance_is_refused(kind: str) -> None:
         sections(read_urdf(robot(LINKS, inside).encode()), "x.urdf")
 
 
-NUMBERS = st.sampled_from(["0", "1", "-1", "0.3", "-0.02", "3.2", "1000", "-1e6", "1e-9", "1e308", "nan", "x"])
+NUMBERS = st.sampled_from(["0", "1", "-1", "0.3", "-0.02", "0.001", "3.2", "1000", "-1e6", "1e-9", "1e308", "nan", "x"])
 VECTORS = st.sampled_from(["0 0 1", "0 1 0", "1 0 0", "0 0 0", "0.5 0.5 0.7", "-1 0 1e-9", "1e300 0 1e300", "1 2"])
 NAMES = st.sampled_from(["LShoulder", "l_elbow", "r_elbow", "wheel", "forward", "to", "2", "-", "ä", "husky", "."])
 

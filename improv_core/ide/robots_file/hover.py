@@ -83,7 +83,8 @@ def _summary(profile: Profile) -> str:
     speeds = ((profile.max_linear, "m/s"), (profile.max_angular, "rad/s"))
     limits = " and ".join(f"{limit:g} {unit}" for limit, unit in speeds if limit is not None)
     moves = ", ".join(profile.motions)
-    return f"a step of {profile.step:g} m, {f'at most {limits}' if limits else 'no limits'}; {moves}"
+    runs_on = "; never stops by itself" if profile.stops_after == 0 else ""
+    return f"a step of {profile.step:g} m, {f'at most {limits}' if limits else 'no limits'}; {moves}{runs_on}"
 
 
 def _source(robots: Robots, name: str) -> Iterator[str]:

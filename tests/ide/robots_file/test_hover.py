@@ -49,7 +49,7 @@ def test_a_value_that_replaces_that_of_a_base() -> None:
 
 
 def test_profiles_and_robots() -> None:
-    burger = "a step of 0.2 m, at most 0.22 m/s and 2.84 rad/s; forward, turn"
+    burger = "a step of 0.2 m, at most 0.22 m/s and 2.84 rad/s; forward, turn; never stops by itself"
     source = f"source of the limits of `turtlebot3_burger`: {BURGER}"
     check('[robots.anna]\nprofile = "turtle|bot3_burger"', f"turtlebot3_burger (profile): {burger}\n{source}")
     check(

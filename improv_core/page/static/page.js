@@ -4,7 +4,7 @@
 import { forgetColors } from "./base/colors.js"
 import { insets as covered } from "./base/covered.js"
 import { find, findA } from "./base/elements.js"
-import { due, redraw, refit } from "./base/frames.js"
+import { due, redraw, refit, showFrames } from "./base/frames.js"
 import { announce, notices } from "./base/notices.js"
 import { Figures } from "./bodies/figures.js"
 import { editing, showBeat, showCount, showTransport as showControls, spoken } from "./controls/controls.js"
@@ -136,10 +136,13 @@ const HANDLERS = {
   change: (message) => editor.pendingChanges.take(message),
 }
 
+/** Messages that change nothing on the stage. */
+const OFF_STAGE = new Set(["analyze", "complete", "explain", "write", "change"])
+
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {
   HANDLERS[message.type](message)
-  redraw()
+  if (!OFF_STAGE.has(message.type)) redraw()
 }
 
 /** @param {Messages["transport"]} message */
@@ -245,11 +248,12 @@ function showPosition() {
   showScene()
 }
 
+/** Returns whether the next frame will show something else, whatever happens. */
 function frame() {
   const now = seconds()
   const beat = clock.atStart ? 0 : clock.beat()
   if (due.fit) fit()
-  deadman.look(performance.now())
+  if (deadman.isRequired) deadman.look(performance.now())
   if (wall.show(performance.now())) timeline.showMeasured()
   if (notices.isOpen) program.want(beat)
   if (clock.playing && notices.isOpen && showBeat()) showPosition()
@@ -261,7 +265,7 @@ function frame() {
   if (news) announce(news)
   timeline.draw(view.still)
   sound.draw(timeline.shown)
-  requestAnimationFrame(frame)
+  return clock.playing || clock.count !== null || deadman.isRequired
 }
 
 /** The page's time. */
@@ -333,4 +337,4 @@ const improv = {
   toScreen: (/** @type {number} */ x, /** @type {number} */ y) => floor.camera.toScreen({ x, y }),
 }
 Object.assign(window, { improv })
-requestAnimationFrame(frame)
+showFrames(frame)

@@ -57,6 +57,14 @@ function* merges(lists) {
   }
 }
 
+test("the room of a trail that another replaces is not kept", () => {
+  const trails = new Trails()
+  trails.take({ placed: 0, robots: { r: { from: 0, places: [[0, 0, 0, 0], [9, 90, 0, 0]] } } })
+  assert.equal(trails.room[1].x, 90)
+  trails.take({ placed: 0, robots: { r: { from: 0, places: [[0, 1, 0, 0]] } } })
+  assert.deepEqual(trails.room, [{ x: 1, y: 0 }, { x: 1, y: 0 }])
+})
+
 test("no frame draws a way between two places of a seek, in whatever order it is told", () => {
   let frames = 0
   for (const order of merges([0, 1, 2].map((way) => [[0, way], [1, way]]))) {

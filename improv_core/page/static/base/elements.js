@@ -85,6 +85,11 @@ export function svgPaths(parent, classes) {
   return (drawn) => classes.forEach((name, index) => paths[index].setAttribute("d", drawn[name]))
 }
 
+/** Puts a text into an element, unless it is there already: browsers lay the page out again for the same text, too. @param {Element} element @param {string} text */
+export function write(element, text) {
+  if (element.textContent !== text) element.textContent = text
+}
+
 /** The address of an SVG, for an image: the page may load no others. @param {string} svg */
 export function svgAddress(svg) {
   return `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`

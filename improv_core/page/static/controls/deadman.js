@@ -1,7 +1,7 @@
 // @ts-check
 // The deadman button of a gamepad: robots move only while somebody holds it.
 
-import { find } from "../base/elements.js"
+import { find, write } from "../base/elements.js"
 import { send } from "../net/send.js"
 
 /** @import { Messages } from "../net/messages.js" */
@@ -19,6 +19,11 @@ export class Deadman {
     document.addEventListener("visibilitychange", () => this.look(performance.now()))
   }
 
+  /** True if robots move only while a button is held. */
+  get isRequired() {
+    return this.#button !== null
+  }
+
   /** @param {Messages["score"]["deadman"]} deadman what the score requires */
   require(deadman) {
     this.#button = deadman?.button ?? null
@@ -26,7 +31,7 @@ export class Deadman {
   }
 
   /**
-   * Looks at the gamepads, which have no events; called at every frame.
+   * Looks at the gamepads, which have no events; called at every frame while a button is required.
    * @param {number} now in milliseconds
    */
   look(now) {
@@ -43,7 +48,7 @@ export class Deadman {
     }
     this.#held = held
     find("deadman").hidden = button === null || held
-    find("deadman").textContent = gamepads ? `hold button ${button} to move` : "open this page in a browser to use a gamepad"
+    write(find("deadman"), gamepads ? `hold button ${button} to move` : "open this page in a browser to use a gamepad")
   }
 }
 

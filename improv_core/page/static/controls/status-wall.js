@@ -1,7 +1,7 @@
 // @ts-check
 // The wall of real robots: how each of them is, those in trouble first, and in one line whether all is well.
 
-import { element, find, syncChildren } from "../base/elements.js"
+import { element, find, syncChildren, write } from "../base/elements.js"
 import { refit } from "../base/frames.js"
 import { announce } from "../base/notices.js"
 import { measured } from "../floor/measured.js"
@@ -191,12 +191,4 @@ function tableRow() {
 function milliseconds(seconds) {
   const value = seconds * 1000
   return `${value < 10 ? value.toFixed(1) : Math.round(value)} ms`
-}
-
-/**
- * @param {HTMLElement} element
- * @param {string} text
- */
-function write(element, text) {
-  if (element.textContent !== text) element.textContent = text
 }

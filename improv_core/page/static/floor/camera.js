@@ -8,13 +8,14 @@ const MARGIN = 2 // radii of the largest robot around everything,
 const EDGE = 36 // and pixels, for names and noses
 const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it
 const EASING_TIME = 0.35 // seconds
-const SHRINK_TIME = 8 // seconds to give up room that is no longer used, so that a dance played again does not zoom
+const SPARE_TIME = 8 // seconds for which unused room is kept, so that a dance played again does not zoom
 const LEAST_SCALE = 0.5
 const MOST_SCALE = 2000 // pixels per metre
 
 export class Camera {
   /** @type {[Point, Point] | null} */
   #room = null // the corners of what should be in view
+  #spare = 0 // seconds for which that has been more than is used
   /** @type {Sight | null} */
   view = null
   size = { width: 0, height: 0 }
@@ -39,7 +40,10 @@ export class Camera {
    * @param {number} seconds
    */
   follow(used, radius, seconds) {
-    const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINK_TIME)))
+    const room = bounds([this.#room ?? used, used])
+    const isUsed = room.every(({ x, y }, corner) => x === used[corner].x && y === used[corner].y)
+    this.#spare = isUsed ? 0 : this.#spare + seconds
+    const [low, high] = (this.#room = this.#spare < SPARE_TIME ? room : used)
     if (!this.fits && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
@@ -149,21 +153,6 @@ export function bounds(lists) {
     }
   }
   return low.x <= high.x ? [low, high] : [{ x: 0, y: 0 }, { x: 0, y: 0 }]
-}
-
-/**
- * The corners of `room` after going `part` of the way to those `used`, which are always within.
- * @param {[Point, Point]} room
- * @param {[Point, Point]} used
- * @param {number} part
- * @returns {[Point, Point]}
- */
-function shrunk([low, high], [usedLow, usedHigh], part) {
-  const step = (/** @type {number} */ from, /** @type {number} */ to) => from + (to - from) * part
-  return [
-    { x: Math.min(step(low.x, usedLow.x), usedLow.x), y: Math.min(step(low.y, usedLow.y), usedLow.y) },
-    { x: Math.max(step(high.x, usedHigh.x), usedHigh.x), y: Math.max(step(high.y, usedHigh.y), usedHigh.y) },
-  ]
 }
 
 /**

@@ -58,11 +58,13 @@ export class StartPoses {
   place(starts) {
     this.#written = starts
     for (const [name, pose] of Object.entries(starts)) {
-      if (!this.#poses.has(name) || this.#moved.has(name)) continue
-      this.#poses.set(name, rounded(pose))
+      const shown = this.#poses.get(name)
+      const now = rounded(pose)
+      if (!shown || this.#moved.has(name) || KEYS.every((key) => now[key] === shown[key])) continue
+      this.#poses.set(name, now)
       this.#showFields(name)
+      redraw()
     }
-    this.showLines()
   }
 
   /** The rings, which have to be in view. */

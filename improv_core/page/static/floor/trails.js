@@ -35,9 +35,11 @@ export class Trails {
   take({ placed, robots }) {
     if (placed !== this.#placed) this.version++
     this.#placed = placed
+    let isReplaced = false // a trail, by another performance's
     for (const [name, { from, places }] of Object.entries(robots)) {
       const trail = this.#places.get(name) ?? []
       if (from !== trail.length) {
+        isReplaced ||= trail.length > 0
         trail.length = 0
         this.version++
         this.#known = -1
@@ -50,6 +52,7 @@ export class Trails {
       }
       this.#places.set(name, trail)
     }
+    if (isReplaced) this.#measure()
   }
 
   /** Another performance begins. */

@@ -3,7 +3,7 @@
 
 import { colors } from "../base/colors.js"
 import { find, findA } from "../base/elements.js"
-import { refit } from "../base/frames.js"
+import { refit, wake } from "../base/frames.js"
 import { penOn } from "../base/pen.js"
 import { firstBeatAfter, loudness, rounded, shapeOf } from "./wave.js"
 
@@ -72,6 +72,7 @@ export class Waveform {
     find("song-first").textContent = `beat 0 at ${fit.firstBeat.toFixed(3)} s`
     this.#line.setAttribute("aria-valuenow", String(fit.firstBeat))
     this.#drawn = ""
+    wake()
     if (changes) refit() // there is a row more, or less
   }
 

@@ -3,6 +3,7 @@
 
 import { colors } from "../base/colors.js"
 import { button, element, find, findA, robotElement } from "../base/elements.js"
+import { wake } from "../base/frames.js"
 import { seek } from "../controls/seek.js"
 import { wall } from "../controls/status-wall.js"
 import { measured } from "../floor/measured.js"
@@ -54,6 +55,7 @@ export class Timeline {
   touch() {
     this.#drawn = ""
     this.#sheet.forget()
+    wake()
   }
 
   /**
@@ -241,6 +243,7 @@ export class Timeline {
     if (this.#scrubbed === null) return
     seek(this.#scrubbed)
     this.#scrubbed = null
+    wake()
   }
 
   /** @param {PointerEvent} event */
@@ -263,6 +266,7 @@ export class Timeline {
     const pointed = this.#beatOf(event)
     const beat = this.#sheet.meetings.find((meeting) => Math.abs(meeting.beat - pointed) * this.shown.scale < SNAP_DISTANCE)?.beat ?? pointed
     this.#scrubbed = Number(Math.min(beat, program.current?.score.beats ?? Infinity).toFixed(3))
+    wake()
     if (!send) return
     this.#sent = performance.now()
     seek(this.#scrubbed)

@@ -1,0 +1,38 @@
+// Frames: asked for while something changes, and not otherwise.
+
+import assert from "node:assert/strict"
+import test from "node:test"
+
+/** A browser that draws no frame and lets no time pass by itself. */
+async function opened(frame) {
+  const asked = []
+  const timers = new Map()
+  globalThis.window = globalThis
+  globalThis.requestAnimationFrame = (then) => asked.push(then)
+  globalThis.document = { hidden: false }
+  globalThis.setTimeout = (then) => timers.set(timers.size + 1, then).size
+  globalThis.clearTimeout = (timer) => timers.delete(timer)
+  const frames = await import(`../../../improv_core/page/static/base/frames.js?${Math.random()}`)
+  frames.showFrames(frame)
+  /** Draws the frames that are asked for. Returns how many those are. */
+  const draw = () => asked.splice(0).map((then) => then()).length
+  /** Lets the time pass that a page at rest waits. */
+  const rest = () => [...timers].map(([timer, then]) => timers.delete(timer) && then()).length
+  return { ...frames, draw, rest }
+}
+
+test("a page asks for another frame while something moves, and for none at rest", async (context) => {
+  const { setTimeout, clearTimeout } = globalThis
+  context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
+  let [looks, moves] = [0, true]
+  const { draw, rest, redraw, due } = await opened(() => (looks++, (due.draw = false), moves))
+  assert.deepEqual([draw(), draw(), draw(), looks], [1, 1, 1, 3])
+  moves = false
+  assert.deepEqual([draw(), draw()], [1, 0])
+  assert.deepEqual([rest(), draw(), looks], [1, 0, 5]) // it looks, but asks the browser for nothing
+  redraw()
+  redraw()
+  assert.deepEqual([due.draw, draw(), looks, due.draw], [true, 1, 6, false])
+  globalThis.document.hidden = true
+  assert.deepEqual([rest(), rest(), looks], [1, 0, 6]) // a hidden page does not even look
+})

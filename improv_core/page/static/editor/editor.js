@@ -29,7 +29,7 @@ const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
 export class Editor {
   #control = findA("text", HTMLTextAreaElement)
-  #highlight = new Highlight(find("highlight"))
+  #highlight = new Highlight(find("highlight"), find("paper"))
   #completions = new Completions(this.#control, (word) => this.#pick(word))
   #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
   #text = ""
@@ -60,10 +60,16 @@ export class Editor {
     control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
-    find("paper").addEventListener("scroll", () => this.#moveOffer())
+    find("paper").addEventListener("scroll", () => {
+      this.#moveOffer()
+      this.#draw()
+    })
     listenForArrows()
     // Errors, a bar, or a phone's keyboard may cover the line that is written.
-    new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
+    new ResizeObserver(() => {
+      if (document.activeElement === control) this.#reveal()
+      this.#draw()
+    }).observe(find("paper"))
     this.saving = new Saving({
       getText: () => this.#text,
       set: (text) => this.#set(text),

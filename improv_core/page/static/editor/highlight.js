@@ -14,6 +14,7 @@ import { sharedEnds } from "./edits.js"
 
 export class Highlight {
   #sheet
+  #scroller
   /** @type {Line[]} */
   #lines = []
   /** @type {number[]} */
@@ -21,27 +22,45 @@ export class Highlight {
   /** @type {Set<HTMLElement>} */
   lit = new Set() // words
 
-  /** @param {HTMLElement} sheet */
-  constructor(sheet) {
+  /**
+   * With a scroller, only lines near what it shows have colors: browsers paint much more than that, with every key.
+   * @param {HTMLElement} sheet
+   * @param {HTMLElement} [scroller] in which it is
+   */
+  constructor(sheet, scroller) {
     this.#sheet = sheet
+    this.#scroller = scroller
   }
 
   /**
-   * Shows a text. Only lines that have changed are made again.
+   * Shows a text, and the colors near what is visible now. Only lines that have changed are made again.
    * @param {string} text
    * @param {Color[]} colors in order
    * @param {Underline[]} underlines
    */
   show(text, colors, underlines) {
     const before = this.#lines
-    const wanted = described(text, colors, underlines)
+    const wanted = described(text, colors, underlines, this.#near())
     const [first, same] = sharedEnds(before.map(({ key }) => key), wanted.map(({ key }) => key))
-    for (const { element } of before.slice(first, before.length - same)) element.remove()
-    const made = wanted.slice(first, wanted.length - same).map(drawn)
+    const old = before.slice(first, before.length - same)
+    const now = wanted.slice(first, wanted.length - same)
+    const made = now.map((line, i) => (old.length === now.length && old[i].key === line.key ? old[i] : drawn(line)))
     const next = before[before.length - same]?.element ?? null
-    for (const { element } of made) this.#sheet.insertBefore(element, next)
+    old.forEach((line, i) => {
+      if (line === made[i]) return
+      if (old.length === now.length) line.element.replaceWith(made[i].element)
+      else line.element.remove()
+    })
+    if (old.length !== now.length) for (const { element } of made) this.#sheet.insertBefore(element, next)
     this.#lines = [...before.slice(0, first), ...made, ...before.slice(before.length - same)]
     this.#starts = wanted.map(({ start }) => start)
+  }
+
+  /** The first line that has colors, and the one after the last. @returns {[number, number]} */
+  #near() {
+    if (!this.#scroller) return [0, Infinity]
+    const { top, bottom, height } = this.#scroller.getBoundingClientRect()
+    return [this.#lineAt(top - height / 4), this.#lineAt(bottom + height / 4) + 1]
   }
 
   get lines() {
@@ -93,7 +112,7 @@ export class Highlight {
    * @returns {Span | null}
    */
   wordAt(x, y) {
-    const index = partitionPoint(this.#lines.length, (i) => this.#lines[i].element.getBoundingClientRect().bottom <= y)
+    const index = this.#lineAt(y)
     for (const { start, element } of this.#lines[index]?.words ?? []) {
       for (const { left, right, top, bottom } of element.getClientRects()) {
         if (left <= x && x < right && top <= y && y < bottom) {
@@ -103,6 +122,11 @@ export class Highlight {
       }
     }
     return null
+  }
+
+  /** The line at a height of the screen, or the first below it. @param {number} y */
+  #lineAt(y) {
+    return partitionPoint(this.#lines.length, (i) => this.#lines[i].element.getBoundingClientRect().bottom <= y)
   }
 
   /** @param {number} offset */
@@ -125,17 +149,24 @@ function edge(node, offset) {
 }
 
 /**
- * The lines of a text with their marks, which count from the start of the line.
+ * The lines of a text, those from `first` to `last` with their numbers and marks, which count from the start of the line.
  * @param {string} text
  * @param {Color[]} colors
  * @param {Underline[]} underlines
+ * @param {[number, number]} near
  */
-function described(text, colors, underlines) {
+function described(text, colors, underlines, [first, last]) {
   const found = []
   let start = 0
   let next = 0
-  for (const line of text.split("\n")) {
+  for (const [index, line] of text.split("\n").entries()) {
     const end = start + line.length
+    if (index < first || index >= last) {
+      found.push({ start, line, number: 0, marks: [], key: line })
+      start = end + 1
+      continue
+    }
+    while (colors[next]?.start < start) next++
     /** @type {(Span & { name: string })[]} */
     const marks = []
     for (; next < colors.length && colors[next].start < end; next++) {
@@ -148,7 +179,8 @@ function described(text, colors, underlines) {
         marks.push({ start: Math.max(from, start) - start, end: Math.min(Math.max(each.end, from + 1), end) - start, name: each.severity })
       }
     }
-    found.push({ start, line, marks, key: `${line}\n${marks.map(({ start, end, name }) => `${start} ${end} ${name}`).join()}` })
+    const number = index + 1
+    found.push({ start, line, number, marks, key: `${line}\n${number}\n${marks.map(({ start, end, name }) => `${start} ${end} ${name}`).join()}` })
     start = end + 1
   }
   return found
@@ -158,8 +190,9 @@ function described(text, colors, underlines) {
  * @param {ReturnType<typeof described>[number]} line
  * @returns {Line}
  */
-function drawn({ line, marks, key }) {
+function drawn({ line, number, marks, key }) {
   const made = element("div")
+  if (number) made.dataset.number = String(number)
   /** @type {Line["words"]} */
   const words = []
   const cuts = [...new Set([0, line.length, ...marks.flatMap(({ start, end }) => [start, end])])].sort((a, b) => a - b)

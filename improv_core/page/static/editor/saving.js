@@ -2,7 +2,7 @@
 // Saves the text that is written on the page, and shows whether it is saved, and in which versions there is more of it.
 
 import { Draft } from "./draft.js"
-import { find } from "../base/elements.js"
+import { find, write } from "../base/elements.js"
 import { notices } from "../base/notices.js"
 import { keptToml } from "../net/backend.js"
 import { send } from "../net/send.js"
@@ -18,8 +18,11 @@ import { send } from "../net/send.js"
  * @property {() => boolean} changes whether the text is about to change by itself: it is saved after that
  */
 
+const KEEP_DELAY = 200 // milliseconds after a key until the browser keeps the text: that takes as long as to show the key
+
 export class Saving {
   #page
+  #keeping = 0 // the timer that has it kept
   /** @type {Draft | null} */
   #draft = null // from when the server says that the program may be written here
   #number = 0 // of texts that were saved
@@ -132,7 +135,9 @@ export class Saving {
   /** Somebody has edited the text. */
   edited() {
     this.#problem = ""
-    this.show()
+    clearTimeout(this.#keeping)
+    this.#keeping = window.setTimeout(() => this.show(), KEEP_DELAY)
+    this.#showState()
   }
 
   /** Saves the text, and has it played. */
@@ -156,26 +161,30 @@ export class Saving {
     this.#again = false
   }
 
-  /** Shows what is saved, and the other text, if there is one. */
+  /** Keeps the text, and shows what is saved, and the other text, if there is one. */
   show() {
     const draft = this.#draft
     if (!draft) return
     const work = this.#work
     draft.keep(work)
-    const saved = this.isSaved
-    const unsaved = draft.isKept ? "not saved yet" : "not saved: this browser keeps nothing"
-    const state = this.#writing !== null ? "saving…" : saved ? "saved" : unsaved
-    find("file-state").textContent = this.#problem || state
-    find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !draft.isKept))
+    this.#showState()
     find("write").setAttribute("aria-disabled", String(!notices.isOpen))
     const { changed } = draft
     const other = draft.other(work)
     find("versions").hidden = !changed && !other
     find("versions-text").textContent = changed
       ? `Another program has changed ${find("file-name").textContent}, and your text is not saved. Choose one: the other is kept here.`
-      : `Another ${called(work, other)}, from ${when(other?.time ?? 0)}, is kept in this browser until you forget it.`
+      : other && `Another ${called(work, other)}, from ${when(other.time)}, is kept in this browser until you forget it.`
     for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
     for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
+  }
+
+  #showState() {
+    const isKept = this.#draft?.isKept ?? true
+    const saved = this.isSaved
+    const unsaved = isKept ? "not saved yet" : "not saved: this browser keeps nothing"
+    write(find("file-state"), this.#problem || (this.#writing !== null ? "saving…" : saved ? "saved" : unsaved))
+    find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !isKept))
   }
 
   /** @param {"file" | "mine"} which */
@@ -186,10 +195,10 @@ export class Saving {
   }
 }
 
-/** Describes the difference of the other one. @param {Work} work @param {Work | null} other */
+/** Describes the difference of the other one. @param {Work} work @param {Work} other */
 function called(work, other) {
-  if (other?.text === work.text) return "improv.toml"
-  return other?.toml && other.toml !== work.toml ? "text with its improv.toml" : "text"
+  if (other.text === work.text) return "improv.toml"
+  return other.toml && other.toml !== work.toml ? "text with its improv.toml" : "text"
 }
 
 /** A time of today, or a day with its time. @param {number} time */

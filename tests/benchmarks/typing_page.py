@@ -1,0 +1,176 @@
+"""Keys on a page with a slow processor, from each to its letter and to its color, and the price of a page at rest."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median, quantiles
+from tempfile import TemporaryDirectory
+
+from playwright.sync_api import Browser, CDPSession, Page
+
+from tests.benchmarks.chromium import chromium
+from tests.benchmarks.documents import improv
+from tests.benchmarks.tables import machine, print_head, print_row
+from tests.commands.command_line import IMPROV, SIMULATED
+from tests.page.conftest import wait
+
+SLOWER = 4
+"""The factor by which the processor of the browser is slowed."""
+PERIOD = 0.12
+"""Seconds from a key to the next: a fast typist."""
+WRITTEN = " swing = repeat 4 (forward left) halfright"
+PAINTED, COLORED = 50, 100
+"""Milliseconds within which 95 % of keys are to be painted and colored."""
+AT_REST = 0.02
+"""Seconds of a processor a second that a page may take while nothing moves."""
+PROGRAMS = {
+    "1 robot, 10 lines": "beat 30\n" + "# A line\n" * 8 + "ada $ repeat (forward left)\n",
+    "12 robots, 300 lines": improv(296) + "".join(f"r{robot} $ repeat (forward left)\n" for robot in range(4)),
+}
+
+# Notes when each key, by the length of the text after it, was pressed, painted, and colored.
+LISTEN = """(() => {
+  const seen = window.seen = { pressed: {}, painted: {}, colored: {} }
+  const lengths = {}
+  const send = WebSocket.prototype.send
+  WebSocket.prototype.send = function (data) {
+    const message = JSON.parse(data)
+    if (message.type === "analyze") lengths[message.number] = message.text.length
+    return send.call(this, data)
+  }
+  const { set } = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage")
+  Object.defineProperty(WebSocket.prototype, "onmessage", { set(take) {
+    set.call(this, (event) => {
+      take(event)
+      const message = JSON.parse(event.data)
+      if (message.type !== "analyze") return
+      afterPaint((now) => (seen.colored[lengths[message.number]] ??= now))
+    })
+  } })
+  let pressed = 0
+  const afterPaint = (note) => requestAnimationFrame(() => {
+    const { port1, port2 } = new MessageChannel()
+    port1.onmessage = () => note(performance.now())
+    port2.postMessage(null)
+  })
+  addEventListener("keydown", (event) => (pressed = event.timeStamp), true)
+  addEventListener("input", ({ target }) => {
+    const { length } = target.value
+    seen.pressed[length] = pressed
+    afterPaint((now) => (seen.painted[length] ??= now))
+  }, true)
+})()"""
+
+
+@dataclass(frozen=True, slots=True)
+class Typed:
+    """Milliseconds from keys to letters and to colors, and the browser's processor milliseconds for each key."""
+
+    painted: list[float]
+    colored: list[float]
+    work: float
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` types less, and rests less."""
+    rounds, rest = (1, 5) if quick else (4, 30)
+    print(machine())
+    print(f"\nTyping on the page, {1 / PERIOD:.0f} keys a second, headless Chromium {SLOWER} times slower, ms\n")
+    print_head("program", "goal", "painted, p50", "p95", "max", "goal", "colored, p50", "p95", "max", "work, each key")
+    with TemporaryDirectory() as folder, chromium() as browser:
+        for name, program in PROGRAMS.items():
+            with opened(browser, Path(folder), program) as (page, tool):
+                for how in ("stands", "plays"):
+                    if how == "plays":
+                        page.keyboard.press("Control+Enter")
+                        wait(page, "improv.transport.state === 'playing'")
+                    typed = _type(page, tool, rounds)
+                    cells = (*_cells(PAINTED, typed.painted), *_cells(COLORED, typed.colored))
+                    print_row(f"{name}, {how}", *cells, f"{typed.work:.0f}")
+        print("\nProcessor seconds a second of the page's main thread\n")
+        print_head("page", "goal", "seconds")
+        for name, program in PROGRAMS.items():
+            with opened(browser, Path(folder), program) as (page, tool):
+                tool.send("Emulation.setCPUThrottlingRate", {"rate": 1})
+                print_row(f"{name}, opened", f"{AT_REST:.2f}", f"{_busy(tool, rest):.3f}")
+                page.keyboard.press("Control+Enter")
+                wait(page, "improv.transport.state === 'playing'")
+                page.keyboard.press("Escape")
+                wait(page, "improv.transport.state === 'stopped'")
+                time.sleep(1)
+                print_row(f"{name}, stopped", f"{AT_REST:.2f}", f"{_busy(tool, rest):.3f}")
+
+
+@contextmanager
+def opened(browser: Browser, folder: Path, program: str) -> Iterator[tuple[Page, CDPSession]]:
+    """Open a program with `improv edit` and a page with a slow processor, which yields its cursor and its metrics."""
+    file = folder / "dance.improv"
+    file.write_text(program, encoding="utf-8")
+    with edited(file) as url:
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.add_init_script(LISTEN)
+        page.goto(url)
+        wait(page, "window.improv?.connected && document.querySelector('#highlight .keyword')")
+        tool = page.context.new_cdp_session(page)
+        tool.send("Performance.enable")
+        tool.send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
+        page.locator("#text").focus()
+        yield page, tool
+        page.close()
+
+
+@contextmanager
+def edited(file: Path) -> Iterator[str]:
+    """Run `improv edit`, and yield the address of its page."""
+    with subprocess.Popen([*IMPROV, "edit", str(file), *SIMULATED], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        try:
+            yield next(line for line in process.stdout if "watch it at" in line).split()[-1]
+        finally:
+            process.terminate()
+
+
+def _type(page: Page, tool: CDPSession, rounds: int) -> Typed:
+    page.evaluate("seen.pressed = {}, seen.painted = {}, seen.colored = {}")
+    page.locator("#text").evaluate(
+        "text => { const at = text.value.indexOf('\\n', text.value.length / 2); text.setSelectionRange(at, at) }"
+    )
+    before = _work(tool)
+    for _ in range(rounds):
+        page.keyboard.press("Enter")
+        for key in WRITTEN:
+            began = time.monotonic()
+            page.keyboard.press(key)
+            time.sleep(max(0, began + PERIOD - time.monotonic()))
+    time.sleep(1)
+    keys = rounds * (1 + len(WRITTEN))
+    work = (_work(tool) - before) * 1000 / keys
+    seen = page.evaluate("seen")
+    return Typed(_times(seen, "painted"), _times(seen, "colored"), work)
+
+
+def _times(seen: dict[str, dict[str, float]], kind: str) -> list[float]:
+    """Return the milliseconds of each key until a text at least as long as the one after it was shown."""
+    shown = {int(length): at for length, at in seen[kind].items()}
+    pressed = [(int(length), at) for length, at in seen["pressed"].items() if int(length) <= max(shown)]
+    return [min(at for reached, at in shown.items() if reached >= length) - begun for length, begun in pressed]
+
+
+def _cells(goal: int, times: list[float]) -> tuple[str, ...]:
+    return str(goal), f"{median(times):.0f}", f"{quantiles(times, n=20)[-1]:.0f}", f"{max(times):.0f}"
+
+
+def _work(tool: CDPSession) -> float:
+    metrics = tool.send("Performance.getMetrics")["metrics"]
+    return float(next(each["value"] for each in metrics if each["name"] == "TaskDuration"))
+
+
+def _busy(tool: CDPSession, seconds: float) -> float:
+    before, began = _work(tool), time.monotonic()
+    time.sleep(seconds)
+    return (_work(tool) - before) / (time.monotonic() - began)

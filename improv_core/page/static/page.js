@@ -6,6 +6,7 @@ import { insets as covered } from "./base/covered.js"
 import { find, findA } from "./base/elements.js"
 import { due, redraw, refit, showFrames } from "./base/frames.js"
 import { announce, notices } from "./base/notices.js"
+import { watchPresses, whenReleased } from "./base/pressing.js"
 import { Figures } from "./bodies/figures.js"
 import { editing, showBeat, showCount, showTransport as showControls, spoken } from "./controls/controls.js"
 import { Deadman } from "./controls/deadman.js"
@@ -136,13 +137,14 @@ const HANDLERS = {
   change: (message) => editor.pendingChanges.take(message),
 }
 
-/** Messages that change nothing on the stage. */
-const OFF_STAGE = new Set(["analyze", "complete", "explain", "write", "change"])
+/** Messages that change nothing on the stage, but may move controls. */
+const OFF_STAGE = new Set(["analyze", "complete", "explain", "write", "change", "source", "program"])
 
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {
+  if (OFF_STAGE.has(message.type)) return whenReleased(() => HANDLERS[message.type](message))
   HANDLERS[message.type](message)
-  if (!OFF_STAGE.has(message.type)) redraw()
+  redraw()
 }
 
 /** @param {Messages["transport"]} message */
@@ -338,3 +340,4 @@ const improv = {
 }
 Object.assign(window, { improv })
 showFrames(frame)
+watchPresses()

@@ -5,6 +5,7 @@
 import { CodePoints } from "../base/code-points.js"
 import { find, findA } from "../base/elements.js"
 import { notices } from "../base/notices.js"
+import { whenReleased } from "../base/pressing.js"
 import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
 import { showProblem } from "../score/changes.js"
@@ -57,8 +58,7 @@ export class Editor {
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
     control.addEventListener("compositionstart", () => this.#endOffer())
-    control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
-    control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
+    for (const kind of ["focus", "blur"]) control.addEventListener(kind, () => setTimeout(() => whenReleased(() => this.#showFocus())))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
     find("paper").addEventListener("scroll", () => {
       this.#moveOffer()
@@ -126,6 +126,12 @@ export class Editor {
   light(lights) {
     this.#lights = lights
     this.#light()
+  }
+
+  #showFocus() {
+    const writes = document.activeElement === this.#control
+    document.body.classList.toggle("writing", writes)
+    find("stop-key").textContent = writes ? "Esc" : "Space" // Space is a letter here
   }
 
   /** @param {InputEvent | null} event */
@@ -241,7 +247,7 @@ export class Editor {
     clearTimeout(this.#calm)
     const rest = this.#edited + DIAGNOSTICS_DELAY - performance.now()
     if (rest <= 0) this.#showDiagnostics()
-    else this.#calm = window.setTimeout(() => this.#showDiagnostics(), rest)
+    else this.#calm = window.setTimeout(() => whenReleased(() => this.#showDiagnostics()), rest)
     this.#draw()
   }
 

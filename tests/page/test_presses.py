@@ -1,0 +1,110 @@
+"""Presses of controls: nothing that is being pressed moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page
+
+from tests.page.conftest import next_frame, wait
+from tests.page.editing import PLAYING, Edit
+
+SIZES = ((390, 480), (390, 844), (683, 384), (1024, 768), (1366, 768))
+"""Pixels: a phone with its keyboard and without, a laptop at 200 % zoom, a tablet, and a laptop."""
+PROGRAM = "beat 30\nada $ repeat (forward left)\nbo $ repeat (backwrd left)\n"
+# Presses no control, but notes where it is at pointerdown and at pointerup.
+LISTEN = """() => {
+  const place = ({ left, top, width, height }) => [left, top, width, height].map(Math.round).join()
+  for (const kind of ["pointerdown", "pointerup"]) addEventListener(kind, () => {
+    if (window.control) window.seen.push(place(window.control.getBoundingClientRect()))
+  }, true)
+  for (const kind of ["click", "change"]) addEventListener(kind, (event) => {
+    if (!window.control) return
+    event.preventDefault()
+    event.stopImmediatePropagation()
+  }, true)
+}"""
+CONTROLS = """[...document.querySelectorAll("button, summary, [role=slider]")].filter((control) => {
+  const { x, y, width, height } = control.getBoundingClientRect()
+  return control.contains(document.elementFromPoint(x + width / 2, y + height / 2))
+})"""
+
+
+@pytest.fixture
+def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
+    """Return a function that edits a program with this text."""
+    edits: list[Edit] = []
+
+    def begin(text: str) -> Edit:
+        file = tmp_path / "dance.improv"
+        file.write_text(text, encoding="utf-8")
+        edits.append(Edit(file, window))
+        return edits[-1]
+
+    yield begin
+    for each in edits:
+        each.close()
+
+
+@pytest.mark.slow("presses every control at five sizes")
+def test_no_control_moves_while_it_is_pressed(edit: Callable[[str], Edit]) -> None:
+    page = edit(PROGRAM).page()
+    page.evaluate(LISTEN)
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        for index in range(_count(page)):
+            _write(page)
+            if index < _count(page):
+                assert _places(page, index) == "same", f"{width}×{height}"
+
+
+def test_the_first_press_of_save_and_play_plays_while_a_phone_has_its_keyboard_open(
+    edit: Callable[[str], Edit],
+) -> None:
+    page = edit("ada $ repeat (forward left)\n").page()
+    page.set_viewport_size({"width": 390, "height": 480})
+    _write(page)
+    page.mouse.move(*_middle(page, "document.querySelector('#write')"))
+    page.mouse.down()
+    next_frame(page)
+    page.mouse.up()
+    wait(page, PLAYING)
+
+
+def _write(page: Page) -> None:
+    page.locator("#text").focus()
+    next_frame(page)
+
+
+def _count(page: Page) -> int:
+    return int(page.evaluate(f"{CONTROLS}.length"))
+
+
+def _places(page: Page, index: int) -> str:
+    """Press a control. Return its name, and where it was before and after, unless that is the same."""
+    page.evaluate(f"(window.seen = [], window.control = {CONTROLS}[{index}], 0)")
+    page.mouse.move(*_middle(page, "window.control"))
+    page.mouse.down()
+    next_frame(page)
+    page.mouse.up()
+    next_frame(page)
+    return str(
+        page.evaluate(
+            """() => {
+          const [before, after] = seen
+          const name = control.id || control.className || control.textContent
+          window.control = null
+          return before === after ? "same" : `${name} moves from ${before} to ${after}`
+        }"""
+        )
+    )
+
+
+def _middle(page: Page, control: str) -> tuple[float, float]:
+    """Return the middle of a control, once it is laid out."""
+    x, y = page.evaluate(
+        f"(({{ x, y, width, height }}) => [x + width / 2, y + height / 2])({control}.getBoundingClientRect())"
+    )
+    return x, y

@@ -26,6 +26,8 @@ SEVERITIES = {
     "used-before-definition": Severity.ERROR,
     "reserved-name": Severity.ERROR,
     "bad-number": Severity.ERROR,
+    "missing-unit": Severity.ERROR,
+    "wrong-measure": Severity.ERROR,
     "duplicate-beat": Severity.ERROR,
     "duplicate-line": Severity.ERROR,
     "bad-robot-name": Severity.ERROR,

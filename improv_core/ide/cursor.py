@@ -96,7 +96,9 @@ def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
     if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
         return BeforeCursor(tokens, None, (), begun, in_number, statement, (), opening_line(piece, tokens))
     heads = tokens[: len(tokens) - len(rest) - 1]
-    return BeforeCursor(heads, head.sign, classified(rest, head.numbers), begun, in_number, statement, head.parameters)
+    return BeforeCursor(
+        heads, head.sign, classified(rest, head.parameters), begun, in_number, statement, head.parameters
+    )
 
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:

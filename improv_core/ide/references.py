@@ -184,7 +184,7 @@ def _movement(statement: Statement) -> list[Token]:
     """Return the tokens after the sign."""
     begin = statement.sign.end if statement.sign and statement.kind != "BEAT" else 0
     tokens = (token for token in statement.tokens if token.start >= begin)
-    return classified(list(tokens), {each.name for each in statement.parameters if each.is_number})
+    return classified(list(tokens), statement.parameters)
 
 
 MOST_ROBOTS = 100

@@ -11,6 +11,7 @@ from improv_core.protocol.page_messages import RobotWindow, ShownBodyPart, Shown
 from improv_core.score import senses
 from improv_core.score import world as worlds
 from improv_core.score.joints import limbs_of
+from improv_core.score.measured import in_si
 from improv_core.score.movement import ENDLESS, near
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
@@ -38,7 +39,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "world": worlds.to_json(score.world),
         "text": score.text,
         "offsets": {str(number): offset for number, offset in score.offsets.items()},
-        "words": {word: list(map(float, velocity)) for word, velocity in PRIMITIVES.items()},
+        "words": {word: [in_si(each, 1.0, 1.0, 1.0) for each in velocity] for word, velocity in PRIMITIVES.items()},
         "takes_start_poses": takes_start_poses,
         "deadman": {"button": deadman.button} if (deadman := score.safety.deadman) else None,
         "music": {"file": music.file, "first_beat": music.first_beat, "volume": music.volume}

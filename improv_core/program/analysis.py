@@ -17,12 +17,13 @@ from improv_core.program.definitions import Definition, ReadNodes, Scope, predef
 from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
 from improv_core.program.idle import Alone, Idle, find_alone, find_idle
-from improv_core.program.limbs import check_bodies, check_pose_names
+from improv_core.program.limbs import check_bodies, check_pose_names, check_units
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
 from improv_core.program.program import Placed, Program, is_unusual, opening_of
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
+from improv_core.score.bounds import is_measured
 from improv_core.score.movement import Movement
 from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Node, Statement
@@ -214,6 +215,8 @@ class Analysis(Program):
             problems = (*problems, *check_pose_names(meaning.body, self.config))
         if meaning.robots and meaning.movement.body_words.asked:
             problems = (*problems, *check_bodies(statement, meaning, config))
+        if meaning.robots and is_measured(meaning.movement.bounds):
+            problems = (*problems, *check_units(statement, meaning, config))
         if statement.has_senses or meaning.is_open:
             problems = (*problems, *check_senses(statement, meaning, config))
         return problems

@@ -11,9 +11,10 @@ from typing import Any
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
-from improv_core.robots.limits import excess
+from improv_core.robots.limits import exactly, excess
 from improv_core.robots.start_poses import start_poses
 from improv_core.score.joints import Limb, limbs_of
+from improv_core.score.measured import Measured
 from improv_core.score.motion import Pose, wrapped
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
 from improv_core.score.performance import Mover, SenseSpan, perform
@@ -118,7 +119,9 @@ def compiled(
     score = score_of(analysis)
     tempo, parts = score.tempo, score.parts.values()
     limbs = {Mover(each.robot, limb.part.name): limb for each in parts for limb in limbs_of(each, tempo)}
-    movers = {Mover(each.robot): _Segments(most_segments, each.movement.duration) for each in parts}
+    movers = {
+        Mover(each.robot): _Segments(most_segments, each.movement.duration, profile=each.profile) for each in parts
+    }
     segments = {**movers, **{mover: _Segments(most_segments, ENDLESS, limb) for mover, limb in limbs.items()}}
     if any(part.movement.open for part in parts):
         _perform(score, most_segments, script, segments)
@@ -143,12 +146,13 @@ def compiled(
 @dataclass(slots=True)
 class _Segments:
     """Stretches of constant velocity of one robot, or of one of its limbs: their starts and durations in beats, and the
-    velocities of the limb's joints. `beats` is the whole length, and `range` the least and greatest positions of the
-    joints."""
+    velocities of the limb's joints. `profile` is that of a base. `beats` is the whole length, and `range` the least and
+    greatest positions of the joints."""
 
     most: int
     beats: Duration
     limb: Limb | None = None
+    profile: Profile | None = None
     stretches: list[tuple[Exact, Exact, Velocity]] = field(default_factory=list)
     moments: int = 0
     truncated: bool = False
@@ -161,7 +165,7 @@ class _Segments:
         last = self.stretches[-1] if self.stretches else None
         if self.truncated:
             return
-        if last and last[2] == moment.velocity:
+        if last and self._is_same(last[2], moment.velocity):
             self.stretches[-1] = last[0], last[1] + moment.duration, last[2]
         elif len(self.stretches) == self.most:
             self.truncated = True
@@ -173,6 +177,12 @@ class _Segments:
         if self.limb:
             self.limb.move(self.limb.velocities(moment.velocity), moment.duration)
             self._widen()
+
+    def _is_same(self, one: Velocity, other: Velocity) -> bool:
+        if one == other or not self.profile:
+            return one == other
+        is_measured = any(isinstance(each, Measured) for each in (*one, *other))
+        return is_measured and exactly(one, self.profile) == exactly(other, self.profile)
 
     def _widen(self) -> None:
         for name, position in self.limb.positions.items() if self.limb else ():

@@ -13,10 +13,12 @@ from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import Excess, excess, too_tight, unsupported
 from improv_core.score.algebra import Gain
+from improv_core.score.measured import in_si
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.projection import base_of
 from improv_core.score.ramps import FASTEST_EASE
+from improv_core.score.score import in_axes
 from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.traversal import inner_first
@@ -112,8 +114,9 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     """Check the bounds quickly: most statements are far from every limit."""
     per_second = float(tempo) / 60
     faster = float(FASTEST_EASE) if profile.smooth else 1.0
-    linear = (peak.x + peak.y + peak.z) * profile.step * profile.linear_scale * per_second * faster
-    angular = peak.yaw * profile.quarter_turn * profile.angular_scale * per_second * faster
+    x, y, z, yaw = in_axes(peak[:4], profile)
+    linear = (x + y + z) * profile.linear_scale * per_second * faster
+    angular = yaw * profile.angular_scale * per_second * faster
     return (
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
@@ -265,7 +268,7 @@ def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profil
     spins = {"forward", "turn"} <= {*profile.motions} and profile.turning_radius is None
     turns = spins and math.isclose(profile.quarter_turn, math.pi / 2)
     if detour and turns and all(map(_keeps_paths, _around(body, word))):
-        rate = abs(Fraction(velocity.y)) * 3
+        rate = velocity.y * 3
         hurries = any(excess(each, profile, tempo) for each in (Velocity(x=rate), Velocity(yaw=rate)))
         text = f"({detour})" if hurries else f"[{detour}]"
         yield from replace(f"Change to {text}{', which takes 3 beats' if hurries else ''}", word.span, text)
@@ -277,9 +280,8 @@ def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profil
 def curve(turn: str, profile: Profile) -> str:
     """Return the same turn as this word for a car that drives forward: on the tightest curve of whole steps that its
     profile allows."""
-    asked = (
-        abs(Fraction(WORDS[turn].velocity.yaw)) * Fraction(profile.quarter_turn) * Fraction(profile.turning_radius or 0)
-    )
+    quarter = Fraction(profile.quarter_turn)
+    asked = abs(in_si(WORDS[turn].velocity.yaw, quarter, quarter, quarter / 90)) * Fraction(profile.turning_radius or 0)
     steps = max(math.ceil(asked / Fraction(profile.step) - _ROUNDING), 1)
     return f"forward || {turn}" if steps == 1 else f"repeat {steps} forward || slow {steps} {turn}"
 
@@ -291,7 +293,7 @@ def _wider(body: Node, word: Primitive, velocity: Velocity, profile: Profile) ->
     """Yield half of a turn that is too tight; for a turn on the spot, curves with half of it and all of it."""
     turns = [turn for turn in (f"half{word.word.text}", word.word.text) if turn in WORDS]
     if velocity.x:
-        slower = velocity._replace(yaw=Fraction(velocity.yaw) / 2)
+        slower = velocity._replace(yaw=velocity.yaw * Fraction(1, 2))
         if len(turns) > 1 and too_tight(slower, profile) is None:
             yield from replace(f"Change to {turns[0]}", word.span, turns[0])
     elif all(map(_keeps_paths, _around(body, word))):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, unknown
@@ -15,14 +15,17 @@ from improv_core.score.algebra import FromStatement, Gain, Parallel
 from improv_core.score.body import START, Body
 from improv_core.score.bounds import swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
+from improv_core.score.measured import units_in
+from improv_core.score.movement import DIRECTIONS as COMPONENTS
 from improv_core.score.movement import Asked, Movement
-from improv_core.score.profiles import PUPPET, Profile
+from improv_core.score.profiles import MOTIONS, PUPPET, Profile
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
+_OF_CIRCLES = ("turning", "arcs")
 MOST_NAMED = 3
 """The most robots that a message names."""
 _OPPOSITES = {"x": "backward", "y": "straferight", "z": "down", "yaw": "right"}
@@ -114,8 +117,8 @@ def _uses(node: Node, word: str, movement: MovementOf) -> Iterator[Span]:
 def _asking(node: Node, asked: Asked, movement: MovementOf, inside: bool = False) -> Iterator[Span]:
     """Yield each word or name that asks this. `inside` is true in the term of the word for the body part."""
     checkpoint()
-    if isinstance(node, nodes.Primitive):
-        if inside and asked.direction and getattr(node.word.velocity, asked.direction):
+    if isinstance(node, nodes.Primitive | nodes.MeasuredWord):
+        if inside and _asks(movement(node), asked):
             yield node.span
     elif isinstance(node, nodes.PoseTerm):
         if inside and asked.pose == node.pose.text:
@@ -128,7 +131,7 @@ def _asking(node: Node, asked: Asked, movement: MovementOf, inside: bool = False
             arguments = node.movements if isinstance(node, nodes.Call) else ()
             found = [span for each in arguments for span in _asking(each, asked, movement, inside)]
             yield from found or [nodes.use_name(node).span]
-    elif isinstance(node, nodes.Apply) and node.plane and swaps_sides(node.plane.velocity) and not inside:
+    elif isinstance(node, nodes.Apply) and node.plane and swaps_sides(node.plane.gain) and not inside:
         yield from _asking(node.body, asked._replace(mirrored=not asked.mirrored), movement)
     else:
         for child in nodes.children(node):
@@ -139,7 +142,62 @@ def _asks(made: Movement, asked: Asked) -> bool:
     """Return whether a movement asks this of whichever body part performs it."""
     if asked.pose:
         return asked.pose in made.body_words.loose_poses
-    return bool(asked.direction and getattr(made.peak, asked.direction))
+    bound = getattr(made.peak, asked.direction) if asked.direction else 0
+    return asked.unit in units_in(bound) if asked.unit else bool(bound)
+
+
+def check_units(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
+    """Report measures with units that the directions of the robots, or of their joints, don't take."""
+    if not meaning.body:
+        return
+    profiles = {robots.robot(robot).profile for robot in meaning.robots}
+    scope = dict(zip(statement.uses, meaning.scope, strict=True))
+    movement = partial(movement_of, scope=scope, robots=len(meaning.robots))
+    found = dict[Span, Diagnostic]()
+    for asked, takes in sorted(_wrong_units(meaning.movement, profiles).items()):
+        for span in _asking(meaning.body, asked, movement, not asked.part):
+            word, _, _ = statement.text[slice(*span)].partition(" ")
+            found.setdefault(span, _wrong_unit(asked, takes, span, word))
+    yield from found.values()
+
+
+def _wrong_units(movement: Movement, profiles: Iterable[Profile]) -> dict[Asked, str]:
+    """Return what a movement measures in other units than the robots' directions take, and the units that these
+    take."""
+    base = [
+        (direction, Asked("", False, direction, unit=unit))
+        for direction in COMPONENTS
+        for unit in units_in(getattr(movement.peak, direction))
+    ]
+    of_parts = [each for each in movement.body_words.asked if each.unit]
+    found = dict[Asked, str]()
+    for profile in profiles:
+        can_make = dict(zip(("x", "yaw", "y", "z"), (each in profile.motions for each in MOTIONS), strict=True))
+        for direction, asked in base:
+            takes = "degrees" if direction == "yaw" else "meters"
+            if can_make[direction] and (asked.unit == "degrees") != (takes == "degrees"):
+                found[asked] = takes
+        body = profile.body or Body()
+        for asked in of_parts:
+            for name in body.performers(asked.part, asked.mirrored):
+                drive = body.part[name].drive(asked.direction)
+                takes = "meters" if drive and body.joint[drive.joint].slides else "degrees"
+                if asked.unit in _OF_CIRCLES or (drive and asked.unit != takes):
+                    found[asked] = takes
+    return found
+
+
+def _wrong_unit(asked: Asked, takes: str, span: Span, word: str) -> Diagnostic:
+    where = f"under `{asked.part}`, " if asked.part else ""
+    if asked.unit in _OF_CIRCLES and asked.part:
+        message = f"{where}nothing drives along a circle: write the turn without `radius`"
+        return Diagnostic("wrong-measure", span, message)
+    forward, backward = _WORDS[asked.direction]
+    direction = word if word in (forward, backward) else forward
+    example = f"{direction} {'90deg' if takes == 'degrees' else '1m'}"
+    what = "an angle" if takes == "degrees" else "a length"
+    other = "" if direction == word else f", and `{word}` gives it {'a length' if takes == 'degrees' else 'an angle'}"
+    return Diagnostic("wrong-measure", span, f"{where}`{direction}` takes {what}, such as `{example}`{other}")
 
 
 def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
+from improv_core.program.measures import units_apart, wrong_measures
 from improv_core.program.misuse import check_conditions, misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
@@ -19,7 +20,7 @@ from improv_core.syntax import nodes
 from improv_core.syntax.descent import TooDeepError
 from improv_core.syntax.gather import gather
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import RADIUS, WORDS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,8 +72,9 @@ class Meaning:
 
 def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning:
     """Return the meaning of the statement with this ID. Never raises."""
-    diagnostics = list(statement.diagnostics)
     bound = tuple(scope.values())
+    statement = as_read(statement, bound)
+    diagnostics = list(statement.diagnostics)
     sign = statement.sign
     if not sign:  # already reported: one error, one message
         body = _gathered(statement.body, scope, []) if statement.body else None
@@ -108,6 +110,11 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
+        if statement.has_measures and not statement.diagnostics:  # else they may follow from the first
+            known = {*(name for name, found in scope.items() if found), *(each.name for each in statement.parameters)}
+            wrong = list(wrong_measures(body, statement.tokens, known))
+            diagnostics += wrong
+            unresolved = tuple(units_apart(wrong, unresolved))
         if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.by_robot:
@@ -117,6 +124,13 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
+
+
+def as_read(statement: Statement, bound: Sequence[Definition | None]) -> Statement:
+    """Return a statement as it is read with these meanings of the names that it uses: one may be called `radius`."""
+    if statement.as_names and bound[statement.uses.index(RADIUS)]:
+        return statement.as_names
+    return statement
 
 
 def not_understood(

@@ -33,7 +33,7 @@ def plain_value(text: str) -> Fraction | str | None:
 
 def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
     """Return the exact value of numbers and parameters with `*` or `/` between them, or words that say how to write
-    them.
+    them. Units don't count.
 
     None if a number is missing, or a parameter has no value.
     """
@@ -42,6 +42,7 @@ def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
     for token in tokens:
         if token.type == "OPERATOR":
             divides = token.text == "/"
+        if token.type in ("OPERATOR", "UNIT"):
             continue
         factor = _factor(token.text) if token.type == "NUMBER" else values.get(token.text)
         if factor is None or isinstance(factor, str):

@@ -14,7 +14,9 @@ from improv_core.program.numbers import product
 from improv_core.robots.config import Robots
 from improv_core.robots.formation import Formation, heading, on_circle
 from improv_core.score.motion import Pose
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, Statement
+from improv_core.syntax.vocabulary import UNITS
 from improv_core.syntax.words import above_zero
 from improv_core.text import Span
 
@@ -185,13 +187,13 @@ class _Numbers:
     def signed(self, number: Number, what: str, most: int | None = None) -> Fraction | None:
         first, *rest = number.tokens
         sign = -1 if first.text[0] == "-" else 1
-        value = product([first._replace(text=first.text.lstrip("+-")), *rest], {})
+        value = _value([first._replace(text=first.text.lstrip("+-")), *rest])
         if most is not None and isinstance(value, Fraction) and value > most:
             value = f"in meters, from {-most:,} to {most:,}"
         return sign * value if (value := self._right(number, what, value)) is not None else None
 
     def size(self, number: Number, what: str) -> float | None:
-        value = product(number.tokens, {})
+        value = _value(number.tokens)
         if isinstance(value, Fraction):
             value = above_zero(value) or (f"in meters, up to {FARTHEST:,}" if value > FARTHEST else value)
         return float(value) if (value := self._right(number, what, value)) is not None else None
@@ -207,3 +209,10 @@ class _Numbers:
             self.diagnostics.append(Diagnostic("bad-number", number.span, f"write {what} {value}"))
             return None
         return value
+
+
+def _value(tokens: Sequence[Token]) -> Fraction | str | None:
+    """Return the value of a number in meters or degrees, like `product`."""
+    value = product(tokens, {})
+    sizes = [UNITS[token.text].size for token in tokens if token.type == "UNIT"]
+    return value * sizes[0] if sizes and isinstance(value, Fraction) else value

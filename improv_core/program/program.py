@@ -14,7 +14,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition
-from improv_core.program.meaning import Meaning
+from improv_core.program.meaning import Meaning, as_read
 from improv_core.program.opening import Opening, Repeated, open_with, repeated
 from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
@@ -167,7 +167,11 @@ class Program:
         return self.lines.number(self.offsets[index])
 
     def placed(self, index: int) -> Placed:
-        return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
+        return Placed(index, self.offsets[index], self.as_read(index), self.meanings[index])
+
+    def as_read(self, index: int) -> Statement:
+        """Return a statement as its names let it be read: one may be called `radius`."""
+        return as_read(self.statements[index], self.meanings[index].scope)
 
     def definition(self, name: str, before: int) -> Definition | None:
         """Return the definition of a name that applies at the statement `before`."""

@@ -9,6 +9,7 @@ from fractions import Fraction
 from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program import misuse
 from improv_core.program.definitions import NOTHING, Definition, Expansion, Phrase, ReadNodes
+from improv_core.program.measures import in_its_unit, unit_of, velocity_of
 from improv_core.program.numbers import FEW, TOO_LONG, share_a_denominator, too_much
 from improv_core.program.reporting import NOBODY, Argument, Fault, Given
 from improv_core.score import algebra
@@ -24,7 +25,7 @@ from improv_core.score.reactions import Condition
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.descent import DEEPEST
-from improv_core.syntax.nodes import Call, Name, Node, Number
+from improv_core.syntax.nodes import Call, MeasuredWord, Name, Node, Number
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Applied, Needs, Word
 from improv_core.text import Span
@@ -78,7 +79,7 @@ class Reader(ReadNodes):
 
     def _checked(self, node: Node) -> Movement:
         checkpoint()
-        if isinstance(node, (nodes.Series, nodes.Parallel)):
+        if isinstance(node, (nodes.Series, nodes.Parallel, MeasuredWord)):
             made = self._made(node)
         else:
             self.level += 1
@@ -91,7 +92,8 @@ class Reader(ReadNodes):
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING
         if problem := too_much(made):
-            span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
+            numbers = nodes.numbers(node) if isinstance(node, (nodes.Apply, MeasuredWord)) else ()
+            span = numbers[0].span if numbers else node.span
             self.report(Diagnostic("bad-number", span, problem), node)
             return NOTHING
         return made
@@ -114,6 +116,8 @@ class Reader(ReadNodes):
             return self._together(node, [self.movement(voice) for voice in node.voices])
         if isinstance(node, Call):
             return self._called(node)
+        if isinstance(node, MeasuredWord):
+            return self._measured(node)
         if isinstance(node, nodes.PartTerm):
             return by_part(self.movement(node.body), node.name.text)
         if isinstance(node, nodes.PoseTerm):
@@ -166,6 +170,17 @@ class Reader(ReadNodes):
         for fault in expansion.reader.faults:
             self._blame(call, definition.phrase, fault)
         return algebra.from_statement(expansion.movement, call.name.span, definition.statement)
+
+    def _measured(self, node: MeasuredWord) -> Movement:
+        """Return the movement of a word with measures. Those that are wrong wherever they stand don't count."""
+        values = self.numbers(node)
+        known = {
+            id(each): in_its_unit(each, value)
+            for each, value in zip(nodes.numbers(node), values, strict=True)
+            if value is not None and unit_of(each)
+        }
+        measure, radius = known.get(id(node.measure)), known.get(id(node.radius))
+        return algebra.hold(velocity_of(node.word, measure, radius), span=node.primitive.span)
 
     def _argument(self, node: Node) -> Argument:
         before, self.deepest = self.deepest, self.level
@@ -284,7 +299,7 @@ class Reader(ReadNodes):
             numbers,
             not node.numbers or len(node.numbers[0].tokens) == 1,
             items,
-            node.plane.velocity if node.across and node.plane else SAME,
+            node.plane.gain if node.across and node.plane else SAME,
             _condition(node.condition) if node.condition else None,
             None,
             self.reading.robot,

@@ -72,6 +72,9 @@ class Reporter:
         if isinstance(node, nodes.Apply):
             what, arguments = f"the number after `{node.word.text}`", WORDS[node.word.text].arguments
             return [self._number(each, what, arguments[place].rule) for place, each in enumerate(node.numbers)]
+        if isinstance(node, nodes.MeasuredWord):  # a sign is reported elsewhere
+            own = nodes.numbers(node)
+            return [None if each.is_signed else self._number(each, "this measure", any_number) for each in own]
         return [self._number(each, "this number", any_number) for each in nodes.numbers(node)]
 
     def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
@@ -101,7 +104,7 @@ class Reporter:
     def _number(self, number: Number, what: str, wrong: Rule) -> Fraction | None:
         """Return the exact value of a number, unless `wrong` has words that say how to write it better."""
         values = self.given.numbers
-        value = product(number.tokens, values) if values else plain_value(number.text)
+        value = product(number.tokens, values) if values or number.units else plain_value(number.text)
         if value is None:
             return None
         problem = value if isinstance(value, str) else wrong(value)

@@ -10,6 +10,7 @@ from improv_core.program.meaning import Meaning, movement_of
 from improv_core.program.misuse import conditions
 from improv_core.robots.config import Robots
 from improv_core.score.algebra import FromStatement, Repeat
+from improv_core.score.measured import largest
 from improv_core.score.movement import Movement
 from improv_core.score.reactions import senses_read
 from improv_core.score.senses import NEAR
@@ -60,8 +61,9 @@ def _looks_ahead(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     way = "sideways"
     for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):
         is_last = place == MOST_MOMENTS and not isinstance(body.duration, float)
-        if moment.velocity.x > 0 or is_last:  # later moments may go forward
+        ahead = largest(moment.velocity.x)
+        if ahead > 0 or is_last:  # later moments may go forward
             return
-        way = "backward" if moment.velocity.x < 0 else way
+        way = "backward" if moment.velocity.x else way
     message = f"`near` looks only ahead, and this goes {way}: declare a sense that looks there in improv.toml"
     yield Diagnostic("looks-ahead", condition.span, message)

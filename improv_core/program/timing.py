@@ -107,13 +107,12 @@ MOST_MOMENTS = 1_000
 
 def path_length(movement: Movement, profile: Profile) -> str:
     """Describe the distance and the turn of a movement: `8.0 m, turns 360° left`."""
-    measured = extent(movement)
+    measured = extent(movement, profile)
     if not measured:
         return "continues forever" if movement.duration == ENDLESS else "too long to measure"
-    meters = measured.steps * profile.step
-    degrees = round(math.degrees(measured.turns * profile.quarter_turn), 1)
+    degrees = round(math.degrees(measured.turn), 1)
     turn = f"turns {abs(degrees):,g}° {'left' if degrees > 0 else 'right'}" if degrees else "no turn"
-    return f"{meters:,.1f} m, {turn}"
+    return f"{measured.length:,.1f} m, {turn}"
 
 
 def ends(movement: Movement, profile: Profile) -> str:

@@ -9,8 +9,10 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 
+from improv_core.score.measured import DEGREE, Measured, in_si
 from improv_core.score.movement import NOTHING_AROUND, Movement, Peak, Piecewise, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
+from improv_core.score.score import in_axes
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
@@ -33,7 +35,7 @@ class Excess:
 
     `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
     their ratio. `tempo` is the largest whole tempo at which it fits (None if below 1); `slow` is the smallest simple
-    factor for `slow` at the current tempo.
+    factor for `slow` at the current tempo, and whole if the velocity is measured.
     """
 
     kind: str
@@ -98,7 +100,9 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     if ratio <= 1:
         return None
     fitting = math.isqrt(math.floor(tempo * tempo / ratio))  # whole n with n² <= tempo² / ratio
-    slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, _LONGEST_FRACTION + 1))
+    is_measured = any(isinstance(each, Measured) for each in velocity)
+    longest = 1 if is_measured else _LONGEST_FRACTION
+    slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, longest + 1))
     return Excess(kind, _root(square), limit, _root(ratio), fitting or None, slow)
 
 
@@ -112,7 +116,10 @@ def too_tight(velocity: Velocity, profile: Profile) -> float | None:
     """Return the radius in meters of a curve that is tighter than a car with this profile can drive; None if it can."""
     if profile.turning_radius is None or not velocity.yaw:
         return None
-    radius = abs(float(velocity.x)) * profile.step / (abs(float(velocity.yaw)) * profile.quarter_turn)
+    x, _, _, yaw = in_axes(velocity, profile)
+    if not yaw:
+        return None
+    radius = abs(x) / abs(yaw)
     return radius if radius * _SLACK < profile.turning_radius else None
 
 
@@ -122,10 +129,18 @@ _SLACK = 1 + 1e-9
 
 def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
     """Return the squares of both speeds. Unlike the length of a vector, they are exact."""
-    step = _as_written(profile.step) * _as_written(profile.linear_scale) * tempo / 60
-    turn = _as_written(profile.quarter_turn) * _as_written(profile.angular_scale) * tempo / 60
-    length = velocity.x**2 + velocity.y**2 + velocity.z**2
-    return length * step**2, (velocity.yaw * turn) ** 2
+    linear, angular = (_as_written(scale) * tempo / 60 for scale in (profile.linear_scale, profile.angular_scale))
+    x, y, z, yaw = exactly(velocity, profile)
+    return (x**2 + y**2 + z**2) * linear**2, (yaw * angular) ** 2
+
+
+def exactly(velocity: Velocity, profile: Profile) -> list[Fraction]:
+    """Return a velocity in meters and radians per beat, exactly as the profile is written: 2 m and a step may be
+    equal."""
+    step, turn = _as_written(profile.step), _as_written(profile.quarter_turn)
+    degree = turn / 90 if profile.quarter_turn == math.pi / 2 else _as_written(DEGREE)
+    own = (step, step, step, turn)
+    return [in_si(each, one, turn, degree) for each, one in zip(velocity, own, strict=True)]
 
 
 @lru_cache(maxsize=100)

@@ -13,12 +13,14 @@ from typing import ClassVar
 
 from improv_core.score import fields
 from improv_core.score.bounds import UNBOUNDED, amplified, either, held, in_parallel, opened, sped_up
+from improv_core.score.measured import Measured, bound_of
 from improv_core.score.movement import (
     ENDLESS,
     STILL,
     Around,
     Duration,
     Exact,
+    Factors,
     InTurn,
     JsonForm,
     Lengths,
@@ -32,6 +34,7 @@ from improv_core.score.movement import (
     Velocity,
     Visit,
     all_by,
+    bits,
     exact,
     makes,
     require_end,
@@ -182,10 +185,10 @@ class Gain(Single, Through):
     In this language, all components of a gain have the same absolute value, so it scales every length equally.
     """
 
-    gain: Velocity
+    gain: Factors
 
     NAME = "gain"
-    FIELDS = (("gain", fields.VELOCITY),)
+    FIELDS = (("gain", fields.FACTORS),)
 
     def within(self, around: Around) -> Around:
         rate, gain, statement, sources = around
@@ -240,8 +243,15 @@ def one_by_one(
 @makes(Hold)
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
     """Return a constant velocity for `duration` beats, written at `span`."""
-    x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, held(x, y, z, yaw, float(duration)), velocity, span)
+    x, y, z, yaw = map(bound_of, velocity)
+    return Hold(duration, velocity, held(x, y, z, yaw, float(duration), _longest(velocity)), velocity, span)
+
+
+def _longest(velocity: Velocity) -> int:
+    """Return the most bits of a number that a program measures in a velocity."""
+    return max(
+        (bits(exact(Fraction(each))) for one in velocity if isinstance(one, Measured) for each in one), default=0
+    )
 
 
 def stand(duration: Exact) -> Movement:
@@ -327,7 +337,7 @@ def fit(body: Movement, beats: Exact) -> Movement:
 
 
 @makes(Gain)
-def gain(body: Movement, factors: Velocity) -> Movement:
+def gain(body: Movement, factors: Factors) -> Movement:
     """Return the same duration, with each component of the velocity multiplied."""
     if not (body.duration or body.open):
         return body

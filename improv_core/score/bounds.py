@@ -8,6 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 
+from improv_core.score.measured import Bound, Measured, larger, largest, units_in
 from improv_core.score.movement import (
     DIRECTIONS,
     LARGEST,
@@ -16,8 +17,8 @@ from improv_core.score.movement import (
     BodyWords,
     Bounds,
     Exact,
+    Factors,
     Peak,
-    Velocity,
     bits,
 )
 
@@ -29,8 +30,9 @@ MOST_FACTOR, LEAST_FACTOR = Fraction(10**300), Fraction(1, 10**300)
 
 
 @lru_cache(maxsize=10_000)
-def held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
-    return Bounds(_peak(x, y, z, yaw, shortest), 1, 0, 0, False, 0)
+def held(x: Bound, y: Bound, z: Bound, yaw: Bound, shortest: float, longest: int = 0) -> Bounds:
+    """Return the bounds of one velocity. `longest` is the number of bits of its numbers, if they are measured."""
+    return Bounds(_peak(x, y, z, yaw, shortest), 1, longest, 0, False, 0)
 
 
 def in_series(kinds: Iterable[Bounds]) -> Bounds:
@@ -57,10 +59,10 @@ def either(one: Bounds, other: Bounds) -> Bounds:
 
 def _either_peak(one: Peak, other: Peak) -> Peak:
     return _peak(
-        max(one.x, other.x),
-        max(one.y, other.y),
-        max(one.z, other.z),
-        max(one.yaw, other.yaw),
+        larger(one.x, other.x),
+        larger(one.y, other.y),
+        larger(one.z, other.z),
+        larger(one.yaw, other.yaw),
         min(one.shortest, other.shortest),
     )
 
@@ -130,7 +132,7 @@ def words_faster(words: BodyWords, rate: Exact) -> BodyWords:
 
 
 @lru_cache(maxsize=10_000)
-def amplified(bounds: Bounds, factors: Velocity) -> Bounds:
+def amplified(bounds: Bounds, factors: Factors) -> Bounds:
     peak = _times(bounds.peak, factors)
     longer = bounds.bits + max(bits(factor) for factor in factors)
     words = bounds.body
@@ -140,7 +142,7 @@ def amplified(bounds: Bounds, factors: Velocity) -> Bounds:
     return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open, words)
 
 
-def _times(peak: Peak, factors: Velocity) -> Peak:
+def _times(peak: Peak, factors: Factors) -> Peak:
     x, y, z, yaw = (_near(max(factor, -factor)) if factor else 0.0 for factor in factors)
     return _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
 
@@ -149,7 +151,7 @@ def _exchanged(asked: Asked) -> Asked:
     return asked._replace(mirrored=not asked.mirrored) if asked.part else asked
 
 
-def swaps_sides(gain: Velocity) -> bool:
+def swaps_sides(gain: Factors) -> bool:
     """Return whether a gain is that of `reflect YZ`."""
     return gain.y < 0 < gain.x
 
@@ -159,16 +161,21 @@ def under_part(bounds: Bounds, part: str) -> Bounds:
     """Return the bounds of a movement that a body part performs: the base stands."""
     peak, words = bounds.peak, bounds.body
     own = {Asked(part, False, each) for each in DIRECTIONS if getattr(peak, each)}
+    own |= {Asked(part, False, each, unit=unit) for each in DIRECTIONS for unit in units_in(getattr(peak, each))}
     inner = {each if each.part else each._replace(part=part) for each in words.asked}
     performed = BodyWords(frozenset({Asked(part), *own, *inner}), _either_peak(peak, words.peak))
     still = _peak(0.0, 0.0, 0.0, 0.0, peak.shortest)
     return replace(bounds, peak=still, body=performed)
 
 
+def is_measured(bounds: Bounds) -> bool:
+    """Return whether a program measures velocities of the base, or of body parts."""
+    return any(isinstance(each, Measured) for peak in (bounds.peak, bounds.body.peak) for each in peak)
+
+
 def is_too_fast(peak: Peak) -> bool:
     """Return whether a bound is so large that floats can't hold the results computed from it."""
-    x, y, z, yaw, shortest = peak
-    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
+    return any(largest(each) > LARGEST for each in peak[:4]) or peak.shortest < _SHORTEST
 
 
 _SHORTEST = 1 / LARGEST

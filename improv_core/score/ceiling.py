@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from improv_core.score.ramps import FASTEST_EASE
-from improv_core.score.score import Part, Score
+from improv_core.score.score import Part, Score, in_axes
 
 
 def ceiling(score: Score) -> tuple[str, float]:
@@ -27,7 +27,8 @@ def _asked(part: Part) -> Iterator[tuple[float, float]]:
     """Yield each limit of a robot, and the speed that a beat per second needs, in m/s and rad/s."""
     profile, peak = part.profile, part.movement.bounds.peak
     faster = float(FASTEST_EASE) if profile.smooth else 1.0
+    x, y, z, yaw = in_axes(peak[:4], profile)
     if profile.max_linear is not None:
-        yield profile.max_linear, math.hypot(peak.x, peak.y, peak.z) * profile.step * profile.linear_scale * faster
+        yield profile.max_linear, math.hypot(x, y, z) * profile.linear_scale * faster
     if profile.max_angular is not None:
-        yield profile.max_angular, peak.yaw * profile.quarter_turn * profile.angular_scale * faster
+        yield profile.max_angular, yaw * profile.angular_scale * faster

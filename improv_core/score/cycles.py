@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.score.algebra import Parallel, Repeat
+from improv_core.score.measured import in_si
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, NOTHING_AROUND, Exact, InTurn, Movement, Through
 from improv_core.score.path import MOST_MEASURED_LIVE, common_multiple, displacement
@@ -98,8 +99,10 @@ def _circle(part: Part, begins: Exact) -> Exact | None:
     velocity = next(walk(part.movement, begins)).velocity
     if not (velocity.x or velocity.y or velocity.z):
         return 0  # a disc that turns stays as it is
-    is_exact = part.profile.quarter_turn == math.pi / 2
-    return abs(4 / Fraction(velocity.yaw)) if velocity.yaw and not velocity.z and is_exact else None
+    turn = Fraction(90 if part.profile.quarter_turn == math.pi / 2 else 0)
+    degrees = in_si(velocity.yaw, turn, turn, Fraction(1))  # whole degrees have an exact sum, radians don't
+    is_exact = turn or not in_si(velocity.yaw, Fraction(1), Fraction(1), Fraction(0))
+    return abs(360 / degrees) if degrees and not velocity.z and is_exact else None
 
 
 def _is_origin(pose: Pose) -> bool:

@@ -9,7 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from improv_core.score.fits import read
-from improv_core.score.movement import MOST_THROWS, Exact, JsonForm, Velocity, exact
+from improv_core.score.measured import Component, Measured
+from improv_core.score.movement import MOST_THROWS, Exact, Factors, JsonForm, Velocity, exact
 from improv_core.text import Span
 
 _FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
@@ -43,6 +44,15 @@ def _read_as(hint: Any) -> JsonForm:
     return JsonForm(lambda value: value, lambda value: read(value, hint))
 
 
+def _component(value: Component) -> Any:
+    """Return a component for JSON: a number, or a list of the coefficients of one that is measured."""
+    return [written(exact(Fraction(each))) for each in value] if isinstance(value, Measured) else written(value)
+
+
+def _read_component(value: Any) -> Component:
+    return Measured(*map(read_exact, value)) * 1 if isinstance(value, list) else read_exact(value)
+
+
 def _count(value: object) -> int:
     if type(value) is not int or not 0 <= value <= MOST_THROWS:
         raise ValueError("a count is wrong")
@@ -62,7 +72,8 @@ NUMBER = JsonForm(written, read_exact)
 FRACTION = JsonForm(str, lambda value: Fraction(read_exact(value)))
 RATE = JsonForm(str, lambda value: Fraction(above_zero(value)))
 BEATS = JsonForm(written, above_zero)
-VELOCITY = JsonForm(lambda value: list(map(written, value)), lambda value: Velocity(*map(read_exact, value)))
+FACTORS = JsonForm(lambda value: list(map(written, value)), lambda value: Factors(*map(read_exact, value)))
+VELOCITY = JsonForm(lambda value: list(map(_component, value)), lambda value: Velocity(*map(_read_component, value)))
 COUNT = JsonForm(lambda value: value, _count)
 TIMES = JsonForm(lambda value: value, lambda value: None if value is None else _count(value))
 TEXT, TRUTH, STATEMENT = map(_read_as, (str, bool, int))

@@ -10,8 +10,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from improv_core.score.algebra import Parallel
-from improv_core.score.body import Body, BodyPart, Joint
+from improv_core.score.body import Body, BodyPart, Drive, Joint
 from improv_core.score.budget import Budget
+from improv_core.score.measured import DEGREE, Component, Measured
 from improv_core.score.movement import STILL, Duration, Movement, Velocity
 from improv_core.score.path import Outcomes, PlayedPart
 from improv_core.score.projection import Reach, project
@@ -27,8 +28,16 @@ DEEPEST = 50
 
 
 @lru_cache(maxsize=1_000)  # the same few, again and again, when joints must not be late
-def _per_second(steps: Fraction | int, tempo: Fraction) -> float:
-    return float(steps * tempo / 60)
+def _per_second(component: Component, drive: Drive, tempo: Fraction) -> float:
+    return _driven(component * (tempo / 60), drive)
+
+
+def _driven(component: Component, drive: Drive) -> float:
+    """Return a component of a velocity in radians or meters of its joint. Measures go in the direction's own sense."""
+    if not isinstance(component, Measured):
+        return float(component) * drive.per_step
+    measured = component.si(0.0, 0.0, DEGREE)
+    return float(component.steps) * drive.per_step + (measured if drive.per_step > 0 else -measured)
 
 
 class JointMotion(NamedTuple):
@@ -63,11 +72,11 @@ class Limb:
     def velocities(self, velocity: Velocity) -> Mapping[str, float]:
         """Return the speeds that a velocity in steps per beat asks of its joints, in rad/s or m/s."""
         return {
-            drive.joint: self._speed(getattr(velocity, drive.direction), drive.per_step) for drive in self.part.drives
+            drive.joint: _per_second(component, drive, self.tempo)
+            if (component := getattr(velocity, drive.direction))
+            else 0.0
+            for drive in self.part.drives
         }
-
-    def _speed(self, steps: Fraction | int, per_step: float) -> float:
-        return _per_second(steps, self.tempo) * per_step if steps else 0.0
 
     def move(self, velocities: Mapping[str, float], beats: Fraction | int) -> None:
         """Move the joints for some beats. Each stops at its limits, and continues from there."""
@@ -197,9 +206,13 @@ class JointOutcomes(Outcomes[_AllTurned]):
         return super().walked(played, until)
 
     def _turned(self, velocity: Velocity, beats: float) -> _AllTurned:
-        steps = ((drive, float(getattr(velocity, drive.direction))) for drive in self._part.drives)
-        moved = ((drive.joint, each * drive.per_step * beats) for drive, each in steps if each)
-        return _AllTurned({name: _Turned(1.0, added, *self._range(name)) for name, added in moved})
+        moved = ((drive, each) for drive in self._part.drives if (each := getattr(velocity, drive.direction)))
+        return _AllTurned(
+            {
+                drive.joint: _Turned(1.0, _driven(each, drive) * beats, *self._range(drive.joint))
+                for drive, each in moved
+            }
+        )
 
     def _reached(self, pose: Reach, share: float) -> _AllTurned:
         turned = {}

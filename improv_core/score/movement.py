@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
+from improv_core.score.measured import Bound, Component
 from improv_core.score.throws import Dice, T
 from improv_core.text import Span
 
@@ -26,32 +27,47 @@ NORMAL = Fraction(1)
 """The rate of a movement without Pace. It is a Fraction, because dividing two ints gives a float."""
 
 
-class Velocity(NamedTuple):
-    """Forward, left, and up in steps per beat; yaw in quarter turns per beat, counterclockwise."""
+class Factors(NamedTuple):
+    """The factors by which the components of velocities are multiplied."""
 
-    x: Exact = 0
-    y: Exact = 0
-    z: Exact = 0
-    yaw: Exact = 0
+    x: Exact = 1
+    y: Exact = 1
+    z: Exact = 1
+    yaw: Exact = 1
+
+    def times(self, other: Factors) -> Factors:
+        if other is SAME:
+            return self
+        return Factors(self.x * other.x, self.y * other.y, self.z * other.z, self.yaw * other.yaw)
+
+
+class Velocity(NamedTuple):
+    """Forward, left, and up in steps per beat; yaw in quarter turns per beat, counterclockwise; unless they are
+    `Measured`."""
+
+    x: Component = 0
+    y: Component = 0
+    z: Component = 0
+    yaw: Component = 0
 
     def plus(self, other: Velocity) -> Velocity:
         return Velocity(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
 
-    def times(self, other: Velocity) -> Velocity:
-        """Return each component times the same component of `other`. Most are zero and need no arithmetic."""
-        if other is SAME:
+    def times(self, factors: Factors) -> Velocity:
+        """Return each component times its factor. Most are zero and need no arithmetic."""
+        if factors is SAME:
             return self
         return Velocity(
-            self.x and self.x * other.x,
-            self.y and self.y * other.y,
-            self.z and self.z * other.z,
-            self.yaw and self.yaw * other.yaw,
+            self.x and self.x * factors.x,
+            self.y and self.y * factors.y,
+            self.z and self.z * factors.z,
+            self.yaw and self.yaw * factors.yaw,
         )
 
 
 STILL = Velocity()
-SAME = Velocity(1, 1, 1, 1)
-SILENT = Velocity(0, 0, 0, 0)
+SAME = Factors()
+SILENT = Factors(0, 0, 0, 0)
 """The gain of a movement that stands still."""
 DIRECTIONS = Velocity._fields
 
@@ -93,18 +109,18 @@ def brief(number: Exact) -> Exact:
     return number if bits(number) <= LONGEST_WRITTEN else exact(Fraction(number).limit_denominator(FINEST))
 
 
-def all_by(factor: Exact) -> Velocity:
+def all_by(factor: Exact) -> Factors:
     """Return the gain that multiplies every component by `factor`."""
-    return Velocity(factor, factor, factor, factor)
+    return Factors(factor, factor, factor, factor)
 
 
 class Peak(NamedTuple):
-    """Bounds: the largest absolute components of the velocity, and the shortest item in beats."""
+    """Bounds: the largest absolute components of the velocity, per beat, and the shortest item in beats."""
 
-    x: float
-    y: float
-    z: float
-    yaw: float
+    x: Bound
+    y: Bound
+    z: Bound
+    yaw: Bound
     shortest: float
 
 
@@ -112,13 +128,15 @@ class Asked(NamedTuple):
     """A word for a body part: a direction, which is a component of the velocity, or a pose; neither if it is the word
     for the part itself.
 
-    `part` is "" under no part. It is `mirrored` in an odd number of reflections that swap left and right.
+    `part` is "" under no part. It is `mirrored` in an odd number of reflections that swap left and right. A direction
+    that a program measures is also listed with each kind of `unit`, a field of `Measured`.
     """
 
     part: str
     mirrored: bool = False
     direction: str = ""
     pose: str = ""
+    unit: str = ""
 
 
 class BodyWords(NamedTuple):
@@ -184,7 +202,7 @@ class Around(NamedTuple):
     """The context of a part that plays: its rate and gain, the statement it is written in, and the words around it."""
 
     rate: Fraction = NORMAL
-    gain: Velocity = SAME
+    gain: Factors = SAME
     statement: int = NOWHERE
     sources: tuple[Source, ...] = ()
 

@@ -19,6 +19,7 @@ from improv_core.score.movement import (
     SAME,
     Duration,
     Exact,
+    Factors,
     InTurn,
     Movement,
     Piecewise,
@@ -52,7 +53,7 @@ class PlayedPart(NamedTuple):
     """A part of a movement as it plays: with its velocities multiplied, perhaps backward, and with its dice if any."""
 
     movement: Movement
-    gain: Velocity
+    gain: Factors
     backward: bool
     dice: Dice | None
 
@@ -74,28 +75,28 @@ class PlayedPart(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """The length of a path in steps, and its total turn in quarter turns, positive to the left."""
+    """The length of a path in meters, and its total turn in radians, positive to the left."""
 
-    steps: float
-    turns: float
+    length: float
+    turn: float
 
     def then(self, other: Extent) -> Extent:
-        return Extent(self.steps + other.steps, self.turns + other.turns)
+        return Extent(self.length + other.length, self.turn + other.turn)
 
 
-def extent(movement: Movement) -> Extent | None:
-    """Return a movement's extent; None if it is endless, or like `pose_at`."""
-    outcomes = Outcomes(Extent(0.0, 0.0), _stretch)
+def extent(movement: Movement, profile: Profile) -> Extent | None:
+    """Return a movement's extent for a robot; None if it is endless, or like `pose_at`."""
+
+    def stretch(velocity: Velocity, beats: float) -> Extent:
+        moving = twist(velocity, profile, A_BEAT_A_SECOND)
+        return Extent(math.hypot(moving.x, moving.y, moving.z) * beats, moving.yaw * beats)
+
+    outcomes = Outcomes(Extent(0.0, 0.0), stretch)
     try:
         whole = Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
         return None if movement.duration == ENDLESS else outcomes.until(movement, movement.duration, whole)
     except TooLongError:
         return None
-
-
-def _stretch(velocity: Velocity, beats: float) -> Extent:
-    x, y, z, yaw = map(float, velocity)
-    return Extent(math.hypot(x, y, z) * beats, yaw * beats)
 
 
 def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> Pose | None:
@@ -176,7 +177,7 @@ class Outcomes(Generic[M]):
 
     def __init__(self, nothing: M, held: Callable[[Velocity, float], M]) -> None:
         self._nothing, self._held = nothing, held
-        self._known: dict[tuple[int, Velocity, bool], M] = {}  # by movements that live as long as this
+        self._known: dict[tuple[int, Factors, bool], M] = {}  # by movements that live as long as this
         self._budget = Budget(0)
 
     def until(self, movement: Movement, beats: Duration, budget: Budget) -> M:
@@ -291,7 +292,7 @@ def _split(
     return done, inner, until
 
 
-def _key(played: PlayedPart) -> tuple[int, Velocity, bool]:
+def _key(played: PlayedPart) -> tuple[int, Factors, bool]:
     return id(played.movement), played.gain, played.backward
 
 

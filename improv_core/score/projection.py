@@ -11,7 +11,7 @@ from improv_core.score.algebra import STANDING, FromStatement, Gain, Hold, from_
 from improv_core.score.body import START, Body
 from improv_core.score.bounds import held, swaps_sides
 from improv_core.score.by_part import ByPart, ToPose
-from improv_core.score.movement import Duration, Exact, Movement, Through, Velocity, Visit, exact
+from improv_core.score.movement import Duration, Exact, Factors, Movement, Through, Velocity, Visit, exact
 from improv_core.score.reactions import Reaction
 from improv_core.score.throws import Dice
 from improv_core.score.traversal import inner_first
@@ -63,7 +63,7 @@ class _Under(NamedTuple):
     flipped_outside: bool = False
 
 
-_MIRROR = Velocity(1, -1, 1, -1)
+_MIRROR = Factors(y=-1, yaw=-1)
 _At = tuple[Movement, _Under]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,6 +13,7 @@ from typing import Literal
 
 from improv_core.score import world as worlds
 from improv_core.score.faults import FaultRules
+from improv_core.score.measured import DEGREE, Component, in_si
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact, Movement, Velocity
 from improv_core.score.music import Music
@@ -283,8 +284,14 @@ class Score:
 def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     """Return a velocity in SI units: steps per beat times meters per step times beats per second."""
     per_second = tempo / 60
-    x, y, z, yaw = (float(value * per_second) if value else 0.0 for value in velocity)
-    return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
+    return Twist(*in_axes([each and each * per_second for each in velocity], profile))
+
+
+def in_axes(components: Iterable[Component | float], profile: Profile) -> list[float]:
+    """Return the components of a velocity, or their bounds, in meters and radians."""
+    step, turn = profile.step, profile.quarter_turn
+    units = (step, step, step, turn)
+    return [in_si(each, own, turn, DEGREE) if each else 0.0 for each, own in zip(components, units, strict=True)]
 
 
 def in_namespace(topic: str, namespace: str) -> str:

@@ -15,6 +15,7 @@ from improv_core.syntax.nodes import (
     Call,
     Choice,
     Condition,
+    MeasuredWord,
     Missing,
     Name,
     Node,
@@ -89,6 +90,8 @@ def number_of(factors: Sequence[Token]) -> Number:
 _END = "$END"
 _AFTER_LAST = Token(_END, "", 0, 0)
 _FACTORS = frozenset({"NUMBER", "PARAM"})
+_BEHIND_WORDS = frozenset({*_FACTORS, "RADIUS"})
+_MEASURES = ("UNIT",)
 _NUMBERS = {"REPEAT": 1, "FACTOR": 1, "RAMP": 2}
 
 
@@ -144,7 +147,8 @@ class _Descent:
         kind, text, start, end = token
         self.next = next(self._rest)
         if kind == "PRIMITIVE":
-            return _primitive(text, start, end)
+            word = _primitive(text, start, end)
+            return word if self.next.type not in _BEHIND_WORDS else self._measured(word)
         if kind == "NAME":
             name = Name(span(start, end), text)
             if self.next.type not in _FACTORS:
@@ -182,10 +186,24 @@ class _Descent:
         body = self.term()
         return Apply(span(start, body.span.end), token, body, numbers, plane, guard)
 
-    def number(self) -> Number:
+    def _measured(self, word: Primitive) -> MeasuredWord:
+        measure = self.number(_MEASURES) if self.next.type in _FACTORS else None
+        radius = None
+        if self.next.type == "RADIUS":
+            self.next = next(self._rest)
+            radius = self.number(_MEASURES)
+        last = radius or measure
+        assert last
+        return MeasuredWord(span(word.span.start, last.span.end), word, measure, radius)
+
+    def number(self, units: Collection[str] = ()) -> Number:
         factors = [self.take(_FACTORS)]
-        while self.next.type == "OPERATOR":
-            factors += [self.take(("OPERATOR",)), self.take(_FACTORS)]
+        while self.next.type == "OPERATOR" or self.next.type in units:
+            factors.append(self.take(("OPERATOR", "UNIT")))
+            if factors[-1].type == "OPERATOR":
+                factors.append(self.take(_FACTORS))
+            elif factors[-2].type != "NUMBER":
+                raise _UnexpectedError
         return number_of(factors)
 
     def condition(self) -> Condition:

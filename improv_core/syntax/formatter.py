@@ -15,7 +15,7 @@ from improv_core.diagnostics import Edit, Severity
 from improv_core.syntax.characters import COMMENT, HASHES, usual
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.nodes import OfKind
+from improv_core.syntax.nodes import OfKind, Statement
 from improv_core.syntax.parser import LONGEST_KEPT, parse_statement
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import TRANSFORMERS
@@ -26,7 +26,7 @@ WIDTH = 100
 
 INDENT = "  "
 _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
-_IN_NUMBERS = ("NUMBER", "PARAM", "OPERATOR")
+_IN_NUMBERS = ("NUMBER", "PARAM", "OPERATOR", "UNIT", "RADIUS")
 _LEADS = frozenset({*(kind.value for kind in TRANSFORMERS), "IF", "ELSE", "NOT", "SENSE", "PLANE"})
 """Kinds of tokens that a term may start with, besides the numbers of a transformer."""
 _COMMENT = re.compile(COMMENT)
@@ -97,10 +97,10 @@ def _lines(source: str) -> Sequence[str] | None:
     if source.startswith(tuple(HASHES)):
         return ["#" + source[1:]]
     statement = parse_statement(source)
-    if any(diagnostic.severity is Severity.ERROR for diagnostic in statement.diagnostics):
+    if _is_wrong(statement) and (not statement.as_names or _is_wrong(statement := statement.as_names)):
         return None
-    numbers = {each.name for each in statement.parameters if each.is_number}
-    tokens = classified(lex(source), numbers)
+    words = {token.start: token for token in statement.words}
+    tokens = [words.get(token.start, token) for token in classified(lex(source), statement.parameters, True)]
     if isinstance(statement.opening, OfKind):  # its profile may have several
         profile = statement.opening.profile
         tokens = [*(token for token in tokens if token.end <= profile.start), profile]
@@ -108,6 +108,10 @@ def _lines(source: str) -> Sequence[str] | None:
         (place for place, token in enumerate(tokens) if statement.sign and token.start == statement.sign.start), 0
     )
     return _broken(_flat(source, tokens, sign))
+
+
+def _is_wrong(statement: Statement) -> bool:
+    return any(diagnostic.severity is Severity.ERROR for diagnostic in statement.diagnostics)
 
 
 _cached_lines = lru_cache(maxsize=20_000)(_lines)  # most statements stay the same between two saves
@@ -182,6 +186,7 @@ def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
             or last.type in _OPENERS
             or token.type in _CLOSERS
             or "OPERATOR" in (last.type, token.type)
+            or token.type == "UNIT"
         ):
             line += " "
         starts.append(len(line))
@@ -208,11 +213,11 @@ def _written(source: str, token: Token) -> str:
 
 def _glued(tokens: Sequence[Token]) -> frozenset[int]:
     found = set()
-    after_name = False  # the numbers of a name end its term, and those of a transformer don't
+    after_name = False  # the numbers of a name or a primitive end its term, and those of a transformer don't
     for index, token in enumerate(tokens[:-1]):
         number_follows = tokens[index + 1].type in _IN_NUMBERS
         if token.type not in _IN_NUMBERS:
-            after_name = token.type == "NAME"
+            after_name = token.type in ("NAME", "PRIMITIVE")
         if token.type in _LEADS or (number_follows if after_name else token.type in _IN_NUMBERS):
             found.add(index)
     return frozenset(found)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
@@ -12,9 +13,11 @@ from improv_core.syntax.characters import is_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.slips import without_separators, without_sign, without_tempo
+from improv_core.syntax.vocabulary import RADIUS, UNITS
 from improv_core.text import Span
 
 _BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
+_IN_MEASURES = frozenset({"NUMBER", "PARAM", "OPERATOR", "UNIT"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +32,6 @@ class Head:
     parameters: tuple[Parameter, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     declared: Span | None = None
-
-    @property
-    def numbers(self) -> Collection[str]:
-        """Names of the parameters that are numbers."""
-        return {each.name for each in self.parameters if each.is_number}
 
     def of_other_kind(self, name: str) -> tuple[Fix, ...]:
         """Return the fix that makes a number of a parameter that is a movement, or the reverse."""
@@ -67,20 +65,42 @@ def sign_of(tokens: Sequence[Token]) -> Token | None:
     return tokens[0] if tokens and tokens[0].type == "BEAT" else None
 
 
-def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]:
-    """Classify the names in a movement by their place: senses (SENSE) after words that take one, and the parameters in
-    `numbers` (PARAM)."""
+def classified(tokens: Sequence[Token], parameters: Sequence[Parameter], hides_radius: bool = False) -> list[Token]:
+    """Classify the names in a movement by their place: senses (SENSE) after words that take one, `parameters` that are
+    numbers (PARAM), units (UNIT) directly behind numbers of measures, and `radius` (RADIUS) behind primitives, unless
+    another meaning `hides_radius`."""
+    numbers = {each.name for each in parameters if each.is_number}
+    hides_radius = hides_radius or any(each.name == RADIUS for each in parameters)
     found: list[Token] = []
-    before = ""
+    before, end = "", 0
+    is_measure = may_turn = False  # whether this may belong to a measure, and `radius` may follow
     for token in tokens:
-        if token.type == "NAME":
+        kind, text = token.type, token.text
+        if kind == "NAME":
             if before in _BEFORE_SENSES:
-                token = token._replace(type="SENSE")
-            elif token.text in numbers:
-                token = token._replace(type="PARAM")
-        found.append(token)
-        before = token.type
+                kind = "SENSE"
+            elif text in numbers:
+                kind = "PARAM"
+            elif is_measure and before == "NUMBER" and text in UNITS and token.start == end:
+                kind = "UNIT"
+            elif may_turn and text == RADIUS and before != "OPERATOR" and not hides_radius:
+                kind = "RADIUS"
+        elif is_measure and before == "NUMBER" and text in UNITS and token.start == end:
+            kind = "UNIT"
+        found.append(token if kind == token.type else token._replace(type=kind))
+        is_first = kind in ("PRIMITIVE", "RADIUS")
+        is_measure = is_first or (is_measure and kind in _IN_MEASURES)
+        may_turn = kind == "PRIMITIVE" or (may_turn and kind in _IN_MEASURES)
+        before, end = kind, token.end
     return found
+
+
+def has_measures(tokens: Sequence[Token]) -> bool:
+    """Return whether a number, or `radius`, is behind a primitive."""
+    return any(
+        one.type == "PRIMITIVE" and (other.type in ("NUMBER", "PARAM") or other.text == RADIUS)
+        for one, other in pairwise(tokens)
+    )
 
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:

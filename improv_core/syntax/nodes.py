@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -25,6 +25,20 @@ class Primitive:
 
 
 @dataclass(frozen=True, slots=True)
+class MeasuredWord:
+    """A primitive with its measure, and with the radius of the circle along which it drives, if it has one."""
+
+    span: Span
+    primitive: Primitive
+    measure: Number | None
+    radius: Number | None
+
+    @property
+    def word(self) -> Word:
+        return self.primitive.word
+
+
+@dataclass(frozen=True, slots=True)
 class Name:
     span: Span
     text: str
@@ -32,7 +46,8 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them.
+    """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them, and
+    the units of a measure.
 
     `text` is without spaces. If the number is missing, its only factor has no text, and the parser has reported it.
     """
@@ -44,6 +59,14 @@ class Number:
     @property
     def parameters(self) -> Iterator[Token]:
         return (token for token in self.tokens if token.type == "PARAM")
+
+    @property
+    def is_signed(self) -> bool:
+        return any(token.text[:1] in ("+", "-") for token in self.tokens)
+
+    @property
+    def units(self) -> Sequence[Token]:
+        return [token for token in self.tokens if token.type == "UNIT"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +163,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class AtPoint:
-    """`at x y facing d`: in meters and degrees."""
+    """`at x y facing d`: in meters and degrees, unless they have units."""
 
     x: Number
     y: Number
@@ -181,7 +204,20 @@ class BarLength:
 
 OpeningNode: TypeAlias = AtPoint | InFormation | OfKind | FloorSize | BarLength
 
-Node: TypeAlias = Primitive | Name | Call | Missing | Series | Parallel | Bracket | Apply | Choice | PartTerm | PoseTerm
+Node: TypeAlias = (
+    Primitive
+    | MeasuredWord
+    | Name
+    | Call
+    | Missing
+    | Series
+    | Parallel
+    | Bracket
+    | Apply
+    | Choice
+    | PartTerm
+    | PoseTerm
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,10 +239,11 @@ class Statement:
     `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene, or
     the `at`, `is`, `room`, or `bar` of a line of the opening; None if it has none. `heads` are the names before the
     sign (after `---`), and `parameters` those of a phrase. `body` is the movement before `gather` has given names their
-    movements, `number` the tempo, and `opening` the node of a line of the opening. `words` are the words of that line
-    that are names elsewhere. `defines` is the name that it defines, if that name is allowed. `uses` are the names in
-    the movement that are not parameters, each once. The flags are set if it contains `||`, a word that means something
-    else for each robot, a condition, or numbers after a name.
+    movements, `number` the tempo, and `opening` the node of a line of the opening. `words` are its words that are names
+    elsewhere: those of that line, units, and `radius`. `defines` is the name that it defines, if that name is allowed.
+    `uses` are the names in the movement that are not parameters, each once. The flags are set if it contains `||`, a
+    word that means something else for each robot, a condition, numbers after a name, or measures. `as_names` is the
+    same text as it is read where `radius` is a name, if that may be another program; both have the `uses` of either.
     """
 
     text: str
@@ -221,9 +258,11 @@ class Statement:
     by_robot: bool = False
     has_senses: bool = False
     has_arguments: bool = False
+    has_measures: bool = False
     parameters: tuple[Parameter, ...] = ()
     opening: OpeningNode | None = None
     words: tuple[Token, ...] = ()
+    as_names: Statement | None = None
 
     @property
     def kind(self) -> str:
@@ -284,6 +323,8 @@ def names(node: Node) -> Iterator[Name]:
 
 def numbers(node: Node) -> tuple[Number, ...]:
     """Return the numbers that belong to a node itself."""
+    if isinstance(node, MeasuredWord):
+        return tuple([each for each in (node.measure, node.radius) if each])
     return node.numbers if isinstance(node, (Apply, Call)) else ()
 
 

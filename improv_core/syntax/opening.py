@@ -16,6 +16,7 @@ from improv_core.syntax.heads import joined_touching, robots_head
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode, Statement
 from improv_core.syntax.slips import closest
+from improv_core.syntax.vocabulary import UNITS
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
@@ -120,9 +121,9 @@ def _read(
 class _WrongError(Exception):
     """An error in a line of the opening."""
 
-    def __init__(self, span: Span, message: str, fixes: tuple[Fix, ...] = ()) -> None:
+    def __init__(self, span: Span, message: str, fixes: tuple[Fix, ...] = (), code: str = "syntax") -> None:
         super().__init__(message)
-        self.diagnostic = Diagnostic("syntax", span, message, fixes)
+        self.diagnostic = Diagnostic(code, span, message, fixes)
 
 
 class _Reader:
@@ -167,7 +168,8 @@ class _Reader:
         facing = None
         if self._next and self._next.text == "facing":
             self._word()
-            facing = self._number("write degrees after `facing`, counterclockwise from the x axis: `facing 90`", "0")
+            expected = "write degrees after `facing`, counterclockwise from the x axis: `facing 90`"
+            facing = self._number(expected, "0", field="degrees")
         if len(self._heads) > 1:
             raise self._too_many(x, y, facing)
         return AtPoint(x, y, facing)
@@ -227,20 +229,24 @@ class _Reader:
         return FloorSize(width, self._number(example, width.text, signed=False))
 
     def _bar(self) -> BarLength:
-        return BarLength(self._number("write the beats of a bar: `bar 3`", "3", signed=False))
+        return BarLength(self._number("write the beats of a bar: `bar 3`", "3", signed=False, field=""))
 
     def _point(self, example: str) -> tuple[Number, Number]:
         x = self._number(example, "0 0")
         self._no_comma()
         return x, self._number(example, "0")
 
-    def _number(self, expected: str, usual: str, *, signed: bool = True) -> Number:
-        """Read the next number. If there is none, the error asks for `expected`, and a fix writes the `usual` one."""
+    def _number(self, expected: str, usual: str, *, signed: bool = True, field: str = "meters") -> Number:
+        """Read the next number. If there is none, the error asks for `expected`, and a fix writes the `usual` one.
+
+        One of its literals may have a unit of this `field` of measures.
+        """
         found = self._next
         if found is None or found.type != "NUMBER":
             raise self._expected(expected, usual)
         factors = [found]
         self._place += 1
+        self._unit(factors, field)
         while (operator := self._next) and operator.type == "OPERATOR":
             self._place += 1
             factor = self._next
@@ -250,11 +256,31 @@ class _Reader:
                 raise _WrongError(factor.span, "write a sign before the first number only")
             factors += [operator, factor]
             self._place += 1
+            self._unit(factors, field)
         if not signed and found.text[0] in "+-":
             plain = found.text[1:]
             message = f"write `{plain}` without a sign: this number is above 0"
             raise _WrongError(found.span, message, replace(f"Change to {plain}", found.span, plain))
         return number_of(factors)
+
+    def _unit(self, factors: list[Token], field: str) -> None:
+        """Read the unit directly behind the last number, if there is one."""
+        unit = self._next
+        if not unit or unit.text not in UNITS or not field:
+            return
+        if unit.start > factors[-1].end:
+            gap = Span(factors[-1].end, unit.start)
+            measure = factors[-1].text + unit.text
+            message = f"write the unit directly behind the number: `{measure}`"
+            raise _WrongError(unit.span, message, replace(f"Change to {measure}", gap, ""))
+        if UNITS[unit.text].field != field:
+            wanted = "an angle, such as `90deg`" if field == "degrees" else "a length, such as `50cm`"
+            raise _WrongError(Span(factors[0].start, unit.end), f"this takes {wanted}", code="wrong-measure")
+        if any(each.type == "UNIT" for each in factors):
+            raise _WrongError(unit.span, f"a measure has one unit: remove `{unit.text}`", code="wrong-measure")
+        factors.append(unit._replace(type="UNIT"))
+        self.words.append(factors[-1])
+        self._place += 1
 
     def _word(self) -> Token:
         token = self._next

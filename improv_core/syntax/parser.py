@@ -13,7 +13,7 @@ from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import SEPARATORS
 from improv_core.syntax.derivation import Leaf, repair
 from improv_core.syntax.descent import TooDeepError, descend, descend_tempo
-from improv_core.syntax.heads import Head, classified, split_head
+from improv_core.syntax.heads import Head, classified, has_measures, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
 from improv_core.syntax.opening import opening_line
@@ -67,6 +67,15 @@ _KEPT = Kept(MOST_KEPT)
 
 
 def _parsed(text: str) -> Statement:
+    found = _read(text)
+    if not any(word.type == "RADIUS" for word in found.words):
+        return found
+    other = _read(text, hides_radius=True)
+    uses = tuple(dict.fromkeys([*found.uses, *other.uses]))
+    return dataclasses.replace(found, uses=uses, as_names=dataclasses.replace(other, uses=uses))
+
+
+def _read(text: str, hides_radius: bool = False) -> Statement:
     if len(text) > LONGEST:
         message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
@@ -79,8 +88,8 @@ def _parsed(text: str) -> Statement:
     strange = wrong_character(text, tokens, _is_right) if is_strange else None
     if is_opening and (line := opening_line(text, tokens)):
         return dataclasses.replace(line, diagnostics=(strange,), opening=None) if strange else line
-    if head.parameters or "GUARD" in types or "IF" in types:
-        rest = classified(rest, head.numbers)
+    if head.parameters or "GUARD" in types or "IF" in types or ("PRIMITIVE" in types and has_measures(rest)):
+        rest = classified(rest, head.parameters, hides_radius)
         types = {token.type for token in rest}
     sign, diagnostics = head.sign, list(head.diagnostics)
     try:
@@ -111,10 +120,14 @@ def _parsed(text: str) -> Statement:
         not types.isdisjoint(_BY_ROBOT.values()) and any(token.text in _BY_ROBOT for token in rest),
         "SENSE" in types,
         "NAME" in types and not types.isdisjoint(("NUMBER", "PARAM")) and _has_arguments(rest),
+        not types.isdisjoint(_OF_MEASURES) and has_measures(rest),
         head.parameters,
+        words=tuple([token for token in rest if token.type in _ELSEWHERE_NAMES]) if types & _ELSEWHERE_NAMES else (),
     )
 
 
+_OF_MEASURES = frozenset({"NUMBER", "PARAM", "RADIUS"})
+_ELSEWHERE_NAMES = frozenset({"UNIT", "RADIUS"})
 _BY_ROBOT = {text: word.kind.value for text, word in WORDS.items() if word.by_robot}
 
 

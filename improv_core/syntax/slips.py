@@ -46,9 +46,8 @@ _SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
-_TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
 _FEWEST_DEGREES = 10
-_OPPOSITES = {
+OPPOSITES = {
     word: other
     for word, velocity in PRIMITIVES.items()
     for other, opposite in PRIMITIVES.items()
@@ -208,7 +207,7 @@ def is_between(heads: Sequence[Token], token: Token) -> bool:
 
 
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """Return the error about a number without its word, as in `forward 2` or `2 forward`; None if this is none."""
+    """Return the error about a number without its word, as in `(forward) 2` or `2 forward`; None if this is none."""
     end = _end_of_number(tokens, at)
     if end == at or tokens[at].type != "NUMBER":
         return None
@@ -222,9 +221,7 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         return Diagnostic("syntax", span, message)
     after = tokens[end] if end < len(tokens) and tokens[end].start == span.end else None
     if after and after.type == "STRAY":
-        if after.text != "°" or not before or before.text not in _TURNS:
-            return None
-        span = Span(span.start, after.end)
+        return None
     start = _start_of_term(tokens, at - 1)
     if start is not None:
         last = tokens[at - 1]
@@ -268,8 +265,6 @@ def number_first(
     message = f"write {' or '.join(f'`{title}`' for title in shown)}"
     if gone.end > term.start and any(way.before and way.before[-1] != "retrograde" for way in ways):
         message += ": the number comes first"
-    elif ways[0].turns:
-        message += f": it turns by {ways[0].turns}°"
     fixes = [
         Fix(f"Change to {title}", _edits(way, term, gone), guess=way.drops)
         for title, way in zip(shown, ways, strict=True)
@@ -288,12 +283,10 @@ _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 class _Reading(NamedTuple):
     """A likely meaning of a term and a number: words `before` the term, and a `word` that replaces it, if needed.
-    `turns` are the degrees of that word if the number gave them. Then, and for 1 or 0, the reading `drops` the
-    number."""
+    For 1 or 0, the reading `drops` the number."""
 
     before: tuple[str, ...]
     word: str | None = None
-    turns: int = 0
     drops: bool = False
 
 
@@ -306,12 +299,13 @@ def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Read
         if value >= 1 and value.denominator == 1:
             yield _Reading((number,))
         return
-    if word in _TURNS and value.denominator == 1 and abs(value) >= _FEWEST_DEGREES:  # nobody means ten quarter turns
-        yield from _turns(value, word)
+    if word in _TURNING and abs(value) >= _FEWEST_DEGREES:  # nobody means ten quarter turns
+        side = word if value > 0 else OPPOSITES[word]
+        yield _Reading((), f"{side.removeprefix('half')} {number.lstrip('+-')}deg")
         return
     meant, back = word, tuple[str, ...]()
     if value < 0:
-        meant = _OPPOSITES.get(word or "")
+        meant = OPPOSITES.get(word or "")
         back = () if meant else ("retrograde",)
         number = number.removeprefix("-") if _value(number.removeprefix("-")) == -value else str(-value)
     if not value:
@@ -326,23 +320,6 @@ def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Read
         yield _Reading(("repeat", number, *back), changed)
     if word != "rest":
         yield _Reading(("scale", number, *back), changed)
-
-
-def _turns(degrees: Fraction, word: str) -> Iterator[_Reading]:
-    """Yield the words that turn by so many degrees in the direction of `word`."""
-    left = (degrees > 0) == (word in ("left", "halfleft"))
-    quarter, half = ("left", "halfleft") if left else ("right", "halfright")
-    degrees = abs(degrees)
-    for turn in (quarter, half):
-        if degrees == _TURNS[turn]:
-            yield _Reading((), turn, _TURNS[turn], drops=True)
-            return
-    if degrees % _TURNS[quarter] == 0:
-        times = str(degrees / _TURNS[quarter])
-        yield _Reading(("repeat", times), quarter)
-        yield _Reading(("scale", times), quarter)
-    else:
-        yield _Reading(("scale", f"{degrees}/{_TURNS[quarter]}"), quarter)
 
 
 def _edits(way: _Reading, term: Token, gone: Span) -> tuple[Edit, ...]:

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from improv_core.score import algebra, dice, ramps, reactions
 from improv_core.score.bounds import swaps_sides
-from improv_core.score.movement import Movement, Velocity, all_by, exact
+from improv_core.score.movement import Factors, Movement, all_by, exact
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.syntax.words import (
     Applied,
@@ -15,6 +15,7 @@ from improv_core.syntax.words import (
     Kind,
     Needs,
     Timing,
+    Unit,
     Word,
     above_zero,
     at_least_zero,
@@ -30,8 +31,8 @@ def _primitive(text: str, about: str) -> Word:
     return Word(text, Kind.PRIMITIVE, about, velocity=PRIMITIVES[text])
 
 
-def _plane(text: str, about: str, gain: Velocity) -> Word:
-    return Word(text, Kind.PLANE, about, shown=f"reflect {text} movement", velocity=gain, poses=swaps_sides(gain))
+def _plane(text: str, about: str, gain: Factors) -> Word:
+    return Word(text, Kind.PLANE, about, shown=f"reflect {text} movement", gain=gain, poses=swaps_sides(gain))
 
 
 def _paced(text: str, about: str, rate: Callable[[Fraction], Fraction]) -> Word:
@@ -97,9 +98,9 @@ def _never_moves(it: Applied) -> str | None:
 
 _FACTOR = Argument("k", "2", above_zero)
 _PLANES = ("YZ", "XZ", "XY")
-_SAGITTAL = Velocity(1, -1, 1, -1)
-_FRONTAL = Velocity(-1, 1, 1, 1)
-_TRANSVERSE = Velocity(1, 1, -1, 1)
+_SAGITTAL = Factors(y=-1, yaw=-1)
+_FRONTAL = Factors(x=-1)
+_TRANSVERSE = Factors(z=-1)
 
 WORDS: Mapping[str, Word] = {
     word.text: word
@@ -287,6 +288,18 @@ WORDS: Mapping[str, Word] = {
         _plane("transverse", "Swaps up and down (XY).", _TRANSVERSE),
     )
 }
+
+
+UNITS: Mapping[str, Unit] = {
+    "m": Unit("meters", Fraction(1), "meters"),
+    "cm": Unit("meters", Fraction(1, 100), "centimeters"),
+    "mm": Unit("meters", Fraction(1, 1000), "millimeters"),
+    "deg": Unit("degrees", Fraction(1), "degrees"),
+    "°": Unit("degrees", Fraction(1), "degrees"),
+}
+"""The units of measures. They are units only directly behind a number, where a measure may stand."""
+RADIUS = "radius"
+"""The word before the radius of a circle. It is a word only behind a primitive and its measure."""
 
 
 def of_kind(*kinds: Kind) -> list[str]:

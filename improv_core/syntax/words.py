@@ -8,7 +8,7 @@ from enum import Enum, auto
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.score.movement import SAME, Movement, Velocity
+from improv_core.score.movement import SAME, STILL, Factors, Movement, Velocity
 from improv_core.score.reactions import Condition
 from improv_core.text import Span
 
@@ -91,6 +91,14 @@ A_NUMBER = Argument("k", "2")
 """A number that has no other restriction."""
 
 
+class Unit(NamedTuple):
+    """A unit: the field of `Measured` that it measures, and its size in meters or degrees."""
+
+    field: str
+    size: Fraction
+    about: str
+
+
 class Applied(NamedTuple):
     """The operands of a word: a movement, its items if they count, and the values of its arguments.
 
@@ -104,7 +112,7 @@ class Applied(NamedTuple):
     numbers: Sequence[Fraction] = ()
     is_plain: bool = True
     items: Sequence[Movement] = ()
-    plane: Velocity = SAME
+    plane: Factors = SAME
     condition: Condition | None = None
     otherwise: Movement | None = None
     robot: int = 0
@@ -127,7 +135,7 @@ Says = Callable[[Applied], str | None]
 class Word:
     """A built-in word. Code that reads, checks, explains, or offers words uses these rows and names no word itself.
 
-    `make` makes the movement of a word that applies to one, and `velocity` is that of a primitive, or the gain of a
+    `make` makes the movement of a word that applies to one, `velocity` is that of a primitive, and `gain` that of a
     reflection across a plane. `rate` maps its number to the rate at which the movement plays.
 
     `wrong` returns how to write numbers better that don't go together, and `needless` the reason why the word has no
@@ -141,7 +149,8 @@ class Word:
     arguments: tuple[Argument, ...] = ()
     shown: str = ""
     """An example of its use, if it is not used like a transformer."""
-    velocity: Velocity = SAME
+    velocity: Velocity = STILL
+    gain: Factors = SAME
     make: Callable[[Applied], Movement] | None = None
     needs: Needs | None = None
     timing: Timing = Timing.KEPT

@@ -24,7 +24,7 @@ def test_syntax_errors_advise_what_to_write() -> None:
         x = forward ||
                     ^^ syntax: write a movement after `||`
         x = forward 3 left
-                    ^ syntax: write `repeat 3 forward` or `scale 3 forward`: the number comes first
+                    ^ missing-unit: `forward 3` needs a unit, such as `3m`
         x = forward, left
                    ^ syntax: remove `,`: separate movements with spaces
         x = YZ forward

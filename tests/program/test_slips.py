@@ -24,15 +24,15 @@ def test_slips_have_advice() -> None:
     check(
         """
         r $ forward 2
-                    ^ syntax: write `repeat 2 forward` or `scale 2 forward`: the number comes first
+                    ^ missing-unit: `forward 2` needs a unit, such as `2m`
         r $ rest 2
-                 ^ syntax: write `repeat 2 rest`: the number comes first
+                 ^ missing-unit: `rest` takes no measure: write `repeat 2 rest`
         r $ (forward left) 3/2
                            ^^^ syntax: write `scale 3/2 ( … )`: the number comes first
         r $ repeat forward 4
-                           ^ syntax: write `repeat 4 forward`: the number comes first
+                           ^ missing-unit: `forward 4` needs a unit, such as `4m`
         r $ halfleft 45
-                     ^^ syntax: write `halfleft`: it turns by 45°
+            ^^^^^^^^^^^ missing-unit: `halfleft` takes no measure: write `left 45deg`
         Beat 60
         ^^^^ syntax: write `beat 60` to set the tempo
         turtle1: forward
@@ -60,32 +60,32 @@ def test_slips_have_advice() -> None:
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        ("r $ left forward 2", ["r $ left repeat 2 forward", "r $ left scale 2 forward"]),
+        ("r $ left forward 2", ["r $ left forward 2m", "r $ left repeat 2 forward"]),
         ("r $ reverse [up [left]] 2", ["r $ reverse repeat 2 [up [left]]", "r $ reverse scale 2 [up [left]]"]),
-        ("r $ (up # 2 times\n  2)", ["r $ (repeat 2 up # 2 times\n  )", "r $ (scale 2 up # 2 times\n  )"]),
-        ("r $ left 90", ["r $ left"]),
-        ("r $ left -90", ["r $ right"]),
-        ("r $ right 45", ["r $ halfright"]),
-        ("r $ left 180", ["r $ repeat 2 left", "r $ scale 2 left"]),
-        ("r $ halfright -30", ["r $ scale 30/90 left"]),
-        ("r $ forward -1", ["r $ backward"]),
+        ("r $ (up # 2 times\n  2)", ["r $ (up # 2 times\n  2m)", "r $ (repeat 2 up # 2 times\n  )"]),
+        ("r $ left 90", ["r $ left 90deg"]),
+        ("r $ left -90", ["r $ right 90deg"]),
+        ("r $ right 45", ["r $ right 45deg"]),
+        ("r $ left 180", ["r $ left 180deg"]),
+        ("r $ halfright -30", ["r $ left 30deg"]),
+        ("r $ forward -1", ["r $ backward 1m"]),
         ("r $ -1 forward", ["r $ backward"]),
-        ("r $ up -1/2 left", ["r $ scale 1/2 down left"]),
-        ("r $ up -2", ["r $ repeat 2 down", "r $ scale 2 down"]),
+        ("r $ up -1/2 left", ["r $ down 1m/2 left"]),
+        ("r $ up -2", ["r $ down 2m"]),
         ("r $ (up left) -1", ["r $ retrograde (up left)"]),
         ("r $ (up left) -2", ["r $ repeat 2 retrograde (up left)", "r $ scale 2 retrograde (up left)"]),
-        ("r $ forward 1", ["r $ forward"]),
+        ("r $ forward 1", ["r $ forward 1m", "r $ repeat 1 forward"]),
         ("r $ 1 forward", ["r $ forward"]),
         ("r $ forward 0", ["r $ rest"]),
-        ("r $ rest -2", ["r $ repeat 2 rest"]),
+        ("r $ rest -2", []),
         ("r $ (up) 0", []),
         ("r $ forward 3/0", []),
-        ("r $ repeat forward -2", []),
-        ("r $ repeat forward 4", ["r $ repeat 4 forward"]),
-        ("r $ up 2*3 (left)", ["r $ scale 2*3 up (left)"]),
+        ("r $ repeat forward -2", ["r $ repeat backward 2m"]),
+        ("r $ repeat forward 4", ["r $ repeat forward 4m", "r $ repeat 4 forward"]),
+        ("r $ up 2*3 (left)", ["r $ up 2m*3 (left)", "r $ repeat 2*3 up (left)"]),
         ("r $ 3/2 (left) up", ["r $ scale 3/2 (left) up"]),
-        ("r $ 90 left", ["r $ left"]),
-        ("r $ 30 left", ["r $ scale 30/90 left"]),
+        ("r $ 90 left", ["r $ left 90deg"]),
+        ("r $ 30 left", ["r $ left 30deg"]),
         ("x = up\nr $ x 2 up", ["x = up\nr $ repeat 2 x up", "x = up\nr $ scale 2 x up"]),
         ("f n = repeat n up\nr $ up", ["r $ up"]),
         ("BEAT 60\nr $ left", ["beat 60\nr $ left"]),

@@ -19,6 +19,7 @@ from improv_core.score.equality import same
 from improv_core.score.movement import ENDLESS, STILL, Movement, all_by
 from improv_core.score.path import extent, pose_at
 from improv_core.score.primitives import PRIMITIVES
+from improv_core.score.profiles import TURTLESIM
 from improv_core.score.ramps import ease, ramp
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.throws import dice_of
@@ -276,15 +277,15 @@ def test_huge_movements_can_start_anywhere(name: str) -> None:
     assert len(data["movements"]) < 3000
     assert same(from_json(data).parts["r"].movement, movement)
     pose_at(part_of(movement), middle)
-    extent(movement)
+    extent(movement, TURTLESIM)
 
 
 def test_after_too_many_throws_the_pose_is_unknown() -> None:
     few, many = (repeat(series([F, choose([L, R])]), times) for times in (2_000, 200_000))
     assert pose_at(part_of(few), 4_000)
-    assert extent(few)
+    assert extent(few, TURTLESIM)
     assert pose_at(part_of(many), 400_000) is None
-    assert extent(many) is None
+    assert extent(many, TURTLESIM) is None
     assert pose_at(part_of(many), 4_000) == pose_at(part_of(few), 4_000)
 
 

@@ -17,14 +17,14 @@ from improv_core.program.analysis import analyze
 from improv_core.score import algebra
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing, chance, choose, seed, shuffle
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, SAME, STILL, Exact, Movement, Velocity, all_by
+from improv_core.score.movement import ENDLESS, SAME, STILL, Exact, Factors, Movement, Velocity, all_by
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.ramps import Ramp, Stepped, ease, ramp
 from improv_core.score.score import Part, Score
 from improv_core.score.walk import walk
 
 NOTHING = algebra.series(())
-SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
+SAGITTAL = Factors(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
 factors = st.fractions(min_value=Fraction(1, 4), max_value=4, max_denominator=4)
 
 

@@ -14,7 +14,7 @@ from improv_core.score.body import Body
 from improv_core.score.by_part import by_part
 from improv_core.score.equality import same
 from improv_core.score.joints import Limb
-from improv_core.score.movement import STILL, Movement, Velocity
+from improv_core.score.movement import STILL, Factors, Movement, Velocity
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import PUPPET
 from improv_core.score.projection import BASE, project
@@ -24,7 +24,7 @@ from tests.score.test_movement import finite_movements
 assert PUPPET.body
 BODY: Body = PUPPET.body
 PARTS = ["head", "left_arm", "right_arm", "arms"]
-YZ = Velocity(1, -1, 1, -1)
+YZ = Factors(1, -1, 1, -1)
 WORDS = st.sampled_from([hold(velocity) for velocity in PRIMITIVES.values()])
 
 

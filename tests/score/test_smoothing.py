@@ -10,6 +10,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.score.equality import same
+from improv_core.score.measured import largest
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.path import pose_at
@@ -77,13 +78,13 @@ def test_movements_that_would_become_too_fast_are_not_smoothed() -> None:
     """A name of several stretches that is too fast in one place stays as it is everywhere."""
 
     def fits(velocity: Velocity) -> bool:
-        return abs(float(velocity.x)) < 2 and abs(float(velocity.yaw)) < 2
+        return abs(largest(velocity.x)) < 2 and abs(largest(velocity.yaw)) < 2
 
     whole = movement("a = forward left\nr $ a fast 2 a slow 2 fast 3 right backward fast 3 left")
     rates = [moment.velocity for moment in walk(smoothed(whole, fits))]
-    assert {velocity.x for velocity in rates if velocity.x >= 0} == {0, 1, 2}, "no 4/3 and no 8/3"
+    assert {velocity.x for velocity in rates if largest(velocity.x) >= 0} == {0, 1, 2}, "no 4/3 and no 8/3"
     assert {velocity.yaw for velocity in rates} == {0, 1, 2, Fraction(-3, 2), 3}
-    assert min(velocity.x for velocity in rates) == Fraction(-4, 3)
+    assert min(largest(velocity.x) for velocity in rates) == Fraction(-4, 3)
     assert same(smoothed(whole, lambda velocity: False), whole)
 
 
@@ -107,7 +108,7 @@ def test_the_end_is_exact_from_any_beat(program: str) -> None:
         gone = pose_at(other, start)
         assert gone
         for moment in walk(eased, start):
-            x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
+            x, y, z, yaw = (float(largest(value * moment.duration)) for value in moment.velocity)
             gone = gone.after(Twist(x * 2, y * 2, z * 2, yaw * math.pi / 2), 1)
         close(gone, pose_at(one, Fraction(plain.duration)))
 
@@ -122,7 +123,7 @@ def close(one: Pose | None, other: Pose | None) -> None:
 def test_a_long_chain_of_names() -> None:
     lines = ["a0 = forward left"] + [f"a{n} = a{n - 1} fast {n % 3 + 2} a{n - 1}" for n in range(1, 60)]
     whole = movement("\n".join([*lines, "r $ a59"]))
-    eased = smoothed(whole, lambda velocity: abs(float(velocity.x)) < 1e9)
+    eased = smoothed(whole, lambda velocity: abs(largest(velocity.x)) < 1e9)
     assert eased.duration == whole.duration
     assert len(list(islice(walk(eased), 100))) == 100
 

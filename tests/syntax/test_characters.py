@@ -101,7 +101,7 @@ def test_messages_describe_characters_in_words() -> None:
         ada at –1 0
                ^ syntax: write `-` before a number: this is an en dash, U+2013
         ada $ left 90º
-                   ^^^ syntax: write `90°`: this is an ordinal indicator, U+00BA, and no degree sign
+                   ^^^ missing-unit: write `90°`: this is an ordinal indicator, U+00BA, and no degree sign
         ada $ “up”
               ^ syntax: remove `“`, a left double quotation mark, U+201C: it is not part of the language
         ada $ {up left}

@@ -34,6 +34,8 @@ _TEXTS = {
     "NUMBER": "2",
     "PARAM": "n",
     "OPERATOR": "*",
+    "UNIT": "m",
+    "RADIUS": "radius",
     "BAR": "||",
     "STRAY": "?",
     "LPAR": "(",
@@ -44,7 +46,7 @@ _TEXTS = {
     "SCENE": "---",
     "BEAT": "beat",
 }
-_RULES = {"Primitive": "word", "Call": "name", "Parallel": "movement"}
+_RULES = {"Primitive": "word", "MeasuredWord": "measured", "Call": "name", "Parallel": "movement"}
 _BEGIN = [Token("HEAD", "name", -9, -5), Token("EQUAL", "=", -3, -2)]
 
 
@@ -86,7 +88,7 @@ def _of_tree(tree: Any) -> list[Any]:
     return [tree.data, _span(tree), [_span(each) for each in trees if each.data in _ARGUMENTS], inside]
 
 
-_ARGUMENTS = ("number", "condition")
+_ARGUMENTS = ("number", "measure", "condition")
 
 
 def _span(tree: Any) -> Span:
@@ -109,9 +111,13 @@ def _joined(*parts: str | st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 
 _NUMBER = st.lists(st.sampled_from(["NUMBER", "PARAM"]), min_size=1, max_size=3).map(" OPERATOR ".join)
+_MEASURE = st.lists(st.sampled_from(["NUMBER", "NUMBER UNIT", "PARAM"]), min_size=1, max_size=3).map(" OPERATOR ".join)
 _CONDITION = st.sampled_from(["SENSE", "NOT SENSE"])
 _LEAF = st.one_of(
     st.sampled_from(["PRIMITIVE", "NAME", "LPAR RPAR", "LSQB RSQB"]),
+    _joined("PRIMITIVE", _MEASURE),
+    _joined("PRIMITIVE RADIUS", _MEASURE),
+    _joined("PRIMITIVE", _MEASURE, "RADIUS", _MEASURE),
     _joined("NAME", st.lists(_NUMBER, min_size=1, max_size=3).map(" ".join)),
 )
 

@@ -1,0 +1,245 @@
+"""Measures: the velocities that they give to words, and errors in writing them. Spans count from the statement's
+start."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from fractions import Fraction
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.numbers import product
+from improv_core.score.measured import Component, Measured
+from improv_core.score.movement import DIRECTIONS, Velocity, exact
+from improv_core.syntax import nodes
+from improv_core.syntax.characters import DEGREES, in_words
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.nodes import MeasuredWord, Node, Number
+from improv_core.syntax.slips import OPPOSITES
+from improv_core.syntax.vocabulary import UNITS
+from improv_core.syntax.words import Word
+from improv_core.text import Span
+
+OTHER_UNITS = {
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), ("m", Fraction(1))),
+    **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), ("cm", Fraction(1))),
+    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), ("mm", Fraction(1))),
+    **dict.fromkeys(("degree", "degrees", "degs"), ("deg", Fraction(1))),
+    **dict.fromkeys(DEGREES, ("°", Fraction(1))),
+    "dm": ("m", Fraction(1, 10)),
+    "km": ("m", Fraction(1000)),
+    **dict.fromkeys(("in", "inch", "inches"), ("m", Fraction(254, 10_000))),
+    **dict.fromkeys(("ft", "foot", "feet"), ("m", Fraction(3048, 10_000))),
+    **dict.fromkeys(("yd", "yard", "yards"), ("m", Fraction(9144, 10_000))),
+}
+"""Units that people write, each with ours and its size in that."""
+_FEWEST_DEGREES = 10
+"""Fewer are steps or turns: nobody means ten quarter turns."""
+_MOST_TIMES = 9
+
+
+def unit_of(number: Number) -> str:
+    """Return the field of `Measured` that a measure measures; "" if it has no unit, or several."""
+    return UNITS[number.units[0].text].field if len(number.units) == 1 else ""
+
+
+def in_its_unit(number: Number, value: Fraction) -> Component:
+    """Return a measure with this value, in meters or degrees."""
+    unit = UNITS[number.units[0].text]
+    return Measured(**{unit.field: exact(value * unit.size)}) * 1
+
+
+def velocity_of(word: Word, measure: Component | None, radius: Component | None) -> Velocity:
+    """Return the velocity of a word with a measure, along a circle with a radius.
+
+    Its speed is that of the turn times the radius, always forward.
+    """
+    direction = next((each for each in DIRECTIONS if getattr(word.velocity, each)), "")
+    if not direction:
+        return word.velocity
+    own = getattr(word.velocity, direction)
+    turn = own if measure is None else measure * (1 if own > 0 else -1)
+    velocity = word.velocity._replace(**{direction: turn})
+    if not isinstance(radius, Measured) or direction != "yaw":
+        return velocity
+    by = turn if isinstance(turn, Measured) else Measured(turn)
+    around = Measured(turning=radius.meters * by.steps, arcs=radius.meters * by.degrees)
+    forward = around * (1 if own > 0 else -1)
+    return velocity._replace(x=forward)
+
+
+def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the measures in a movement, wherever it is performed.
+
+    `tokens` are those of the statement, and `known` the names that have a meaning in it: they are no units.
+    """
+    by_start = {token.start: token for token in tokens}
+    inside = list(nodes.nodes(body))
+    counted = {
+        id(each.body) for each in inside if isinstance(each, nodes.Apply) and not each.numbers and _repeats(each)
+    }
+    for node in inside:
+        if isinstance(node, MeasuredWord):
+            for number in (node.measure, node.radius):
+                if number and number.tokens[-1].text:
+                    after = next((each for start, each in by_start.items() if start >= number.span.end), None)
+                    unit = after if after and after.text not in known and _means_a_unit(after) else None
+                    if wrong := _Written(node, number, unit, id(node) in counted).wrong():
+                        yield wrong
+                        break
+
+
+def units_apart(wrong: Sequence[Diagnostic], names: Sequence[nodes.Name]) -> list[nodes.Name]:
+    """Return the names that aren't units apart from their numbers, about which these diagnostics are."""
+    spans = [each.span for each in wrong if each.code == "missing-unit"]
+    return [name for name in names if not any(span.start <= name.span.start < span.end for span in spans)]
+
+
+def _repeats(node: nodes.Apply) -> bool:
+    return node.word.text == "repeat"
+
+
+def _means_a_unit(token: Token) -> bool:
+    return token.type == "NAME" and (token.text in UNITS or token.text.lower() in OTHER_UNITS)
+
+
+class _Written:
+    """A number behind a word, or behind its `radius`, and a `unit` apart from it. `is_counted` if the word follows a
+    `repeat` that lacks its number."""
+
+    def __init__(self, node: MeasuredWord, number: Number, unit: Token | None, is_counted: bool) -> None:
+        self.node, self.number, self.unit, self.is_counted = node, number, unit, is_counted
+        self.word, self.is_radius = node.word.text, number is node.radius
+        self.turns = bool(node.word.velocity.yaw)
+        self.is_half = self.word.startswith("half")
+        self.usual = "deg" if self.turns and not self.is_radius else "m"
+        value = None if any(number.parameters) else product(number.tokens, {})
+        self.value = value if isinstance(value, Fraction) else None
+
+    def wrong(self) -> Diagnostic | None:
+        return self._wrong_place() or self._wrong_number() or (self._missing() if not self.number.units else None)
+
+    def _wrong_place(self) -> Diagnostic | None:
+        """Return the error about a measure of a word that takes none, or with the wrong unit anywhere."""
+        span, units, field = self.number.span, self.number.units, unit_of(self.number)
+        if self.is_radius and not self.turns:
+            message = f"`radius` needs a turn: write it behind `left` or `right`, not `{self.word}`"
+            return Diagnostic("wrong-measure", self.node.span, message)
+        if len(units) > 1:
+            message = f"a measure has one unit: remove `{units[-1].text}`"
+            return Diagnostic("wrong-measure", span, message, replace(message[23:].capitalize(), units[-1].span, ""))
+        if not units:
+            return None
+        if self.is_radius and field != "meters":
+            return Diagnostic("wrong-measure", span, "`radius` takes a length, such as `radius 1m`")
+        if self.is_radius or not (self.is_half or self.word == "rest"):
+            return None
+        if self.is_half and field == "degrees":
+            return self._of_a_half(f"`{self.word}` takes no measure", "wrong-measure", "")
+        advice = "it is an eighth of a turn" if self.is_half else "it lasts one beat"
+        return Diagnostic("wrong-measure", span, f"`{self.word}` takes no measure: {advice}")
+
+    def _of_a_half(self, what: str, code: str, unit: str) -> Diagnostic:
+        """Return the error about `halfleft 30deg`, which is meant as `left 30deg`."""
+        whole = self.word.removeprefix("half")
+        title = f"{whole} {self._with(unit)}"
+        edits = (Edit(self.node.primitive.span, whole), *self._insertion(unit))
+        return Diagnostic(code, self.node.span, f"{what}: write `{title}`", (Fix(f"Change to {title}", edits),))
+
+    def _wrong_number(self) -> Diagnostic | None:
+        """Return the error about a measure with a sign, or of 0."""
+        if self.number.is_signed:
+            return self._signed()
+        if self.value != 0:
+            return None
+        if self.is_radius:
+            return Diagnostic("bad-number", self.number.span, "write this radius as a number above 0")
+        fixes = replace("Change to rest", self.node.span, "rest", guess=True)
+        message = "write this measure as a number above 0, or write `rest` to stand still"
+        return Diagnostic("bad-number", self.number.span, message, fixes)
+
+    def _signed(self) -> Diagnostic:
+        first, *rest = self.number.tokens
+        opposite = self.word if first.text[0] == "+" else OPPOSITES.get(self.word, "")
+        message = "write this measure without a sign"
+        if self.is_radius or self.word == "rest" or any(token.text[0] in "+-" for token in rest):
+            return Diagnostic("bad-number", self.number.span, message)
+        word = opposite.removeprefix("half")
+        unit = "" if self.number.units else self.usual
+        plain = f"{word} {self._with(unit)[1:]}"
+        edits = (Edit(self.node.primitive.span, word), Edit(Span(first.start, first.start + 1), ""))
+        edits = (*(each for each in edits if each.text != self.word), *self._insertion(unit))
+        fix = Fix(f"Change to {plain}", edits, guess=unit == "m")
+        return Diagnostic("bad-number", self.number.span, f"{message}: `{plain}`", (fix,))
+
+    def _missing(self) -> Diagnostic:
+        """Return the error about a number without a unit."""
+        number, word, usual = self.number, self.word, self.usual
+        before = "radius" if self.is_radius else word
+        if self.unit:
+            return self._apart(before, self.unit)
+        times = self._times()
+        if word == "rest" and not self.is_radius:
+            advice = f"write `{times[0].title.removeprefix('Change to ')}`" if times else "remove it"
+            return Diagnostic("missing-unit", number.span, f"`rest` takes no measure: {advice}", times)
+        is_large = self.value is not None and self.value >= _FEWEST_DEGREES
+        if self.is_half and not self.is_radius:
+            if is_large or self.value is None:
+                return self._of_a_half(f"`{word}` takes no measure", "missing-unit", usual)
+            return Diagnostic("missing-unit", number.span, f"`{word}` takes no measure", times)
+        example = self._with(usual)
+        message = f"`{before} {number.text}` needs a unit, such as `{example}`"
+        is_only = usual == "deg" and is_large
+        units = (usual, "cm") if usual == "m" and is_large and not self.is_radius else (usual,)
+        fixes = tuple(
+            Fix(f"Change to {before} {self._with(unit)}", self._insertion(unit), guess=not is_only) for unit in units
+        )
+        return Diagnostic("missing-unit", number.span, message, (*fixes, *times))
+
+    def _times(self) -> tuple[Fix, ...]:
+        """Return the fix that repeats the word so often."""
+        number, value = self.number, self.value
+        if self.is_radius or self.node.radius or value is None or value.denominator > 1 or value > _MOST_TIMES:
+            return ()
+        start = self.node.span.start
+        written = f"{number.text} " if self.is_counted else f"repeat {number.text} "
+        end = self.node.primitive.span.end
+        gone = Span(end if number.span.start == end + 1 else number.span.start, number.span.end)  # keep a comment
+        edits = (Edit(Span(start, start), written), Edit(gone, ""))
+        return (Fix(f"Change to repeat {number.text} {self.word}", edits, guess=True),)
+
+    def _apart(self, before: str, unit: Token) -> Diagnostic:
+        """Return the error about a unit apart from its number, or about one that isn't ours."""
+        number = self.number
+        ours, size = OTHER_UNITS.get(unit.text.lower(), (unit.text, Fraction(1)))
+        is_last_a_number = number.tokens[-1].type == "NUMBER"
+        gap, whole = Span(number.span.end, unit.start), Span(number.span.end, unit.end)
+        if unit.text in UNITS and is_last_a_number:
+            written, edit = f"{number.text}{ours}", Edit(gap, "")
+        elif size == 1 and is_last_a_number:
+            written, edit = f"{number.text}{ours}", Edit(whole, ours)
+        elif self.value is not None:
+            written = f"{float(self.value * size):.10g}{ours}"
+            edit = Edit(Span(number.span.start, unit.end), written)
+        else:
+            added = f"*{float(size):.10g}{ours}"
+            written, edit = f"{number.text}{added}", Edit(whole, added)
+        message = f"write the unit directly behind the number: `{before} {written}`"
+        if unit.text in DEGREES:
+            message = f"write `{written}`: this is {in_words(unit.text)}, and no degree sign"
+        elif unit.text not in UNITS:
+            message = f"`{unit.text}` is not a unit here: write `{before} {written}`"
+        span = Span(number.span.start, unit.end)
+        return Diagnostic("missing-unit", span, message, (Fix(f"Change to {before} {written}", (edit,)),))
+
+    def _with(self, unit: str) -> str:
+        """Return the number with a unit: behind its first literal number, or else in another factor."""
+        tokens = self.number.tokens
+        first = next((place for place, token in enumerate(tokens) if token.type == "NUMBER"), None)
+        if not unit or first is None:
+            return self.number.text + (f"*1{unit}" if unit else "")
+        return "".join([token.text + unit * (place == first) for place, token in enumerate(tokens)])
+
+    def _insertion(self, unit: str) -> tuple[Edit, ...]:
+        first = next((token for token in self.number.tokens if token.type == "NUMBER"), None)
+        end = first.end if first else self.number.span.end
+        return (Edit(Span(end, end), unit if first else f"*1{unit}"),) if unit else ()

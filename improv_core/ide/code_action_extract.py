@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
@@ -71,7 +72,8 @@ def _inside(fragment: Fragment) -> Iterator[nodes.Node]:
 
 
 def _literals(node: nodes.Node) -> Iterator[Token]:
-    return (token for number in nodes.numbers(node) for token in number.tokens if token.type == "NUMBER")
+    pairs = (pair for number in nodes.numbers(node) for pair in pairwise((*number.tokens, None)))
+    return (one for one, other in pairs if one and one.type == "NUMBER" and not (other and other.type == "UNIT"))
 
 
 def _own_names(fragment: Fragment) -> set[str]:

@@ -9,6 +9,7 @@ from itertools import islice, pairwise
 
 from improv_core.ide import body_words
 from improv_core.ide.completion_item import Item
+from improv_core.ide.completion_measures import A_RADIUS, default_unit, turns, units_offered, usual_measures
 from improv_core.ide.completion_opening import after_robots, first_words, offers, usual_numbers
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
@@ -34,6 +35,7 @@ MOST_NAMES = 300
 """If there are more names, completion offers only those that match the typed letters."""
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
+_KINDS = ("movement", "number")
 
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
@@ -55,8 +57,11 @@ class Completion:
 def complete(analysis: Analysis, offset: int) -> Completion | None:
     """Return the words that may come at the cursor; None in comments and in numbers."""
     found = before(analysis, offset)
-    if not found or found.in_number:
+    if not found:
         return None
+    if found.in_number:
+        units = list(units_offered(found))
+        return Completion(Span(offset - len(found.unit), offset), units, found.statement, True) if units else None
     if found.sign is None:
         items, whole = list(_heads(analysis, found)), True
     else:
@@ -79,8 +84,9 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
         accepted = accepted - _NUMBERS if not wanted else _NUMBERS
     names, whole = _names_in(analysis, found) if "NAME" in accepted else ([], True)
     offered = (_name(each, analysis.statements[index].parameters, bare) for index, each in names)
+    unit = default_unit(last) if last and found.measures is last else ""
     parameters = (
-        Item(each.name, "parameter", "number" if each.is_number else "movement")
+        Item(f"{each.name}*1{unit}" if unit and each.is_number else each.name, "parameter", _KINDS[each.is_number])
         for each in found.parameters
         if ("PARAM" if each.is_number else "NAME") in accepted
     )
@@ -185,7 +191,10 @@ def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterato
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
             yield Item(word.text, kind, word.about, _snippet(word, bare))
     if "NUMBER" in accepted and found.tokens:
-        yield from _numbers(found.tokens[-1].text)
+        last = found.tokens[-1]
+        yield from usual_measures(last) if last.type in ("PRIMITIVE", "RADIUS") else _numbers(last.text)
+    if "RADIUS" in accepted and found.measures and turns(found.measures):
+        yield A_RADIUS
 
 
 def _numbers(word: str) -> Iterator[Item]:

@@ -64,9 +64,10 @@ def around(body: Node | None, span: Span) -> tuple[Node, ...]:
 class BeforeCursor:
     """The text before the cursor in its statement, which may have errors.
 
-    `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it: up
-    to and after the `sign`. Without a sign, all are `heads`. `statement` is the index that the statement has or will
-    have, and `parameters` are its own. A line of the opening, such as `ada at`, is the `opening`.
+    `begun` is the word or number that ends at the cursor, if there is one, and `unit` the letters behind the number.
+    `heads` and `tokens` are those before it: up to and after the `sign`. Without a sign, all are `heads`. `statement`
+    is the index that the statement has or will have, and `parameters` are its own. A line of the opening, such as
+    `ada at`, is the `opening`.
     """
 
     heads: Sequence[Token]
@@ -77,6 +78,16 @@ class BeforeCursor:
     statement: int
     parameters: Sequence[Parameter]
     opening: Statement | None = None
+    unit: str = ""
+
+    @property
+    def measures(self) -> Token | None:
+        """The primitive or the `radius` behind which a measure is being typed, or has been."""
+        place = len(self.tokens) - 1
+        while place >= 0 and self.tokens[place].type in ("NUMBER", "PARAM", "OPERATOR", "UNIT"):
+            place -= 1
+        head = self.tokens[place] if place >= 0 else None
+        return head if head and head.type in ("PRIMITIVE", "RADIUS") else None
 
 
 def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
@@ -91,14 +102,16 @@ def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
     *tokens, last = tokens
     statement = index - 1 if start == 0 and index else index
     in_number = bool(tokens) and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start
-    begun = tokens.pop().text if in_number else piece[last.start : last.end - len(_MARK)]
+    letters = piece[last.start : last.end - len(_MARK)]
+    opening = opening_line(piece, tokens)
+    begun = tokens.pop().text if in_number else letters
+    unit = letters if in_number else ""
     head, rest = split_head(piece, tokens)
     if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
-        return BeforeCursor(tokens, None, (), begun, in_number, statement, (), opening_line(piece, tokens))
+        return BeforeCursor(tokens, None, (), begun, in_number, statement, (), opening, unit)
     heads = tokens[: len(tokens) - len(rest) - 1]
-    return BeforeCursor(
-        heads, head.sign, classified(rest, head.parameters), begun, in_number, statement, head.parameters
-    )
+    rest = classified(rest, head.parameters)
+    return BeforeCursor(heads, head.sign, rest, begun, in_number, statement, head.parameters, None, unit)
 
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:

@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from improv_core.ide.body_words import about_part, about_pose, moved_by
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.ide.hover_measures import about_measures, written_measures
 from improv_core.ide.hover_opening import about_opening, stand_at
 from improv_core.ide.phrases import comment, label, parameters
 from improv_core.ide.references import performers
@@ -176,7 +177,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(node.span, word, about, (timing(lengths(meaning), analysis.tempo), *here))
     if not meaning:
         return Hover(node.span, word, about)
-    facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
+    facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive | nodes.MeasuredWord)), *here)
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
 
 
@@ -188,6 +189,8 @@ def _described(node: nodes.Node) -> tuple[str, str] | None:
         return "||", ": these movements play at the same time, until the shortest one ends"
     if isinstance(node, nodes.Primitive):
         return node.word.text, f": {node.word.about}"
+    if isinstance(node, nodes.MeasuredWord):
+        return written_measures(node), f": {about_measures(node)}"
     if isinstance(node, nodes.PartTerm):
         return _code(node.name.text), " (body part): performs the term after it, while the base stands"
     if not isinstance(node, nodes.Apply | nodes.Choice):

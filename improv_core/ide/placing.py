@@ -12,7 +12,8 @@ from improv_core.program.program import Placed
 from improv_core.robots.edits import Start
 from improv_core.robots.formation import radius_of
 from improv_core.score.motion import Pose, wrapped
-from improv_core.syntax.nodes import AtPoint, InFormation
+from improv_core.syntax.nodes import AtPoint, InFormation, Number
+from improv_core.syntax.vocabulary import UNITS
 from improv_core.text import Span
 
 UNPLACED = "a line with `at` has an error: fix it first"
@@ -54,7 +55,10 @@ def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tupl
     if not lines.right or not robots:
         return None
     size = radius_of(distance, len(robots)) if shape == "circle" else distance
-    form = f"{shape} {_number(max(size, 0.001))}{' facing out' if shape == 'circle' and facing == 'out' else ''}"
+    like = [each.statement.opening.size for each in lines.placings if isinstance(each.statement.opening, InFormation)]
+    out = " facing out" if shape == "circle" and facing == "out" else ""
+    out = " facing out" if shape == "circle" and facing == "out" else ""
+    form = f"{shape} {_number(max(size, 0.001), *like[:1])}{out}"
     line = f"{' '.join(robots)} at {form if len(robots) > 1 else '0 0'}"
     if not lines.placings:
         lines.insert([line])
@@ -146,7 +150,7 @@ def _moved(analysis: Analysis, line: Placed, moved: Mapping[str, Start]) -> list
     if not moved:
         return [line.statement.text[: _code(line).end - line.start]]
     if isinstance(node, AtPoint):
-        return [_at(name, start) for name, start in moved.items()]
+        return [_at(name, start, node) for name, start in moved.items()]
     assert isinstance(node, InFormation)
     others = {name: pose for name, pose in before.items() if name not in moved}
     return [
@@ -167,14 +171,16 @@ def _formation(analysis: Analysis, node: InFormation, robots: Mapping[str, Pose]
     faces_alike = all(abs(pose.heading - alone[name].heading) < _SAME for name, pose in robots.items())
     if not is_rigid or not faces_alike:
         return []
-    x, y = map(_number, offsets[0])
-    return [line if (x, y) == ("0", "0") else f"{line} around {x} {y}"]
+    x, y = (_number(each, like) for each, like in zip(offsets[0], node.around or (None, None), strict=True))
+    is_middle = not any(map(_thousandths, offsets[0]))
+    return [line if is_middle else f"{line} around {x} {y}"]
 
 
-def _at(name: str, start: Start) -> str:
+def _at(name: str, start: Start, like: AtPoint | None = None) -> str:
+    """Return the line that places a robot, in the units of a line that placed it before."""
     x, y, heading = _rounded(start)
-    facing = f" facing {_number(heading)}" if heading else ""
-    return f"{name} at {_number(x)} {_number(y)}{facing}"
+    facing = f" facing {_number(heading, like and like.facing)}" if heading else ""
+    return f"{name} at {_number(x, like and like.x)} {_number(y, like and like.y)}{facing}"
 
 
 def _start(pose: Pose) -> Start:
@@ -191,5 +197,7 @@ def _thousandths(value: float) -> float:
     return round(value, 3) + 0.0  # without -0
 
 
-def _number(value: float) -> str:
-    return f"{_thousandths(value):.10g}"
+def _number(value: float, like: Number | None = None) -> str:
+    """Return a number of meters or degrees, in the unit of another one."""
+    unit = like.units[0].text if like and like.units else ""
+    return f"{_thousandths(value) / float(UNITS[unit].size if unit else 1):.10g}{unit}"

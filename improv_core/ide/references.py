@@ -152,12 +152,14 @@ def sections(robots: Robots, name: str) -> Sequence[Span]:
 def names_used(placed: Placed) -> list[Token]:
     """Return the name tokens in the movement of a statement, except parameters and poses."""
     text, poses = placed.statement.text, poses_at(placed)
-    names = (_cached_names if len(text) <= LONGEST_KEPT else _names_in)(text)
+    names = (_cached_names if len(text) <= LONGEST_KEPT else _names_in)(text, _hides_radius(placed.statement))
     return [name for name in names if name.span not in poses]
 
 
-def _names_in(text: str) -> Sequence[Token]:
+def _names_in(text: str, hides_radius: bool) -> Sequence[Token]:
     statement = parse_statement(text)
+    if hides_radius and statement.as_names:
+        statement = statement.as_names
     return tuple(token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses)
 
 
@@ -184,7 +186,11 @@ def _movement(statement: Statement) -> list[Token]:
     """Return the tokens after the sign."""
     begin = statement.sign.end if statement.sign and statement.kind != "BEAT" else 0
     tokens = (token for token in statement.tokens if token.start >= begin)
-    return classified(list(tokens), statement.parameters)
+    return classified(list(tokens), statement.parameters, _hides_radius(statement))
+
+
+def _hides_radius(statement: Statement) -> bool:
+    return all(word.type != "RADIUS" for word in statement.words)
 
 
 MOST_ROBOTS = 100

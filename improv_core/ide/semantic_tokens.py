@@ -10,7 +10,6 @@ from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import TO
-from improv_core.program.opening import OPENING
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
 from improv_core.syntax.lexer import NUMBER
 from improv_core.syntax.nodes import OfKind, Statement
@@ -64,7 +63,7 @@ def colored(
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
         parameters = {each.name: each.token.span for each in statement.parameters}
-        opening = dict(_opening(statement, strange)) if sign and sign.type in OPENING else {}
+        opening = dict(_words(statement, strange))
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
@@ -103,11 +102,10 @@ def colored(
     return found
 
 
-def _opening(statement: Statement, strange: Container[str]) -> Iterator[tuple[int, tuple[int, tuple[int, int] | None]]]:
-    """Yield the start of each word of the opening that is a name elsewhere, its end, and its kind, if it has a
-    color."""
+def _words(statement: Statement, strange: Container[str]) -> Iterator[tuple[int, tuple[int, tuple[int, int] | None]]]:
+    """Yield the start of each word that is a name elsewhere, its end, and its kind, if it has a color."""
     for word in statement.words:
-        yield word.start, (word.end, _OPENING_WORD)
+        yield word.start, (word.end, _UNIT if word.type == "UNIT" else _KEYWORD)
     if isinstance(statement.opening, OfKind):
         profile = statement.opening.profile
         yield profile.start, (profile.end, None if profile.text in strange else _PROFILE)
@@ -144,7 +142,8 @@ def _kind(name: str, *modifiers: str) -> tuple[int, int]:
 
 _UNKNOWN = ("unknown-robot", "unknown-sense", "unknown-profile")
 _COMMENT_KIND = _kind("comment")
-_OPENING_WORD = _kind("keyword")
+_KEYWORD = _kind("keyword")
+_UNIT = _kind("number")
 _PROFILE = _kind("enumMember")
 _BODY_WORD = _kind("keyword")
 _POSE = _kind("enumMember")

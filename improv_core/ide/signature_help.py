@@ -10,7 +10,7 @@ from improv_core.ide.phrases import comment, label, movements
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import Takes
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import RADIUS, WORDS
 from improv_core.text import Span
 
 
@@ -47,6 +47,8 @@ def signature(analysis: Analysis, offset: int) -> Signature | None:
     found = before(analysis, offset)
     if not found or not found.sign:
         return None
+    if measured := _measured(found):
+        return measured
     use = _open(analysis, found)
     if not use:
         return None
@@ -55,6 +57,21 @@ def signature(analysis: Analysis, offset: int) -> Signature | None:
     if use.token.type == "REPEAT" and found.begun and not found.in_number:
         active = max(active, use.numbers)
     return Signature(use.label, use.about, use.parameters, active)
+
+
+def _measured(found: BeforeCursor) -> Signature | None:
+    """Return the signature of a primitive whose measure, or radius, is being typed."""
+    is_typed = found.in_number or (found.tokens and found.tokens[-1].type in ("OPERATOR", "RADIUS"))
+    head = found.measures if is_typed else None
+    if not head:
+        return None
+    place = max(at for at, token in enumerate(found.tokens) if token.type == "PRIMITIVE")
+    word = WORDS[found.tokens[place].text]
+    names = ["angle", RADIUS, "length"] if word.velocity.yaw else ["length"]
+    shown = " ".join([word.text, *names])
+    spans = tuple([Span(shown.rindex(name), shown.rindex(name) + len(name)) for name in names if name != RADIUS])
+    about = "Turns by this angle" if word.velocity.yaw else "Goes this far"
+    return Signature(shown, f"{about} in one beat, whatever the robot's step is.", spans, int(head.type == "RADIUS"))
 
 
 def _open(analysis: Analysis, found: BeforeCursor) -> _Use | None:

@@ -197,7 +197,11 @@ def _instant(word: Token, condition: Condition) -> Diagnostic:
 
 def _short_reach(node: Node, following: tuple[Node, ...]) -> Iterator[Diagnostic]:
     """Report an `until` that watches only the one word after it."""
-    if not (isinstance(node, Apply) and node.word.text == "until" and isinstance(node.body, nodes.Primitive)):
+    if not (
+        isinstance(node, Apply)
+        and node.word.text == "until"
+        and isinstance(node.body, nodes.Primitive | nodes.MeasuredWord)
+    ):
         return
     alone, start = node.body.word.text, node.body.span.start
     message = f"`until` watches `{alone}` alone, for one beat at most: write `repeat` before it"

@@ -11,7 +11,7 @@ from improv_core.program.program import Program
 from improv_core.syntax import nodes
 from improv_core.syntax.characters import BOM, in_words, usual
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.slips import MEANT, closest, has_more, meant_instead
+from improv_core.syntax.slips import MEANT, closest, has_more, logo_repeat, meant_instead
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Kind
 from improv_core.syntax.wrong_characters import number_meant
@@ -36,6 +36,11 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
     if halves:
         message = f"`{name}` is not defined: write `{halves[0].title.removeprefix('Change to ')}` as one word"
         return Diagnostic("unknown-name", node.span, message, halves)
+    if logo := logo_repeat(tokens, at):
+        return Diagnostic("unknown-name", node.span, *logo)
+    if name.lower() == "arc":
+        message = "`arc` is not defined: write a turn along a circle, such as `left 90deg radius 1m`"
+        return Diagnostic("unknown-name", node.span, message)
     if name.lower() in MEANT:
         message, fixes = meant_instead(tokens, at)
         return Diagnostic("unknown-name", node.span, message, fixes)

@@ -23,8 +23,8 @@ from improv_core.text import Span
 MEANT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("wait", "stop", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
     **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
-    **dict.fromkeys(("turnleft", "leftturn", "turn_left"), ("left",)),
-    **dict.fromkeys(("turnright", "rightturn", "turn_right"), ("right",)),
+    **dict.fromkeys(("turnleft", "leftturn", "turn_left", "lt"), ("left",)),
+    **dict.fromkeys(("turnright", "rightturn", "turn_right", "rt"), ("right",)),
     **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight", "fd"), ("forward",)),
     **dict.fromkeys(("back", "bk"), ("backward",)),
     **dict.fromkeys(("loop", "times", "forever"), ("repeat",)),
@@ -124,12 +124,40 @@ def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...
         word = f"strafe{after.text}"
         fixes = replace(f"Change to {word}", Span(token.start, after.end), word)
         return f"`{name}` is not defined: did you mean `{word}`?", fixes
+    if after and after.type == "NUMBER" and meant[0] in (*_TURNING, *_GOING):
+        return _measured(token, after, meant)
     message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
     beside = [each.type for each in (before, after) if each]
     # A count without `repeat` is no loop, and a word beside a movement may only describe it.
     guess = after is None or after.type != "NUMBER" if meant == ("repeat",) else "PRIMITIVE" in beside
     guess = guess and meant != ("rest",)
     return message, tuple(fix for word in meant for fix in replace(f"Change to {word}", token.span, word, guess=guess))
+
+
+def _measured(token: Token, number: Token, meant: Sequence[str]) -> tuple[str, tuple[Fix, ...]]:
+    """Return the message about a word that people try with a number, as in Logo's `fd 100`, and its fixes."""
+    unit = "deg" if meant[0] in _TURNING else "cm"
+    shown = [f"{word} {number.text}{unit}" for word in meant]
+    put = Edit(Span(number.end, number.end), unit)
+    fixes = [
+        Fix(f"Change to {text}", (Edit(token.span, word), put), guess=unit == "cm")
+        for text, word in zip(shown, meant, strict=True)
+    ]
+    return f"`{token.text}` is not defined: write {' or '.join(f'`{text}`' for text in shown)}", tuple(fixes)
+
+
+def logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
+    """Return the message about Logo's `REPEAT 4 [ … ]`, and the fix: our square brackets squeeze what is in them."""
+    if [token.type for token in tokens[at + 1 : at + 3]] != ["NUMBER", "LSQB"] or tokens[at].text.lower() != "repeat":
+        return None
+    depth = 0
+    for token in tokens[at + 2 :]:
+        depth += (token.type == "LSQB") - (token.type == "RSQB")
+        if not depth:
+            edits = (Edit(tokens[at].span, "repeat"), Edit(tokens[at + 2].span, "("), Edit(token.span, ")"))
+            shown = f"repeat {tokens[at + 1].text} ( … )"
+            return f"write `{shown}`: words are in lowercase, and `[ ]` squeezes", (Fix(f"Change to {shown}", edits),)
+    return None
 
 
 def _joins(gone: Span, after: Token | None) -> bool:

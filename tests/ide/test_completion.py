@@ -103,6 +103,26 @@ def test_nothing_in_comments_and_numbers() -> None:
     check_nothing("r $ repeat 2|>x")
 
 
+def test_units_are_offered_directly_behind_the_number_of_a_measure() -> None:
+    check("r $ forward 1.5|>", "m", "cm", "mm", "deg", "°")
+    check("r $ left 9*10d|>", "deg", "°", "m", "cm", "mm")
+    check("r $ left 90deg radius 2|>", "m", "cm", "mm")
+    check("room 6|>", "m", "cm", "mm")
+    check("ada at 50cm -1|>", "m", "cm", "mm")
+    check("ada at 0 0 facing 90|>", "deg", "°")
+    for program in ("r $ repeat 4|>", "bar 3|>", "m = up\nr $ fast 2|>"):
+        check_nothing(program)
+
+
+def test_measures_are_offered_behind_primitives_after_all_else() -> None:
+    labels = [item.label for item in offered("p n = left |>").items]
+    assert labels[0] == "n*1deg"
+    assert labels[-3:] == ["90deg", "45deg", "radius"]
+    assert [item.label for item in offered("r $ forward |>").items][-2:] == ["1m", "50cm"]
+    assert [item.label for item in offered("r $ left 90deg |>").items][-1] == "radius"
+    check("r $ left radius |>", "1m", "50cm")
+
+
 def test_snippets_leave_room_for_their_operands() -> None:
     check_snippet("r $ re|>", "repeat", "repeat ${1:4} ($0)")
     check_snippet("r $ (re|>) left", "reflect", "reflect ${1|YZ,XZ,XY|} ($0)")

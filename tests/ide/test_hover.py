@@ -41,6 +41,15 @@ def test_the_hover_of_a_transformer_describes_its_term() -> None:
     check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · continues forever")
 
 
+def test_hovers_describe_measures() -> None:
+    check("r $ for|>ward 3/2m", "forward 3/2m", ": 1.5 m forward in 1 beat", "60 · 1.5 m, no turn")
+    circle = "left 360/5deg radius 60cm"
+    check(
+        f"r $ {circle[:-1]}|>m", circle, ": 72° left in 1 beat, along a circle with a radius of 60 cm", "turns 72° left"
+    )
+    check("p n = strafeleft n*|>1m", "strafeleft n*1m", ": n*1 m to the left in 1 beat")
+
+
 def test_hovers_describe_brackets() -> None:
     check("r $ |>[forward left] right", "[forward left]", "squeezed: 2 items, 2 times as fast", "1 beat, 1.0 s")
     check(

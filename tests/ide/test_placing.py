@@ -59,6 +59,12 @@ def test_a_robot_without_a_line_gets_one(before: str, after: str) -> None:
     check(before, {"ada": (1, 2, 0)}, after)
 
 
+def test_a_line_keeps_its_units() -> None:
+    check("ada at 50cm 1m facing 90°\n", {"ada": (0.573, -1.2, 45)}, "ada at 57.3cm -1.2m facing 45°\n")
+    before = "ada bo cy at line 60cm around 1m 30cm\n"
+    check(before, {"cy": (0, 0, 0)}, "ada bo at line 60cm around 1m 60cm\ncy at 0 0\n")
+
+
 def test_several_robots_are_placed_at_once() -> None:
     check("bo at 0 3\nada bo $ left\n", {"ada": (1, 2, 0), "bo": (0, 4, 0)}, "bo at 0 4\nada at 1 2\nada bo $ left\n")
 

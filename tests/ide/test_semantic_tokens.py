@@ -40,6 +40,19 @@ def test_unknown_words_have_no_color() -> None:
     check(analyze("anna ana $ up", robots), "anna:class", "$:operator", UP)
 
 
+def test_units_and_radius_have_colors_only_in_measures() -> None:
+    left = "left:function.defaultLibrary"
+    check(
+        "r $ left 90deg radius 2m",
+        *("r:class", "$:operator", left, "90:number", "deg:number", "radius:keyword", "2:number", "m:number"),
+    )
+    check("m = up\nr $ fast 2m", *("m:variable.definition", "=:operator", UP, "r:class", "$:operator"), *FAST_M)
+    check("room 6m 4", "room:keyword", "6:number", "m:number", "4:number")
+
+
+FAST_M = ("fast:keyword", "2:number", "m:variable")
+
+
 def test_senses() -> None:
     check(
         "near = up\nr $ until near near if not cue near else up pause fire up",

@@ -107,6 +107,18 @@ def test_fixes_of_slips(before: str, after: list[str]) -> None:
     check_fixes(before, *after)
 
 
+def test_words_of_logo_become_measures() -> None:
+    check("""
+        r $ fd 100 arc 90
+            ^^ unknown-name: `fd` is not defined: write `forward 100cm`
+                   ^^^ unknown-name: `arc` is not defined: write a turn along a circle, such as `left 90deg radius 1m`
+    """)
+    logo = analyze("r $ REPEAT 4 [FD 100 RT 90]")
+    assert fixed(logo, logo.diagnostics[0].fixes[0]) == "r $ repeat 4 (FD 100 RT 90)"
+    check_fixes("r $ RT 90", "r $ right 90deg")
+    check_fixes("r $ turn 30", "r $ left 30deg", "r $ right 30deg")
+
+
 def test_numbers_are_written_without_brackets_commas_and_sums() -> None:
     check("""
         poly n = repeat n (forward left)

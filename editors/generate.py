@@ -16,7 +16,7 @@ EDITORS = Path(__file__).resolve().parent
 sys.path.insert(0, str(EDITORS.parent))
 
 from improv_core.robots.schema import json_schema  # noqa: E402
-from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind  # noqa: E402
+from improv_core.syntax.vocabulary import TRANSFORMERS, UNITS, of_kind  # noqa: E402
 from improv_core.syntax.words import Kind  # noqa: E402
 
 GROUPS = {
@@ -56,6 +56,7 @@ def files() -> Iterator[tuple[Path, str]]:
 
 def _tree_sitter() -> str:
     lists = [f"  {json.dumps(kind.value.lower())}: {json.dumps(of_kind(kind))}" for kind in Kind]
+    lists.append(f'  "unit": {json.dumps([*UNITS], ensure_ascii=False)}')
     return "{\n" + ",\n".join(lists) + "\n}\n"
 
 

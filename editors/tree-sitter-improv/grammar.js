@@ -9,6 +9,7 @@ const words = require("./words.json");
 // Each of our signs, or what stands for it on other keyboards.
 const either = (ours, ...others) => choice(ours, ...others.map((other) => alias(other, ours)));
 const [EQUALS, DOLLAR, BARS] = [either("=", "＝"), either("$", "＄"), either("||", "｜｜")];
+const [TIMES, DIVIDED] = [either("*", "×", "＊"), either("/", "÷", "⁄", "／")];
 const NAME = "[\\p{L}\\p{Nl}\\p{No}_\uFF3F][\\p{XID_Continue}\\p{N}\u200C\u200D]*";
 
 module.exports = grammar({
@@ -52,18 +53,18 @@ module.exports = grammar({
 
     // The words of these lines are names everywhere else, so only the scanner knows which is which.
     placing: ($) => seq($._robots, alias($._at, "at"), choice($._point, $._circle, $._rows)),
-    _point: ($) => seq($.number, $.number, optional(seq("facing", $.number))),
+    _point: ($) => seq($._length, $._length, optional(seq("facing", $._length))),
     _circle: ($) =>
       seq(
         alias("circle", $.formation),
-        $.number,
+        $._length,
         optional(choice(seq($._facing, optional($._around)), seq($._around, optional($._facing)))),
       ),
-    _rows: ($) => seq(alias(choice("line", "grid"), $.formation), $.number, optional($._around)),
+    _rows: ($) => seq(alias(choice("line", "grid"), $.formation), $._length, optional($._around)),
     _facing: ($) => seq("facing", alias(choice("in", "out"), $.direction)),
-    _around: ($) => seq("around", $.number, $.number),
+    _around: ($) => seq("around", $._length, $._length),
     kind: ($) => seq($._robots, alias($._is, "is"), $.profile),
-    room: ($) => seq(alias($._room, "room"), $.number, $.number),
+    room: ($) => seq(alias($._room, "room"), $._length, $._length),
     bar: ($) => seq(alias($._bar, "bar"), $.number),
     // `$` or `=` is still missing. Names at the start are robots, so that they keep their color when `$` follows.
     unfinished: ($) => choice($._robots, seq(optional($._robots), $._begun)),
@@ -75,7 +76,7 @@ module.exports = grammar({
     _voice: ($) => prec.right(choice($._term, $.series)),
     series: ($) => prec.right(seq($._term, repeat1($._term))),
     _term: ($) => choice($.name, $.call, alias($._movement_parameter, $.parameter), $._built_in),
-    _built_in: ($) => choice($.primitive, $.group, $.squeeze, $.transformation, $.conditional),
+    _built_in: ($) => choice($.primitive, $.measured, $.group, $.squeeze, $.transformation, $.conditional),
 
     // How many movements a phrase takes is known only from its definition, so they are the next items of the series.
     call: ($) => seq(field("name", choice($.name, alias($._movement_parameter, $.parameter))), repeat1($.number)),
@@ -95,11 +96,22 @@ module.exports = grammar({
       prec.right(seq(choice(...words.if), $.condition, $._voice, optional(seq(choice(...words.else), $._term)))),
     condition: ($) => seq(optional(choice(...words.not)), alias($.name, $.sense)),
 
+    // Units and `radius` are names everywhere else.
+    measured: ($) =>
+      choice(
+        seq($.primitive, $._length, optional(seq("radius", $._length))),
+        prec(1, seq($.primitive, "radius", $._length)),
+      ),
+    _length: ($) => alias($.measure, $.number),
+    measure: ($) => seq($._measured_factor, repeat(seq(choice(TIMES, DIVIDED), $._measured_factor))),
+    _measured_factor: ($) => choice(seq($._digits, optional($._unit)), alias($._number_parameter, $.parameter)),
+    _unit: () => token.immediate(choice(...words.unit)),
+
     primitive: () => choice(...words.primitive),
     plane: () => choice(...words.plane),
     name: () => new RegExp(NAME),
     profile: () => new RegExp(`${NAME}(-+[\\p{L}\\p{N}_]+)*`),
-    number: ($) => seq($._factor, repeat(seq(choice(either("*", "×", "＊"), either("/", "÷", "⁄", "／")), $._factor))),
+    number: ($) => seq($._factor, repeat(seq(choice(TIMES, DIVIDED), $._factor))),
     _factor: ($) => choice($._digits, alias($._number_parameter, $.parameter)),
     _digits: () => /[+\-\u2212\uFF0B\uFF0D]?[0-9\uFF10-\uFF19]*[.\uFF0E]?[0-9\uFF10-\uFF19]+/,
     comment: () => /[#\uFF03][^\r\n]*/,

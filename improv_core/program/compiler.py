@@ -14,7 +14,7 @@ from improv_core.robots.config import Robots
 from improv_core.robots.limits import exactly, excess
 from improv_core.robots.start_poses import start_poses
 from improv_core.score.joints import Limb, limbs_of
-from improv_core.score.measured import Measured
+from improv_core.score.measured import Measure
 from improv_core.score.motion import Pose, wrapped
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
 from improv_core.score.performance import Mover, SenseSpan, perform
@@ -181,7 +181,7 @@ class _Segments:
     def _is_same(self, one: Velocity, other: Velocity) -> bool:
         if one == other or not self.profile:
             return one == other
-        is_measured = any(isinstance(each, Measured) for each in (*one, *other))
+        is_measured = any(isinstance(each, Measure) for each in (*one, *other))
         return is_measured and exactly(one, self.profile) == exactly(other, self.profile)
 
     def _widen(self) -> None:

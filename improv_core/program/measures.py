@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.numbers import product
-from improv_core.score.measured import Component, Measured
+from improv_core.score.measured import Component, Measure
 from improv_core.score.movement import DIRECTIONS, Velocity, exact
 from improv_core.syntax import nodes
 from improv_core.syntax.characters import DEGREES, in_words
@@ -38,14 +38,14 @@ _MOST_TIMES = 9
 
 
 def unit_of(number: Number) -> str:
-    """Return the field of `Measured` that a measure measures; "" if it has no unit, or several."""
+    """Return the field of `Measure` that a measure measures; "" if it has no unit, or several."""
     return UNITS[number.units[0].text].field if len(number.units) == 1 else ""
 
 
 def in_its_unit(number: Number, value: Fraction) -> Component:
     """Return a measure with this value, in meters or degrees."""
     unit = UNITS[number.units[0].text]
-    return Measured(**{unit.field: exact(value * unit.size)}) * 1
+    return Measure(**{unit.field: exact(value * unit.size)}) * 1
 
 
 def velocity_of(word: Word, measure: Component | None, radius: Component | None) -> Velocity:
@@ -59,10 +59,10 @@ def velocity_of(word: Word, measure: Component | None, radius: Component | None)
     own = getattr(word.velocity, direction)
     turn = own if measure is None else measure * (1 if own > 0 else -1)
     velocity = word.velocity._replace(**{direction: turn})
-    if not isinstance(radius, Measured) or direction != "yaw":
+    if not isinstance(radius, Measure) or direction != "yaw":
         return velocity
-    by = turn if isinstance(turn, Measured) else Measured(turn)
-    around = Measured(turning=radius.meters * by.steps, arcs=radius.meters * by.degrees)
+    by = turn if isinstance(turn, Measure) else Measure(turn)
+    around = Measure(turning=radius.meters * by.steps, arcs=radius.meters * by.degrees)
     forward = around * (1 if own > 0 else -1)
     return velocity._replace(x=forward)
 

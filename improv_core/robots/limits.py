@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.score.measured import DEGREE, Measured, in_si
+from improv_core.score.measured import DEGREE, Measure, in_si
 from improv_core.score.movement import NOTHING_AROUND, Movement, Peak, Piecewise, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.score.score import in_axes
@@ -100,7 +100,7 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     if ratio <= 1:
         return None
     fitting = math.isqrt(math.floor(tempo * tempo / ratio))  # whole n with n² <= tempo² / ratio
-    is_measured = any(isinstance(each, Measured) for each in velocity)
+    is_measured = any(isinstance(each, Measure) for each in velocity)
     longest = 1 if is_measured else _LONGEST_FRACTION
     slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, longest + 1))
     return Excess(kind, _root(square), limit, _root(ratio), fitting or None, slow)

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from improv_core.score import fields
 from improv_core.score.bounds import UNBOUNDED, amplified, either, held, in_parallel, opened, sped_up
-from improv_core.score.measured import Measured, bound_of
+from improv_core.score.measured import Measure, bound_of
 from improv_core.score.movement import (
     ENDLESS,
     STILL,
@@ -249,9 +249,7 @@ def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> M
 
 def _longest(velocity: Velocity) -> int:
     """Return the most bits of a number that a program measures in a velocity."""
-    return max(
-        (bits(exact(Fraction(each))) for one in velocity if isinstance(one, Measured) for each in one), default=0
-    )
+    return max((bits(exact(Fraction(each))) for one in velocity if isinstance(one, Measure) for each in one), default=0)
 
 
 def stand(duration: Exact) -> Movement:

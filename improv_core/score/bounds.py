@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 
-from improv_core.score.measured import Bound, Measured, larger, largest, units_in
+from improv_core.score.measured import Bound, Measure, larger, largest, units_in
 from improv_core.score.movement import (
     DIRECTIONS,
     LARGEST,
@@ -170,7 +170,7 @@ def under_part(bounds: Bounds, part: str) -> Bounds:
 
 def is_measured(bounds: Bounds) -> bool:
     """Return whether a program measures velocities of the base, or of body parts."""
-    return any(isinstance(each, Measured) for peak in (bounds.peak, bounds.body.peak) for each in peak)
+    return any(isinstance(each, Measure) for peak in (bounds.peak, bounds.body.peak) for each in peak)
 
 
 def is_too_fast(peak: Peak) -> bool:

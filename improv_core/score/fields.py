@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from improv_core.score.fits import read
-from improv_core.score.measured import Component, Measured
+from improv_core.score.measured import Component, Measure
 from improv_core.score.movement import MOST_THROWS, Exact, Factors, JsonForm, Velocity, exact
 from improv_core.text import Span
 
@@ -46,11 +46,11 @@ def _read_as(hint: Any) -> JsonForm:
 
 def _component(value: Component) -> Any:
     """Return a component for JSON: a number, or a list of the coefficients of one that is measured."""
-    return [written(exact(Fraction(each))) for each in value] if isinstance(value, Measured) else written(value)
+    return [written(exact(Fraction(each))) for each in value] if isinstance(value, Measure) else written(value)
 
 
 def _read_component(value: Any) -> Component:
-    return Measured(*map(read_exact, value)) * 1 if isinstance(value, list) else read_exact(value)
+    return Measure(*map(read_exact, value)) * 1 if isinstance(value, list) else read_exact(value)
 
 
 def _count(value: object) -> int:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from improv_core.score.algebra import Parallel
 from improv_core.score.body import Body, BodyPart, Drive, Joint
 from improv_core.score.budget import Budget
-from improv_core.score.measured import DEGREE, Component, Measured
+from improv_core.score.measured import DEGREE, Component, Measure
 from improv_core.score.movement import STILL, Duration, Movement, Velocity
 from improv_core.score.path import Outcomes, PlayedPart
 from improv_core.score.projection import Reach, project
@@ -34,7 +34,7 @@ def _per_second(component: Component, drive: Drive, tempo: Fraction) -> float:
 
 def _driven(component: Component, drive: Drive) -> float:
     """Return a component of a velocity in radians or meters of its joint. Measures go in the direction's own sense."""
-    if not isinstance(component, Measured):
+    if not isinstance(component, Measure):
         return float(component) * drive.per_step
     measured = component.si(0.0, 0.0, DEGREE)
     return float(component.steps) * drive.per_step + (measured if drive.per_step > 0 else -measured)

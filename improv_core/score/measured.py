@@ -12,7 +12,7 @@ Value = TypeVar("Value", float, Fraction)
 DEGREE = math.radians(1)
 
 
-class Measured(NamedTuple):
+class Measure(NamedTuple):
     """A component of a velocity, per beat, that a program measures: so many `steps` (quarter turns, for yaw), `meters`,
     and `degrees`, and lengths of arcs: meters of radius times quarter turns (`turning`), and times degrees (`arcs`).
 
@@ -26,7 +26,7 @@ class Measured(NamedTuple):
     arcs: Coefficient = 0
 
     def __add__(self, other: Any) -> Any:
-        if not isinstance(other, Measured):
+        if not isinstance(other, Measure):
             return self._replace(steps=self.steps + other)
         return _simplest(*(one + each for one, each in zip(self, other, strict=True)))
 
@@ -46,20 +46,20 @@ class Measured(NamedTuple):
         return value
 
 
-Component: TypeAlias = Fraction | int | Measured
+Component: TypeAlias = Fraction | int | Measure
 """A component of a velocity, per beat."""
-Bound: TypeAlias = float | Measured
+Bound: TypeAlias = float | Measure
 """The largest absolute value of a component."""
 
 
 def _simplest(*coefficients: Coefficient) -> Any:
     steps, *measured = coefficients
-    return Measured(steps, *measured) if any(measured) else steps
+    return Measure(steps, *measured) if any(measured) else steps
 
 
 def in_si(component: Component | float, step: Value, turn: Value, degree: Value) -> Value:
-    """Return a component, or its bound, in meters or radians, like `Measured.si`."""
-    if isinstance(component, Measured):
+    """Return a component, or its bound, in meters or radians, like `Measure.si`."""
+    if isinstance(component, Measure):
         return component.si(step, turn, degree)
     value: Any = component
     own: Value = value * step
@@ -68,29 +68,29 @@ def in_si(component: Component | float, step: Value, turn: Value, degree: Value)
 
 def bound_of(component: Component) -> Bound:
     """Return the bound of a component that keeps its value."""
-    if isinstance(component, Measured):
-        return Measured(*(abs(float(each)) for each in component))
+    if isinstance(component, Measure):
+        return Measure(*(abs(float(each)) for each in component))
     return abs(float(component))
 
 
 def larger(one: Bound, other: Bound) -> Bound:
     """Return a bound of what is within one bound or the other."""
-    if not (isinstance(one, Measured) or isinstance(other, Measured)):
+    if not (isinstance(one, Measure) or isinstance(other, Measure)):
         return max(one, other)
     pairs = zip(_whole(one), _whole(other), strict=True)
-    return Measured(*(max(pair) for pair in pairs))
+    return Measure(*(max(pair) for pair in pairs))
 
 
 def largest(component: Component | float) -> Coefficient:
     """Return the largest coefficient of a component or a bound."""
-    return max(component) if isinstance(component, Measured) else component
+    return max(component) if isinstance(component, Measure) else component
 
 
 def units_in(component: Component | float) -> list[str]:
-    """Return the fields of `Measured` besides `steps` that are not 0 in a component or a bound."""
-    measured = component if isinstance(component, Measured) else Measured()
-    return [name for name in Measured._fields[1:] if getattr(measured, name)]
+    """Return the fields of `Measure` besides `steps` that are not 0 in a component or a bound."""
+    measured = component if isinstance(component, Measure) else Measure()
+    return [name for name in Measure._fields[1:] if getattr(measured, name)]
 
 
-def _whole(bound: Bound) -> Measured:
-    return bound if isinstance(bound, Measured) else Measured(bound)
+def _whole(bound: Bound) -> Measure:
+    return bound if isinstance(bound, Measure) else Measure(bound)

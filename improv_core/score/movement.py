@@ -43,7 +43,7 @@ class Factors(NamedTuple):
 
 class Velocity(NamedTuple):
     """Forward, left, and up in steps per beat; yaw in quarter turns per beat, counterclockwise; unless they are
-    `Measured`."""
+    `Measure`."""
 
     x: Component = 0
     y: Component = 0
@@ -129,7 +129,7 @@ class Asked(NamedTuple):
     for the part itself.
 
     `part` is "" under no part. It is `mirrored` in an odd number of reflections that swap left and right. A direction
-    that a program measures is also listed with each kind of `unit`, a field of `Measured`.
+    that a program measures is also listed with each kind of `unit`, a field of `Measure`.
     """
 
     part: str

@@ -92,7 +92,7 @@ A_NUMBER = Argument("k", "2")
 
 
 class Unit(NamedTuple):
-    """A unit: the field of `Measured` that it measures, and its size in meters or degrees."""
+    """A unit: the field of `Measure` that it measures, and its size in meters or degrees."""
 
     field: str
     size: Fraction

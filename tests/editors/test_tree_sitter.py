@@ -23,12 +23,14 @@ from improv_core.syntax.nodes import (
     Call,
     Choice,
     Condition,
+    MeasuredWord,
     Name,
     Node,
     Number,
     OfKind,
     Statement,
     children,
+    numbers,
 )
 from improv_core.syntax.opening import FACINGS, SHAPES
 from improv_core.syntax.parser import parse_statement
@@ -68,6 +70,9 @@ PROGRAMS = [
     "room 6 4.5\nbar 3\n--- finale\n----room # why\nada bo is puppet\nis is is\nada at circle is nao--v6_2# y\na is at",
     "room is puppet\nbar at 1 2\nroom $ left\nbar is at $ left\nat = left\nis n = left\nx = bar 3\nx = (\nbar 3\nat\n)",
     "r $ if near left\nelse at 3\n|| bar 3\nroom 1 2\nr $ [at 1\n(room 2 left)\nroom]\nbar 3\ncircle line $ in",
+    "p n side = repeat n (forward side*1m left 360deg/n)||up 1/2m*3\nm = up\nr $ fast 2m repeat 3m left 2m m right 90°",
+    "r $ left 180deg radius 60cm halfleft radius 2 left 90deg\n|| right radius 1.5m(down)\nroom 6m 400cm",
+    "a at 50cm -1m facing 90deg\nb c at circle 1/2m around 2m 0\nradius = up\nr $ radius",
     "f (\n# why\n  m\n) = m\nf\tn = ramp .5*n n m\nm = n\ng (n) = n repeat n\nbeat 30*2",
 ]
 """Programs without mistakes."""
@@ -195,7 +200,7 @@ sq = slow 3/2 (left) || [up]
 poly n (m) = ramp 2*n 3/2 m
 --- finale
 r1 r2 $ reflect YZ sq poly 4 left
-  || if not near up else until cue left
+  || if not near up else until cue left 90deg radius 1.5m
 room 6 4
 bar 60
 at r1 at circle 4 facing in around -1 6
@@ -203,13 +208,13 @@ at is nao-v6"""
 COLORS = [
     ("attribute", "keyword", {"beat", "at", "is", "room", "bar", "facing", "around"}),
     ("label", "label", {"finale"}),
-    ("number", "constant.numeric", {"60", "3/2", "4", "2*n", "6", "-1"}),
+    ("number", "constant.numeric", {"60", "3/2", "4", "2*n", "6", "-1", "90deg", "1.5m"}),
     ("variable", "variable", {"sq", "poly"}),
     ("variable.parameter", "variable.parameter", {"n", "m"}),
     ("operator", "operator", {"=", "||", "$", "*", "/"}),
     ("operator", "punctuation.special", {"---"}),
     ("punctuation.bracket", "punctuation.bracket", set("()[]")),
-    ("keyword", "keyword.control", {"slow", "reflect", "ramp", "until"}),
+    ("keyword", "keyword.control", {"slow", "reflect", "ramp", "until", "radius"}),
     ("keyword.conditional", "keyword.control.conditional", {"if", "else"}),
     ("keyword.operator", "keyword.operator", {"not"}),
     ("variable.member", "variable.other.member", {"near", "cue"}),
@@ -363,6 +368,9 @@ def _node(node: Node, movements: Collection[str], start: int) -> Tree:
         kind = "parameter"
     elif isinstance(node, Bracket):
         kind = "squeeze" if node.squeezes else "group"
+    elif isinstance(node, MeasuredWord):
+        kind = "measured"
+        parts = [_node(node.primitive, movements, start), *(_number(number, start) for number in numbers(node))]
     elif isinstance(node, Call):
         parts += [_number(number, start) for number in node.numbers]
     elif isinstance(node, Choice):
@@ -412,7 +420,11 @@ def words_of(statement: Statement, start: int) -> list[Tree]:
 def _all_in(value: object) -> Iterator[object]:
     """Yield all parts of a statement, however deep."""
     yield value
-    parts = value if isinstance(value, tuple) else [getattr(value, name) for name in getattr(value, "__slots__", ())]
+    parts = (
+        value
+        if isinstance(value, tuple)
+        else [getattr(value, name) for name in getattr(value, "__slots__", ()) if name != "as_names"]
+    )
     for part in () if isinstance(value, Token) else parts:
         yield from _all_in(part)
 

@@ -13,7 +13,8 @@ syntax match improvHead '\v^\s*\K\k*%(\s+\K\k*)*%(\s*\(\s*\K\k*\s*\))*\ze\s*\=' 
 syntax match improvParameter '\v\K\k*' contained
 syntax match improvName '\v%(^\s*)@<=\K\k*' contained
 syntax match improvRobot '\v\K\k*\ze%(\s+\K\k*)*\s*\$'
-syntax match improvNumber '\v<\d*\.?\d+>'
+syntax match improvNumber '\v<\d*\.?\d+%(>|%(cm|mm|m|deg)>|°)'
+syntax match improvRadius '\v<radius>\ze\s*[.0-9]'
 syntax match improvOperator '||\|[=$*/]'
 syntax match improvScene '\v^\s*\zs-{3,}' nextgroup=improvTitle skipwhite
 syntax match improvTitle '\v\K\k*\ze\s*%(#|$)' contained
@@ -26,7 +27,7 @@ syntax match improvOpening '\v<%(at|facing|around)>' contained nextgroup=@improv
 syntax match improvOpening '\v<is>' contained nextgroup=improvProfile skipwhite
 syntax match improvChoice '\v<%(circle|line|grid|in|out)>' contained nextgroup=@improvPlace skipwhite
 syntax match improvProfile '\v\K\k*%(-+\k+)*' contained
-syntax match improvNumber '\v[-+]?\d*\.?\d+>' contained nextgroup=@improvPlace skipwhite
+syntax match improvNumber '\v[-+]?\d*\.?\d+%(>|%(cm|mm|m|deg)>|°)' contained nextgroup=@improvPlace skipwhite
 syntax match improvOperator '[*/]' contained nextgroup=@improvPlace skipwhite
 syntax cluster improvPlace contains=improvOpening,improvChoice,improvNumber,improvOperator
 syntax region improvBrackets start='[(\[]' end='[)\]]' end='\v\ze\n\s*%(beat\s+[-+.0-9]|---|\K\k*%(\s+\K\k*|\s*\(\s*\K\k*\s*\))*\s*\=|\K[^()\[\]$=|\n]*\$)'
@@ -44,6 +45,7 @@ highlight default link improvName Identifier
 highlight default link improvParameter Identifier
 highlight default link improvRobot Type
 highlight default link improvNumber Number
+highlight default link improvRadius Statement
 highlight default link improvOperator Operator
 highlight default link improvScene Operator
 highlight default link improvTitle Title

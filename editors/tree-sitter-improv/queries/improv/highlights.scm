@@ -7,6 +7,7 @@
 (transformer) @keyword
 ["if" "else"] @keyword.conditional
 "not" @keyword.operator
+"radius" @keyword
 (primitive) @function.builtin
 [(plane) (formation) (direction) (profile)] @constant
 (name) @variable

@@ -7,6 +7,7 @@
 (transformer) @keyword.control
 ["if" "else"] @keyword.control.conditional
 "not" @keyword.operator
+"radius" @keyword.control
 (primitive) @function.builtin
 [(plane) (formation) (direction) (profile)] @constant.builtin
 (name) @variable

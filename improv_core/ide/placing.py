@@ -179,8 +179,9 @@ def _formation(analysis: Analysis, node: InFormation, robots: Mapping[str, Pose]
 def _at(name: str, start: Start, like: AtPoint | None = None) -> str:
     """Return the line that places a robot, in the units of a line that placed it before."""
     x, y, heading = _rounded(start)
-    facing = f" facing {_number(heading, like and like.facing)}" if heading else ""
-    return f"{name} at {_number(x, like and like.x)} {_number(y, like and like.y)}{facing}"
+    at, by = (like.x, like.y) if like else (None, None)
+    facing = f" facing {_number(heading, like.facing if like else None)}" if heading else ""
+    return f"{name} at {_number(x, at)} {_number(y, by)}{facing}"
 
 
 def _start(pose: Pose) -> Start:

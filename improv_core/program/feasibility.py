@@ -13,7 +13,7 @@ from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import Excess, excess, too_tight, unsupported
 from improv_core.score.algebra import Gain
-from improv_core.score.measured import in_si
+from improv_core.score.measured import in_si, largest
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.projection import base_of
@@ -214,7 +214,8 @@ def _too_far_back(robot: str, part: Movement, profile: Profile) -> Iterator[Diag
         return
     room = limit
     for moment in islice(walk(with_all_sides(base_of(part))), _FIRST_MOMENTS):
-        room = min(room + float(moment.velocity.x * moment.duration) * profile.step, limit)
+        ahead, *_ = in_axes(moment.velocity, profile)
+        room = min(room + ahead * float(moment.duration), limit)
         if room < -_ROOM_SLACK and moment.sources:
             what = f"`{robot}` stops by itself once it has driven {limit:g} m backward"
             yield Diagnostic("too-far-back", moment.sources[0].span, f"{what}: turn it around, or lift that limit")
@@ -224,7 +225,7 @@ def _too_far_back(robot: str, part: Movement, profile: Profile) -> Iterator[Diag
 def _may_go_back(part: Movement) -> bool:
     """Check quickly: each movement is visited once, no matter how often it repeats."""
     return any(
-        each.uniform.x < 0 if each.uniform else isinstance(each, Gain) and each.gain.x < 0
+        largest(-each.uniform.x) > 0 if each.uniform else isinstance(each, Gain) and each.gain.x < 0
         for each in inner_first(part, lambda each: () if each.uniform else each.parts)
     )
 

@@ -45,7 +45,8 @@ def unit_of(number: Number) -> str:
 def in_its_unit(number: Number, value: Fraction) -> Component:
     """Return a measure with this value, in meters or degrees."""
     unit = UNITS[number.units[0].text]
-    return Measure(**{unit.field: exact(value * unit.size)}) * 1
+    component: Component = Measure(**{unit.field: exact(value * unit.size)}) * 1
+    return component
 
 
 def velocity_of(word: Word, measure: Component | None, radius: Component | None) -> Velocity:
@@ -166,8 +167,8 @@ class _Written:
         word = opposite.removeprefix("half")
         unit = "" if self.number.units else self.usual
         plain = f"{word} {self._with(unit)[1:]}"
-        edits = (Edit(self.node.primitive.span, word), Edit(Span(first.start, first.start + 1), ""))
-        edits = (*(each for each in edits if each.text != self.word), *self._insertion(unit))
+        other = (Edit(self.node.primitive.span, word),) if word != self.word else ()
+        edits = (*other, Edit(Span(first.start, first.start + 1), ""), *self._insertion(unit))
         fix = Fix(f"Change to {plain}", edits, guess=unit == "m")
         return Diagnostic("bad-number", self.number.span, f"{message}: `{plain}`", (fix,))
 

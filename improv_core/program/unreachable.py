@@ -77,8 +77,8 @@ def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnos
         advice = "give its `repeat` a number" + (", or remove this" if fixes else "")
         return Diagnostic("never-performed", span, f"the movement before this never ends: {advice}", fixes)
     body = endless.body
-    is_word = isinstance(body, nodes.Primitive | nodes.MeasuredWord)
-    one = body.word.text if is_word else body.text if isinstance(body, nodes.Name) else ""
+    one = body.text if isinstance(body, nodes.Name) else ""
+    one = body.word.text if isinstance(body, nodes.Primitive | nodes.MeasuredWord) else one
     repeated = f"only `{one}`" if one else "only one movement"
     message = f"`repeat` repeats {repeated}, forever: put everything that it should repeat in `( )`"
     brackets = (Edit(Span(body.span.start, body.span.start), "("), Edit(Span(span.end, span.end), ")"))

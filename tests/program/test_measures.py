@@ -234,6 +234,17 @@ def test_an_edit_that_defines_radius_changes_the_lines_below() -> None:
     assert now.diagnostics == analyze(now.text).diagnostics
 
 
+def test_a_base_that_stops_by_itself_counts_measured_ways_back() -> None:
+    check(
+        """
+        anna $ forward 10cm backward 15cm backward 1cm
+                                          ^^^^^^^^ too-far-back: `anna` stops by itself once it has driven 0.15 m backward: turn it around, or lift that limit
+        """,
+        robots='[robots.anna]\nprofile = "create3"',
+        hints=True,
+    )
+
+
 def test_what_is_too_fast_fits_with_a_whole_factor() -> None:
     check(
         """

@@ -78,7 +78,7 @@ def test_movements_that_would_become_too_fast_are_not_smoothed() -> None:
     """A name of several stretches that is too fast in one place stays as it is everywhere."""
 
     def fits(velocity: Velocity) -> bool:
-        return abs(largest(velocity.x)) < 2 and abs(largest(velocity.yaw)) < 2
+        return bool(abs(largest(velocity.x)) < 2 and abs(largest(velocity.yaw)) < 2)
 
     whole = movement("a = forward left\nr $ a fast 2 a slow 2 fast 3 right backward fast 3 left")
     rates = [moment.velocity for moment in walk(smoothed(whole, fits))]

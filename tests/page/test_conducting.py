@@ -143,13 +143,33 @@ def test_the_timeline_is_a_slider_for_hand_and_keys(stage: Page) -> None:
 def test_keys_that_stop_stop_wherever_the_focus_is(stage: Page) -> None:
     stage.get_by_role("button", name="Starts").click()
     field = stage.get_by_label("x", exact=True).first
-    for key in ("Space", "Escape"):
-        field.focus()
-        stage.keyboard.press(key)
-        wait(stage, "improv.transport.state === 'stopped'")
-        assert field.input_value() == "0"
-        stage.get_by_role("button", name="Play").click()
-        wait(stage, "improv.transport.state === 'playing'")
+    field.focus()
+    stage.keyboard.press("Space")
+    wait(stage, "improv.transport.state === 'stopped'")
+    assert field.input_value() == "0"
+    stage.keyboard.press("Escape")
+
+
+def test_shortcuts_work_with_caps_lock_and_a_cyrillic_keyboard(stage: Page) -> None:
+    session = stage.context.new_cdp_session(stage)
+    for key in ("L", "\u0434"):
+        for shown in (False, True):
+            session.send("Input.dispatchKeyEvent", {"type": "keyDown", "key": key, "code": "KeyL", "text": key})
+            session.send("Input.dispatchKeyEvent", {"type": "keyUp", "key": key, "code": "KeyL"})
+            expect(stage.locator("#timeline")).to_be_visible(visible=shown)
+
+
+def test_escape_closes_what_is_open_and_the_next_one_stops(stage: Page) -> None:
+    opened = stage.locator("dialog[open], #show-more[aria-expanded=true]")
+    for name in ("View", "Help", "Save", "Sound", "Starts"):
+        stage.set_viewport_size({"width": 600 if name == "View" else 1280, "height": 800})
+        stage.get_by_role("button", name=name, exact=True).click()
+        expect(opened).to_have_count(1)
+        stage.keyboard.press("Escape")
+        expect(opened).to_have_count(0)
+        assert stage.evaluate("improv.transport.state") == "playing", name
+    stage.keyboard.press("Escape")
+    wait(stage, "improv.transport.state === 'stopped'")
 
 
 def test_text_typed_outside_the_editor_starts_nothing(stage: Page) -> None:

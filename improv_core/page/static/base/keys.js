@@ -1,6 +1,6 @@
 // @ts-check
-// The keyboard. Space stops the robots wherever the focus is, unless text is written there, and so does Escape unless it
-// closes something. Other keys work only where a person has put the focus on the stage or a control, so that
+// The keyboard. Space stops the robots wherever the focus is, unless text is written there, and so does Escape unless
+// something is open: then it closes that. Other keys work only where a person has put the focus on the stage or a control, so that
 // a text that is typed into the wrong window starts nothing.
 
 const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
@@ -31,7 +31,7 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
     if (target.closest("input, select, textarea, .toml-lines pre")) return
     const arrow = event.key.startsWith("Arrow")
     const letter = event.key.length === 1
-    const action = arrow && event.shiftKey ? shifted[event.key] : keys[letter ? event.key.toLowerCase() : event.key]
+    const action = arrow && event.shiftKey ? shifted[event.key] : keys[keyOf(event)]
     if (!action || (letter && !lettersWork())) return
     if (!target.closest(CONTROLS)) {
       if (letter && target === document.body) say("Keys work once you have clicked the stage")
@@ -40,6 +40,17 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
     if (event.repeat && !arrow && !"+-".includes(event.key)) return
     event.preventDefault()
     const done = action()
-    if (letter && done) say(`${event.key.toUpperCase()}: ${done}`)
+    if (letter && done) say(`${keyOf(event).toUpperCase()}: ${done}`)
   })
+}
+
+/**
+ * The key that is pressed, whether Caps Lock is on or not. On a keyboard without Latin letters, it is the one at the
+ * same place of a keyboard with them.
+ * @param {Pick<KeyboardEvent, "key" | "code">} event
+ */
+export function keyOf({ key, code }) {
+  if (key.length > 1) return key
+  const other = { BracketLeft: "[", BracketRight: "]" }[code] ?? /^Key([A-Z])$/.exec(code)?.[1]
+  return (key > "\u024F" && other ? other : key).toLowerCase()
 }

@@ -112,9 +112,9 @@ export class Panels {
     }
     const stopOrClose = (/** @type {KeyboardEvent} */ event) => {
       const over = document.querySelector("dialog:modal")
-      if (event.key === "Escape" && over instanceof HTMLDialogElement) return over.close()
-      if (event.key !== "Escape" || !this.#card("help").open) stop()
-      if (event.key !== "Escape") return
+      const isOpen = document.querySelector(".card[open], #show-more[aria-expanded=true]")
+      if (event.key !== "Escape" || (!over && !isOpen)) return stop()
+      if (over instanceof HTMLDialogElement) return over.close()
       this.#shutAll()
       this.#showMore(false)
     }

@@ -3,6 +3,7 @@
 
 import { button, element, find, robotElement } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
+import { keyOf } from "../base/keys.js"
 import { send } from "../net/send.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
@@ -34,7 +35,7 @@ export class Senses {
     })
     // Before other keys: in a program that listens to a key, the key does nothing else.
     addEventListener("keydown", (event) => this.#press(event), { capture: true })
-    addEventListener("keyup", ({ key }) => this.#release(key))
+    addEventListener("keyup", (event) => this.#release(keyOf(event)))
     addEventListener("blur", () => this.#releaseAll())
     document.addEventListener("visibilitychange", () => document.hidden && this.#releaseAll())
   }
@@ -131,7 +132,8 @@ export class Senses {
 
   /** @param {KeyboardEvent} event */
   #press(event) {
-    const { key, target } = event
+    const { target } = event
+    const key = keyOf(event)
     if (event.ctrlKey || event.altKey || event.metaKey || (target instanceof Element && target.closest("input, select, textarea"))) return
     if (key === " " || key === "Escape" || !this.#keys().has(key)) return
     event.preventDefault()

@@ -3,6 +3,7 @@
 
 import { Draft } from "./draft.js"
 import { find, write } from "../base/elements.js"
+import { keyOf } from "../base/keys.js"
 import { notices } from "../base/notices.js"
 import { keptToml } from "../net/backend.js"
 import { send } from "../net/send.js"
@@ -48,7 +49,7 @@ export class Saving {
       this.show()
     })
     addEventListener("keydown", (event) => {
-      const saves = (event.ctrlKey || event.metaKey) && (event.key === "Enter" || event.key === "s")
+      const saves = (event.ctrlKey || event.metaKey) && ["Enter", "s"].includes(keyOf(event))
       if (!this.open || !saves || event.isComposing) return
       event.preventDefault()
       if (!event.repeat) this.write()

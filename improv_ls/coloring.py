@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeAlias
 
 from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.program.analysis import Analysis
+from improv_core.slices import in_slices
 from improv_core.syntax.parser import LONGEST_KEPT
 from improv_core.text import LineIndex
 from improv_ls.positions import Encoding, units
@@ -30,7 +31,7 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
-    for start, text, unknown, strange, body_words in fragments(analysis, first, last):
+    for start, text, unknown, strange, body_words in in_slices(fragments(analysis, first, last)):
         make = _kept if len(text) <= LONGEST_KEPT else _shape
         first_line, column, rest, last_line = make(text, unknown, strange, body_words, encoding)
         if not rest:
@@ -107,7 +108,7 @@ def _shape(
             found += (0, start - before, end - start, kind, modifiers)
             before = start
         words = []
-    for start, end, kind, modifiers in words:
+    for start, end, kind, modifiers in in_slices(words):
         line_before = line
         while line < last_line and starts[line + 1] <= start:
             line += 1

@@ -34,6 +34,9 @@ _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE
 """Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
 U+2028, and at the end of a file."""
 
+MOST_ITEMS = 1_000
+"""The most items of a list whose JSON is made at once."""
+
 
 class StdioServer(LanguageServer):
     """A language server that reads a file descriptor, usually standard input.
@@ -208,16 +211,16 @@ class Protocol(LanguageServerProtocol):
         future.add_done_callback(partial(self._answer, msg_id))
         self._server.answer(method_name, partial(self._result, self._get_handler(method_name), params), params, future)
 
-    def _result(self, handler: Callable[[Any], Any], params: Any) -> Any:
-        """Return the result of a handler, ready for JSON. A long list can be interrupted between its items."""
+    def _result(self, handler: Callable[[Any], Any], params: Any) -> str:
+        """Return the result of a handler as JSON. A long list can be interrupted between its items."""
         result = handler(params)
         if not isinstance(result, list):
-            return self._converter.unstructure(result)
+            return "".join(_json(self._converter.unstructure(result)))
         items = []
         for item in result:
             checkpoint()
-            items.append(self._converter.unstructure(item))
-        return items
+            items.append(json.dumps(self._converter.unstructure(item)))
+        return f"[{', '.join(items)}]"
 
     def _answer(self, number: int | str, future: Future[Any]) -> None:
         if future.cancelled() or future.exception():
@@ -225,7 +228,9 @@ class Protocol(LanguageServerProtocol):
             return
         self._request_futures.pop(number, None)
         self._result_types.pop(number, None)
-        self._send_data({"jsonrpc": self.VERSION, "id": number, "result": future.result()})
+        if self.writer:
+            body = f'{{"jsonrpc": "{self.VERSION}", "id": {json.dumps(number)}, "result": {future.result()}}}'
+            self.writer.write(f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
 
     def _take_answer(self, data: dict[str, Any], number: int | str) -> None:
         try:
@@ -242,6 +247,23 @@ class Protocol(LanguageServerProtocol):
 
     def _refuse(self, number: int | str | None, error: JsonRpcException) -> None:
         self._send_data({"jsonrpc": self.VERSION, "id": number, "error": error.to_response_error()})
+
+
+def _json(value: object) -> Iterator[str]:
+    """Yield the parts of JSON. The colors of a long line are a list of a million numbers, so it is made in slices."""
+    if isinstance(value, dict):
+        yield "{"
+        for place, (key, each) in enumerate(value.items()):
+            yield f"{', ' if place else ''}{json.dumps(key)}: "
+            yield from _json(each)
+        yield "}"
+    elif isinstance(value, list) and len(value) > MOST_ITEMS:
+        for start in range(0, len(value), MOST_ITEMS):
+            checkpoint()
+            yield f"{', ' if start else '['}{json.dumps(value[start : start + MOST_ITEMS])[1:-1]}"
+        yield "]"
+    else:
+        yield json.dumps(value)
 
 
 def _cancelled(arrivals: Iterable[Arrival | None]) -> Iterator[int | str]:

@@ -12,6 +12,7 @@ from improv_core.ide.document_symbol import OutlineEntry
 from improv_core.ide.folding_range import Fold
 from improv_core.ide.references import Reference
 from improv_core.plain import message
+from improv_core.slices import in_slices
 from improv_core.text import LineIndex, Span
 from improv_ls.documents import AnyDocument
 from improv_ls.editor import Editor
@@ -46,7 +47,7 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
 
 
 def text_edits(document: AnyDocument, edits: Sequence[Edit], encoding: Encoding) -> list[types.TextEdit]:
-    return [types.TextEdit(to_range(document.lines, edit.span, encoding), edit.text) for edit in edits]
+    return [types.TextEdit(to_range(document.lines, edit.span, encoding), edit.text) for edit in in_slices(edits)]
 
 
 def workspace_edit(changes: Changes, editor: Editor, new: Sequence[str] = ()) -> types.WorkspaceEdit:

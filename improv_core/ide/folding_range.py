@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
+from improv_core.slices import in_slices
 from improv_core.syntax import nodes
 from improv_core.syntax.characters import HASHES
 from improv_core.text import LINE_END, LineIndex
@@ -40,7 +41,7 @@ def widest(folds: Iterable[Fold]) -> list[Fold]:
 def _code(analysis: Analysis) -> Iterator[Fold]:
     """Fold statements and brackets. A line that starts with the closing bracket stays visible."""
     lines = analysis.lines
-    for start, statement in zip(analysis.offsets, analysis.statements, strict=True):
+    for start, statement in in_slices(zip(analysis.offsets, analysis.statements, strict=True)):
         if not LINE_END.search(statement.text):
             continue
         inside = nodes.nodes(statement.body) if statement.body else ()
@@ -67,7 +68,7 @@ def comment_folds(lines: LineIndex) -> Iterator[Fold]:
     """Fold blocks of several comment lines, and the lines between region markers."""
     regions: list[int] = []
     begin: int | None = None
-    for number in range(len(lines.starts) + 1):
+    for number in in_slices(range(len(lines.starts) + 1)):
         line = lines.line(number)
         marker = _REGION.match(line)
         if line.lstrip().startswith(tuple(HASHES)) and not marker:

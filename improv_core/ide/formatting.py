@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from improv_core.diagnostics import Edit
 from improv_core.ide.cursor import touching
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis
+from improv_core.slices import in_slices
 from improv_core.syntax.characters import SPACES
 from improv_core.syntax.formatter import edits
 from improv_core.text import LINE_END, Span
@@ -19,7 +20,7 @@ def format_all(analysis: Analysis) -> list[Edit]:
     """Return the edits for the whole program, which change only spaces and line ends; none if it is too long."""
     if len(analysis.text) > LONGEST_PROGRAM:
         return []
-    return [small for edit in edits(analysis.text) for small in _small(analysis.text, edit)]
+    return [small for edit in in_slices(edits(analysis.text)) for small in _small(analysis.text, edit)]
 
 
 def format_span(analysis: Analysis, span: Span) -> list[Edit]:

@@ -16,6 +16,7 @@ from improv_core.program.program import Placed
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import DEFAULT, Profile
+from improv_core.slices import in_slices
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
@@ -89,7 +90,7 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
     if symbol.definer is not None:
         head = analysis.statements[symbol.definer].heads[0]
         found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
-    for index in analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer):
+    for index in in_slices(analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer)):
         start = analysis.offsets[index]
         names = names_used(analysis.placed(index))
         found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
@@ -114,7 +115,11 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
     """Yield the index of each line about a robot, and the span of the robot in it."""
-    lines = (index for index, each in enumerate(analysis.statements) if each.defines is None and each.kind != "SCENE")
+    lines = (
+        index
+        for index, each in enumerate(in_slices(analysis.statements))
+        if each.defines is None and each.kind != "SCENE"
+    )
     return _called(analysis, lines, robot)
 
 

@@ -7,11 +7,13 @@ from collections.abc import Iterable, Iterator
 
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
+from improv_core.slices import in_slices
 from improv_core.syntax import nodes
 from improv_core.syntax.characters import HASHES
 from improv_core.syntax.lexer import Token
 from improv_core.text import Span
 
+_HASH = re.compile(rf"[{HASHES}]")
 _WORD = re.compile(r"\w+")
 
 
@@ -46,7 +48,7 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
         first, *_ = after = [each for each in placed.statement.tokens if each.start >= placed.statement.sign.end]
         yield Span(first.start, after[-1].end).shifted(placed.start)
     elif body := placed.body:
-        for node in nodes.nodes(body):
+        for node in in_slices(nodes.nodes(body)):
             if node.span.start <= token.start and token.end <= node.span.end:
                 yield node.span.shifted(placed.start)
     yield token.span.shifted(placed.start)
@@ -54,7 +56,7 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
 
 def _token(placed: Placed, place: int) -> Token | None:
     """Return the token that the cursor touches. Between two, prefer a word to a sign, then the one after the cursor."""
-    touching = [token for token in placed.statement.tokens if token.span.holds(place)]
+    touching = [token for token in in_slices(placed.statement.tokens) if token.span.holds(place)]
     words = [token for token in touching if _WORD.match(token.text)]
     return next(iter((words or touching)[::-1]), None)
 
@@ -62,10 +64,11 @@ def _token(placed: Placed, place: int) -> Token | None:
 def _in_comment(analysis: Analysis, offset: int) -> Iterator[Span]:
     line, column = analysis.lines.position(offset)
     text, start = analysis.lines.line(line), offset - column
-    begin = next((place for place, each in enumerate(text) if each in HASHES), -1)
-    if 0 <= begin <= column:
-        yield Span(start + begin, start + len(text))
-        yield from (Span(*word.span()).shifted(start) for word in _WORD.finditer(text, begin) if _touches(word, column))
+    comment = _HASH.search(text, 0, column + 1)
+    if comment:
+        yield Span(start + comment.start(), start + len(text))
+        words = in_slices(_WORD.finditer(text, comment.start()))
+        yield from (Span(*word.span()).shifted(start) for word in words if _touches(word, column))
 
 
 def _touches(word: re.Match[str], column: int) -> bool:

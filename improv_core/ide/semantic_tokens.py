@@ -10,6 +10,7 @@ from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import TO
+from improv_core.slices import in_slices
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
 from improv_core.syntax.lexer import NUMBER
 from improv_core.syntax.nodes import OfKind, Statement
@@ -69,7 +70,7 @@ def colored(
     found = []
     before, whole = "", 0  # up to this offset, all is one word
     is_plain = text.isascii()
-    for match in _WORD.finditer(text if is_plain else shape(text)):
+    for match in in_slices(_WORD.finditer(text if is_plain else shape(text))):
         word = match[0] if is_plain else spelled(text[match.start() : match.end()])
         if match.start() in opening:
             whole, known = opening[match.start()]

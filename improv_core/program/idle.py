@@ -12,7 +12,7 @@ from typing import NamedTuple
 from improv_core.program.misuse import conditions
 from improv_core.program.program import Program, is_endless, never_ends
 from improv_core.score.senses import NEAR
-from improv_core.slices import checkpoint
+from improv_core.slices import checkpoint, in_slices
 from improv_core.text import Span
 
 
@@ -31,8 +31,8 @@ class Idle(NamedTuple):
 
 def find_idle(program: Program) -> Mapping[int, Idle]:
     """Return the lines of a program that do nothing, by index."""
-    unusual = [(index, program.meanings[index]) for index in program.unusual]
-    endless_lines = {index for index, meaning in unusual if meaning.ok and is_endless(meaning)}
+    unusual = [(index, program.meanings[index]) for index in in_slices(program.unusual)]
+    endless_lines = {index for index, meaning in in_slices(unusual) if meaning.ok and is_endless(meaning)}
     if not program.scenes and not endless_lines:
         return {}  # true for most programs
     found: dict[int, Idle] = {}

@@ -21,7 +21,7 @@ from improv_core.score import algebra, dice
 from improv_core.score.lengths import lengths, scene_lengths
 from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movement
 from improv_core.score.scenes import performance, scene_begins
-from improv_core.slices import checkpoint
+from improv_core.slices import checkpoint, in_slices
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.text import LineIndex, Span
@@ -181,14 +181,14 @@ class Program:
     @cached_property
     def faulty(self) -> frozenset[int]:
         """Statements whose meaning has diagnostics, or names that are undefined or have wrong arguments."""
-        return frozenset([index for index in self.unusual if self.meanings[index].is_faulty])
+        return frozenset([index for index in in_slices(self.unusual) if self.meanings[index].is_faulty])
 
     @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
-        for index in sorted(self.unusual):
+        for index in in_slices(sorted(self.unusual)):
             meaning = self.meanings[index]
             if not _is_uneven(meaning):
                 continue

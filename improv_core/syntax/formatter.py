@@ -12,6 +12,7 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit, Severity
+from improv_core.slices import in_slices
 from improv_core.syntax.characters import COMMENT, HASHES, usual
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
@@ -48,13 +49,13 @@ def edits(text: str) -> list[Edit]:
     """Return the edits that give a program the standard layout, in the order of the text. None overlap."""
     parts = [
         _Part(start, source, _cached_lines(source) if len(source) <= LONGEST_KEPT else _lines(source))
-        for start, source in _parts(text)
+        for start, source in in_slices(_parts(text))
     ]
     line_end = _line_end(text, [part for part in parts if part.lines is None])
     mark = _BOM if text.startswith(_BOM) else ""
     made: list[Edit] = []
     place = 0
-    for part in parts:
+    for part in in_slices(parts):
         blank = len(LINE_END.findall(text, place, part.start)) > 1
         made.append(Edit(Span(place, part.start), line_end * (1 + blank) if made else mark))
         place = part.start + len(part.source)

@@ -6,6 +6,7 @@ from lsprotocol import types
 
 from improv_core.ide.document_symbol import flattened, outline
 from improv_core.ide.robots_file import structure as robots_file
+from improv_core.slices import in_slices
 from improv_ls import to_lsp_locations as to_lsp
 from improv_ls.documents import AnyDocument, RobotsFile
 from improv_ls.session import Session
@@ -20,5 +21,5 @@ def document_symbol(
     else:
         entries, flat = outline(document.analysis), flattened
     if ls.editor.can("text_document.document_symbol.hierarchical_document_symbol_support"):
-        return [to_lsp.document_symbol(lines, entry, encoding) for entry in entries]
-    return [to_lsp.symbol_information(document.uri, lines, entry, encoding) for entry in flat(entries)]
+        return [to_lsp.document_symbol(lines, entry, encoding) for entry in in_slices(entries)]
+    return [to_lsp.symbol_information(document.uri, lines, entry, encoding) for entry in in_slices(flat(entries))]

@@ -6,6 +6,7 @@ from lsprotocol import types
 
 from improv_core.ide import references as finding
 from improv_core.ide.references import Symbol, symbol_at
+from improv_core.slices import in_slices
 from improv_ls.documents import Document, on_disk, robots_of
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
@@ -21,7 +22,7 @@ def references(ls: Session, document: Document, params: types.ReferenceParams) -
         *(sections(ls, document, symbol) if declared else []),
         *(
             location(document, each.span, ls.editor.encoding)
-            for each in finding.references(document.analysis, symbol)
+            for each in in_slices(finding.references(document.analysis, symbol))
             if declared or not each.defines
         ),
     ]

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from improv_core.program.analysis import Analysis
-from improv_core.slices import checkpoint
+from improv_core.ide.folding_range import folds
+from improv_core.ide.formatting import format_all
+from improv_core.ide.references import plays
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.idle import find_idle
+from improv_core.slices import checkpoint, on_checkpoint
+from improv_ls import coloring, framing
 from improv_ls.documents import Document, opened
 from improv_ls.settling import Settling
 from improv_ls.slices import SLICE, Slices
@@ -132,6 +138,38 @@ def test_a_large_urdf_is_read_in_slices_and_by_other_work_and_other_threads_at_o
     with ThreadPoolExecutor() as thread:
         assert thread.submit(urdfs.skeleton_in, large[2]).result() == "urdf"
     assert turns.seen == ["urdf"] * (1 + 5 + 5 + 5)
+
+
+LINE, LINES = analyze("r $ " + "up " * 5_000), analyze("x y z $ (\n" * 5_000)
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda: coloring.chunks(LINE, "utf-16"),
+        lambda: coloring.chunks(LINES, "utf-16"),
+        lambda: framing._json({"data": [0] * 50_000}),
+        lambda: folds(LINES),
+        lambda: format_all(LINES),
+        lambda: find_idle(LINES),
+        lambda: plays(LINES, "x"),
+    ],
+    ids=["colors of a line", "colors of lines", "JSON", "folds", "formatting", "idle", "plays"],
+)
+def test_work_on_a_long_text_has_checkpoints(work: Callable[[], Iterable[object]]) -> None:
+    passed: list[None] = []
+    on_checkpoint(lambda: passed.append(None))
+    try:
+        list(work())
+    finally:
+        on_checkpoint(None)
+    assert len(passed) >= 50
+
+
+def test_json_that_is_made_in_slices_is_the_same() -> None:
+    long: object = {"data": [*range(2_500)], "resultId": "1", "none": None, "ä": {"b": [{"c": 1}] * 1_500}}
+    for value in ({}, [], long):
+        assert "".join(framing._json(value)) == json.dumps(value)
 
 
 def test_a_request_about_an_older_text_is_dropped() -> None:

@@ -278,10 +278,8 @@ class _Bodies:
                 )
                 continue
             for place, joint in enumerate(found):
-                if not isinstance(joint, str) or joint not in joints:
-                    reading.at_value(
-                        (*keys, name, "joints", place), f"write one of the joints: {listed(joints)}", given=(PROFILES,)
-                    )
+                if not (isinstance(joint, str) and joint and joint.isprintable()):
+                    reading.at_value((*keys, name, "joints", place), 'write the name of a joint: `"head_yaw"`')
                 elif joint in found[:place]:
                     reading.at_value((*keys, name, "joints", place), f"`{joint}` is here twice: remove one")
                 elif taken.setdefault(joint, name) != name:
@@ -297,7 +295,7 @@ class _Bodies:
             made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
             reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the `joints` of one", given=(PROFILES,))
-        return made or [each for each in base.controllers if set(each.joints) <= set(joints)]
+        return made or [each for each in base.controllers if not set(joints).isdisjoint(each.joints)]
 
     def can_move_home(
         self, keys: Keys, states: str | None, controllers: Sequence[Controller], joints: Mapping[str, Joint]

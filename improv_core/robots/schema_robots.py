@@ -60,7 +60,9 @@ _OFFSETS = Key(
     named=table("a joint", {"offset": replace(_amount("how far the real one is beyond where it says"), default="0")}),
 )
 _CONTROLLER = {
-    "joints": Key("the joints that it moves", "array", items=Key("a joint"), example='["head_yaw", "head_pitch"]'),
+    "joints": Key(
+        "the joints that it moves or holds", "array", items=Key("a joint"), example='["head_yaw", "head_pitch"]'
+    ),
     "interface": Key(
         'what it is sent: `"trajectory"`, `"position"`, or `"velocity"`',
         default='`"trajectory"`',

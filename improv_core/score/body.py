@@ -87,7 +87,10 @@ class BodyGroup:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A controller of some joints of a real robot: its interface, and its topic if that isn't the usual one."""
+    """A controller of some joints of a real robot: its interface, and its topic if that isn't the usual one.
+
+    Joints that no direction moves stay where they are.
+    """
 
     name: str
     joints: Sequence[str]
@@ -147,10 +150,9 @@ class Body:
 
 
 def is_whole(body: Body) -> bool:
-    """Return whether a body has all that its parts, groups, controllers, and bones mention."""
+    """Return whether a body has all that its parts, groups, and bones mention. Controllers may have more joints."""
     drives = [drive for part in body.parts for drive in part.drives]
     mentioned = {name for group in body.groups for name in group.parts}
     mentioned |= {part.mirror for part in body.parts if part.mirror}
-    moved = {drive.joint for drive in drives} | {name for each in body.controllers for name in each.joints}
-    is_known = mentioned <= body.part.keys() and moved <= body.joint.keys()
+    is_known = mentioned <= body.part.keys() and {drive.joint for drive in drives} <= body.joint.keys()
     return is_known and all(drive.per_step for drive in drives) and is_tree(body.skeleton)

@@ -3,6 +3,8 @@ clock."""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, Literal
@@ -14,6 +16,7 @@ from improv_core.outputs.ros.joints import controller as ros_controller
 from improv_core.outputs.ros.joints import controllers as ros_controllers
 from improv_core.outputs.ros.joints.controller import PERIOD
 from improv_core.outputs.ros.joints.controllers import PATIENCE, RosControllers
+from improv_core.outputs.ros.joints.parameters import LIMIT, STRING_ARRAY
 from improv_core.outputs.ros.joints.trajectories import Course
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.algebra import hold
@@ -51,6 +54,7 @@ class Topic:
 def courses(monkeypatch: pytest.MonkeyPatch) -> None:
     """Send courses instead of messages; tests/outputs/test_trajectories.py tests the messages."""
     monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
+    monkeypatch.setitem(sys.modules, "rcl_interfaces.srv", Mock())
     monkeypatch.setattr(ros_controller, "message_of", lambda channel, course: course)
 
 
@@ -70,19 +74,39 @@ def part(*controllers: Controller, home: Home = "wait") -> Part:
 class Robot:
     """A robot whose controllers begin to perform a part, its joint positions, and the lines and messages about it."""
 
-    def __init__(self, performed: Part, **joints: float) -> None:
-        self.now, self.joints = 100.0, joints
+    def __init__(self, performed: Part, *, lists: Sequence[str] | None = (), **joints: float) -> None:
+        """Its controllers answer that their parameter `joints` `lists` these, is missing, or (None) not yet."""
+        self.now, self.joints, self.lists = 100.0, joints, lists
         self.sent: list[tuple[str, list[tuple[float, float]]]] = []
         self.asked: list[list[tuple[float, float]]] = []
         self.said: list[str] = []
         self.happened: list[Literal["said", "sent"]] = []
         self.pending_zeros = Mock()
-        node: Any = SimpleNamespace(get_clock=lambda: None)
+        node: Any = SimpleNamespace(get_clock=lambda: None, create_client=lambda kind, service: self)
         advertise: Any = lambda channel: self  # noqa: E731
         self.controllers = RosControllers(
             node, advertise, self._measured, self.pending_zeros, self._say, lambda: self.now
         )
         self.controllers.take({"ada": performed}, restart=True)
+
+    # A client, its call, and the response.
+    srv_type = Mock()
+
+    def service_is_ready(self) -> bool:
+        return True
+
+    def call_async(self, request: object) -> Robot:
+        return self
+
+    def done(self) -> bool:
+        return self.lists is not None
+
+    def exception(self) -> None:
+        """The call succeeds."""
+
+    def result(self) -> SimpleNamespace:
+        value = SimpleNamespace(type=STRING_ARRAY if self.lists else 0, string_array_value=self.lists)
+        return SimpleNamespace(values=[value])
 
     def send(self, at: float, **velocities: float) -> None:
         """Send velocities. The positions that the stage assumes make no difference."""
@@ -111,6 +135,65 @@ def test_joints_begin_at_their_measured_positions_and_a_stop_holds_them() -> Non
     assert robot.sent == [(TOPIC, [(-0.02, -1), (0.01, 1)]), (TOPIC, [(-0.27, 0), (0.26, 0)])]
     assert robot.said == []
     assert robot.pending_zeros.mock_calls == [], "trajectories end at rest"
+
+
+@pytest.mark.parametrize("controller", [HEAD, replace(HEAD, joints=("yaw", "jaw", "pitch"))])
+def test_joints_that_only_the_controller_lists_are_held_where_they_stand(controller: Controller) -> None:
+    """It has a jaw besides, and its own order. A trajectory controller refuses a trajectory that lacks a joint."""
+    robot = Robot(part(controller), lists=("jaw", "yaw", "pitch"), pitch=0.0, yaw=0.0, jaw=0.4)
+    assert not robot.controllers.waits()
+    robot.send(0.0, yaw=1.0)
+    robot.joints |= {"yaw": 1.0, "jaw": 0.45}
+    robot.send(1.0, yaw=0.0)
+    assert robot.sent == [(TOPIC, [(0.4, 0), (0, 1), (0, 0)]), (TOPIC, [(0.4, 0), (1, 0), (0, 0)])]
+
+
+def test_held_joints_stay_while_the_others_move_to_their_starts() -> None:
+    robot = Robot(part(HEAD, home="move"), lists=("pitch", "yaw", "jaw"), yaw=-0.3, pitch=0.0, jaw=0.4)
+    robot.home_joints(PERIOD)
+    assert robot.sent == [(TOPIC, [(0, 0), (-0.3, 0.4), (0.4, 0)])]
+
+
+def test_nothing_moves_while_the_position_of_a_held_joint_is_unknown() -> None:
+    robot = Robot(part(HEAD), lists=("pitch", "yaw", "jaw"), pitch=0.0, yaw=0.0)
+    assert robot.controllers.waits()
+    robot.now += PATIENCE
+    robot.controllers.waits()
+    assert robot.said[0].startswith("nothing moves: it isn't known where jaw of ada is")
+
+
+def test_a_velocity_controller_gets_a_zero_for_held_joints() -> None:
+    robot = Robot(part(VELOCITY), lists=("jaw", "pitch", "yaw"))
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == [(COMMANDS, [(0, 0), (0, 0), (0, 1)])]
+
+
+def test_nothing_is_sent_while_a_controller_may_still_list_its_joints() -> None:
+    """A node that never answers holds it up for a short time only."""
+    robot = Robot(part(HEAD), lists=None, pitch=0.0, yaw=0.0)
+    robot.send(0.0, yaw=1.0)
+    robot.controllers.ask(["ada"])
+    assert robot.controllers.waits()
+    assert (robot.asked, robot.sent) == ([], [])
+    robot.now += LIMIT
+    assert not robot.controllers.waits()
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == [(TOPIC, [(0, 0), (0, 1)])]
+
+
+def test_a_joint_that_the_controller_lacks_is_named_and_not_sent() -> None:
+    robot = Robot(part(HEAD), lists=("yaw",), pitch=0.0, yaw=0.0)
+    robot.send(0.0, yaw=1.0, pitch=1.0)
+    assert robot.sent == [(TOPIC, [(0, 1)])]
+    assert robot.controllers.warning("ada", lambda topic, guarded: []) == (
+        f"the controller on {TOPIC} has no pitch, only yaw: correct its `joints` in improv.toml"
+    )
+
+
+def test_the_joints_of_a_node_that_is_no_controller_of_them_do_not_count() -> None:
+    robot = Robot(part(HEAD), lists=("wheel",), pitch=0.0, yaw=0.0)
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == [(TOPIC, [(0, 0), (0, 1)])]
 
 
 def test_a_joint_that_is_held_back_does_not_jump_later() -> None:

@@ -69,7 +69,8 @@ ARMS = (
             "far",
             "its mirror image is beyond the limits of `rj`: from -3 to 10 degrees",
         ),
-        (CONTROLLER + 'joints = ["x"]', '"x"', "write one of the joints: `j`"),
+        (CONTROLLER + 'joints = [""]', '""', "write the name of a joint"),
+        (CONTROLLER + 'joints = ["x"]', "controllers", "no controller moves `j`: add it to the `joints` of one"),
         (HEAD + '[profiles.a.controllers.1c]\njoints = ["j"]', "1c", "`1c` can't be part of a topic"),
         (CONTROLLER, "c", "add the joints of `c`"),
         (

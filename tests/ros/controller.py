@@ -1,23 +1,27 @@
 """Controllers of joints, run by ROS's interpreter: they behave as ros2_control's documentation says.
 
 A trajectory controller follows control.ros.org on joint_trajectory_controller (Jazzy: its page, its parameters,
-and "Trajectory Representation"): it obeys a trajectory as soon as it comes instead of the last, is cubic between
-points with positions and velocities, and holds the last point. By its defaults, it refuses a trajectory that lacks a
-joint or ends in motion, and one whose times don't increase. One without points stops nothing (ros2_controllers#683).
-Velocity and position controllers follow it on forward_command_controller: they keep the latest command forever
-(ros2_controllers#95).
+and "Trajectory Representation"): it obeys a trajectory as soon as it comes instead of the last, is cubic from where its
+joints are to the first point and between points with positions and velocities, and holds the last point. By its
+defaults, it refuses a trajectory that lacks a joint or ends in motion, and one whose times don't increase. One without
+points stops nothing (ros2_controllers#683). Velocity and position controllers follow it on forward_command_controller:
+they keep the latest command forever (ros2_controllers#95).
 
-Each listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the positions of all joints fifty times a
-second. The process prints a line once they listen, and ends with its input.
+Each is a node with a parameter `joints` and listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the
+positions of all joints fifty times a second. The process prints a line once they listen, and ends with its input; then
+it prints how many trajectories were refused, and the largest acceleration of each joint.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import math
 import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -47,19 +51,23 @@ class TrajectoryController:
     positions: list[float]
     _points: Sequence[Point] = ()
     _began: float = 0.0
+    _state: Sequence[tuple[float, float]] = ()
     refused: list[str] = field(default_factory=list)
+    inactive: bool = False
 
     def take(self, names: Sequence[str], points: Sequence[Point], now: float) -> None:
         if not points:
             return
-        if sorted(names) != sorted(self.joints):
+        if self.inactive:
+            self.refused.append("it is inactive")
+        elif sorted(names) != sorted(self.joints):
             self.refused.append("it lacks a joint")
         elif any(points[-1][2]):
             self.refused.append("it ends in motion")
         elif any(later <= earlier for (earlier, _, _), (later, _, _) in pairwise(points)):
             self.refused.append("its times don't increase")
         else:
-            self.positions = [position for position, _ in self.states(now)]
+            self._state = self.states(now)
             order = [names.index(joint) for joint in self.joints]
             self._points = [(at, [p[each] for each in order], [v[each] for each in order]) for at, p, v in points]
             self._began = now
@@ -70,7 +78,8 @@ class TrajectoryController:
         if not points:
             return [(position, 0.0) for position in self.positions]
         if passed < points[0][0]:
-            points = [(0.0, self.positions, [0.0] * len(self.joints)), *points]
+            positions, velocities = zip(*self._state, strict=True)
+            points = [(0.0, positions, velocities), *points]
         for (begin, p, v), (end, q, w) in pairwise(points):
             if begin <= passed < end:
                 pairs = zip(zip(p, v, strict=True), zip(q, w, strict=True), strict=True)
@@ -118,23 +127,49 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("robot")
     parser.add_argument("--controller", nargs="+", action="append", help="its name, its interface, and its joints")
-    parser.add_argument("--start", nargs=2, action="append", default=[], help="a joint, and where it is, in radians")
+    for name, about in (
+        ("--start", "a joint, and where it is, in radians"),
+        ("--jam", "a joint, and the position that it doesn't pass"),
+        ("--lag", "a joint, and the time constant with which it follows, in seconds"),
+    ):
+        parser.add_argument(name, nargs=2, action="append", default=[], help=about)
+    parser.add_argument("--inactive", action="append", default=[], help="a controller that refuses everything")
     options = parser.parse_args()
-    starts = {joint: float(position) for joint, position in options.start}
+    starts, jams, lags = (
+        {joint: float(number) for joint, number in each} for each in (options.start, options.jam, options.lag)
+    )
 
     import rclpy
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float64MultiArray
     from trajectory_msgs.msg import JointTrajectory
 
     rclpy.init()
-    node = rclpy.create_node(f"{options.robot}_controllers")
+    node = rclpy.create_node("joint_state_broadcaster", namespace=options.robot)
+    nodes = [node]
     states = node.create_publisher(JointState, f"/{options.robot}/joint_states", 10)
     made: list[Made] = []
+    real = dict(starts)
+    speeds: dict[str, float] = {}
+    accelerations: dict[str, float] = {}
+
+    def follow(joint: str, position: float, velocity: float) -> float:
+        """Return where a joint really is."""
+        accelerations[joint] = max(accelerations.get(joint, 0.0), abs(velocity - speeds.get(joint, velocity)) / PERIOD)
+        speeds[joint] = velocity
+        before = real.get(joint, 0.0)
+        share: float = 1 - math.exp(-PERIOD / lags[joint]) if joint in lags else 1.0
+        real[joint] = min(before + (position - before) * share, jams.get(joint, math.inf))
+        return float(real[joint])
 
     def listen(name: str, interface: str, joints: Sequence[str]) -> None:
         controller = make(interface, joints, starts)
         made.append(controller)
+        if isinstance(controller, TrajectoryController):
+            controller.inactive = name in options.inactive
+        nodes.append(rclpy.create_node(f"{name}_controller", namespace=options.robot))
+        nodes[-1].declare_parameter("joints", [*joints])
         topic = f"/{options.robot}/{name}_controller/"
 
         def hear_trajectory(message: Any) -> None:
@@ -150,9 +185,9 @@ def main() -> None:
             controller.take(message.data, time.monotonic())
 
         if interface == "trajectory":
-            node.create_subscription(JointTrajectory, f"{topic}joint_trajectory", hear_trajectory, 10)
+            nodes[-1].create_subscription(JointTrajectory, f"{topic}joint_trajectory", hear_trajectory, 10)
         else:
-            node.create_subscription(Float64MultiArray, f"{topic}commands", hear_numbers, 10)
+            nodes[-1].create_subscription(Float64MultiArray, f"{topic}commands", hear_numbers, 10)
 
     def publish() -> None:
         message, now = JointState(), time.monotonic()
@@ -160,14 +195,23 @@ def main() -> None:
         for controller in made:
             found = controller.states(now)
             message.name = [*message.name, *controller.joints]
-            message.position = [*message.position, *(position for position, _ in found)]
+            moved = [follow(joint, *state) for joint, state in zip(controller.joints, found, strict=True)]
+            message.position = [*message.position, *moved]
             message.velocity = [*message.velocity, *(velocity for _, velocity in found)]
         states.publish(message)
 
     for name, interface, *joints in options.controller:
         listen(name, interface, joints)
     node.create_timer(PERIOD, publish)
-    spinning = threading.Thread(target=rclpy.spin, args=(node,))
+    executor = SingleThreadedExecutor()
+    for each in nodes:
+        executor.add_node(each)
+
+    def spin() -> None:
+        with suppress(ExternalShutdownException):
+            executor.spin()
+
+    spinning = threading.Thread(target=spin)
     spinning.start()
     print("true", flush=True)
     sys.stdin.read()
@@ -175,7 +219,7 @@ def main() -> None:
     rclpy.try_shutdown()
     spinning.join()
     refused = [each.refused for each in made if isinstance(each, TrajectoryController)]
-    print(sum(map(len, refused)), flush=True)
+    print(sum(map(len, refused)), json.dumps(accelerations), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Body parts of real robots, from a program to controllers that behave as ros2_control's (tests/ros/controller.py).
 
 tests/outputs (test_trajectories.py, test_ros_controllers.py) tests the commands; here real controllers obey them.
-The robot has a controller of each kind, and its base has nothing to do, so it needs no listener.
+The robot has a controller of each kind, and its base has nothing to do, so it needs no listener. The head's controller
+also has a jaw, of which improv.toml knows nothing.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ RESTING = 25
 
 def arguments_of(hand: str) -> list[str]:
     """Return the arguments of the script of the controllers; `hand` is the interface of the hand's."""
-    made = ["head trajectory yaw pitch", "arm position elbow", f"hand {hand} wrist"]
+    made = ["head trajectory jaw yaw pitch", "arm position elbow", f"hand {hand} wrist"]
     return [word for each in made for word in ("--controller", *each.split())]
 
 
@@ -80,14 +81,15 @@ def test_joints_move_to_their_starts_and_then_as_the_program_says_and_stop_at_th
     """They move to their starts at a fifth of their highest speeds."""
     (tmp_path / "improv.toml").write_text(TOML.format(hand="position", home='home = "move"'))
     joints = listen(STATES, type="sensor_msgs/JointState")
-    script(CONTROLLER, "ada", *arguments_of("position"), "--start", "yaw", "-0.3")
+    script(CONTROLLER, "ada", *arguments_of("position"), "--start", "yaw", "-0.3", "--start", "jaw", "0.4")
     program = "ada $ head (left left right || up up up) || arm (up up down) || hand (up up down)\n"
     with Terminal("play", tmp_path / "dance.improv", ros_env, program) as dance:
         assert dance.wait_for_line("joints move to their starts first").endswith(": yaw of ada by +17°\n")
         first = joints.wait(lambda message: message["positions"]["elbow"] > 0)
         assert first["positions"]["yaw"] > radians(-2), "near its start, or it has left it"
         assert dance.process.wait(LIMIT) == 0
-    assert rest(joints) == pytest.approx(dict.fromkeys(("yaw", "pitch", "elbow", "wrist"), radians(30)))
+    moved = dict.fromkeys(("yaw", "pitch", "elbow", "wrist"), radians(30))
+    assert rest(joints) == pytest.approx({**moved, "jaw": 0.4})
 
 
 def test_joints_come_to_rest_if_the_stage_is_killed(

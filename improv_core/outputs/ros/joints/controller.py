@@ -173,7 +173,8 @@ class RosController:
         if not self._part.scenes or not (topic or needed):
             return ()
         brought = self.moves_home and not self._homing_tried and needed
-        return [*joints_off(self._part.robot, self.channel.joints, topic, self._fresh(), brought)]
+        found = joints_off(self._part.robot, self.channel.joints, topic, self._fresh(), brought)
+        return [each for each in found if each.left is None or each.joint.name not in self.channel.held]
 
     def _publish(self, message: bytes) -> None:
         """Send the latest course, and note zeros that it needs."""
@@ -198,14 +199,15 @@ class RosController:
         return self._course
 
     def _fresh(self) -> dict[str, float]:
-        """The known current positions of the robot's joints."""
+        """The known current positions of its joints."""
         return {joint: position for joint, (position, _) in self._recent().items()}
 
     def _recent(self) -> dict[str, tuple[float, float]]:
         """These positions, each with its age in seconds."""
-        now, body = self._around.now(), self._part.profile.body
+        now, measured = self._around.now(), self._around.measured(self._part.robot)
+        known = [(joint, *measured[joint.name]) for joint in self.channel.joints if joint.name in measured]
         return {
-            name: (position + body.joint[name].offset, max(now - at, 0.0))
-            for name, (position, at) in self._around.measured(self._part.robot).items()
-            if at >= now - FRESH and body and name in body.joint
+            joint.name: (position + joint.offset, max(now - at, 0.0))
+            for joint, position, at in known
+            if at >= now - FRESH
         }

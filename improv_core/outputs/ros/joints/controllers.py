@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
 from improv_core.outputs.ros.joints.controller import Measured, RosController, Surroundings
+from improv_core.outputs.ros.joints.parameters import ControllerJoints
 from improv_core.outputs.ros.joints.trajectories import Channel, channels_of
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
@@ -40,6 +41,10 @@ class RosControllers:
         self._now = now
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
         self._robots: dict[str, list[RosController]] = {}
+        self._parts: dict[str, Part] = {}
+        self._joints = ControllerJoints(node, now)
+        self._unanswered: set[str] = set()  # topics whose controllers haven't listed their joints
+        self._awaited: set[str] = set()  # those of them that nothing is sent on, because a response may come soon
         self._current: Collection[str] = ()
         self._begins = False  # True until beat 0
         self._waits_since = 0.0
@@ -49,25 +54,44 @@ class RosControllers:
 
     def preload(self, part: Part) -> None:
         """Create publishers for a robot that will be prepared next."""
-        for channel in channels_of(part):
+        for channel in channels_of(part, self._joints.of):
+            self._joints.ask(channel.topic, again=False)
             self._topic(channel, at_once=True)
 
     def take(self, parts: Mapping[str, Part], restart: bool) -> None:
         """Use the controllers of these parts. Controllers that a robot doesn't have anymore get a command to stand."""
+        self._parts.update(parts)
         for robot, part in parts.items():
-            before = {controller.channel: controller for controller in self._robots.get(robot, ())}
-            channels = channels_of(part)
-            self._robots[robot] = [
-                before.get(each) or RosController(part, each, self._topic(each, at_once=not restart), self._around)
-                for each in channels
-            ]
-            for channel in before.keys() - channels:
-                before[channel].leave()
-            for controller in self._robots[robot]:
-                controller.take(part, restart)
+            for channel in channels_of(part):
+                self._joints.ask(channel.topic, again=restart)
+                self._unanswered.add(channel.topic)
+            self._make(robot, restart)
         self._current = [*parts]
         self._begins = restart
         self._waits_since, self._line = self._now(), ""
+        self._await_joints()
+
+    def _make(self, robot: str, restart: bool) -> None:
+        """Make the controllers of a robot's part, and keep those that don't change."""
+        part, before = self._parts[robot], {each.channel: each for each in self._robots.get(robot, ())}
+        channels = channels_of(part, self._joints.of)
+        self._robots[robot] = [
+            before.get(each) or RosController(part, each, self._topic(each, at_once=not restart), self._around)
+            for each in channels
+        ]
+        for channel in before.keys() - channels:
+            before[channel].leave()
+        for controller in self._robots[robot]:
+            controller.take(part, restart)
+
+    def _await_joints(self) -> None:
+        """Use the lists of joints that have come from controllers."""
+        self._awaited = {topic for topic in self._unanswered if self._joints.awaited(topic)}
+        found = {topic for topic in self._unanswered if self._joints.of(topic)} - self._awaited
+        self._unanswered -= found
+        for robot in self._current:
+            if not found.isdisjoint(self.topics([robot])):
+                self._make(robot, self._begins)
 
     def topics(self, robots: Collection[str]) -> set[str]:
         """The topics of these robots' controllers."""
@@ -75,9 +99,10 @@ class RosControllers:
 
     def waits(self) -> bool:
         """Return whether beat 0 must wait until the joints' positions are known and the joints are at their starts."""
+        self._await_joints()
         found = [each for controller in self._of(self._current) for each in controller.off()]
         moving = any(controller.homing for controller in self._of(self._current))
-        self._begins = bool(found) or moving
+        self._begins = bool(found) or moving or bool(self._awaited)
         line, now = line_of(found, moving=moving), self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
         if line != self._line and now >= max(self._waits_since + patience, self._line_until if self._line else 0.0):
@@ -93,7 +118,8 @@ class RosControllers:
             controllers = self._robots[robot]
             if not self._begins or not any(each.off() for each in controllers if not each.moves_home):
                 for controller in controllers:
-                    controller.ask()
+                    if controller.topic.name not in self._awaited:
+                        controller.ask()
 
     def home_joints(self, robots: Collection[str]) -> None:
         """Bring the joints of these robots to their starts, if `improv.toml` says so; the joints of all other robots
@@ -104,7 +130,7 @@ class RosControllers:
                 stood = controller.homing is None
                 if robot not in robots or not controller.moves_home:
                     controller.halt()
-                elif controller.steers_home():
+                elif controller.topic.name not in self._awaited and controller.steers_home():
                     going.append(controller)
                     begin += controller.off() if stood else ()
         if begin:
@@ -125,9 +151,13 @@ class RosControllers:
         return max(found, key=bool) if found else None
 
     def warning(self, robot: str, others: Callable[[RosTopic, bool], Collection[str]]) -> str | None:
-        """A line if other nodes publish on the topic of one of a robot's controllers. `others` lists them; its second
-        argument says whether the standby also has a publisher there."""
+        """A line if one of a robot's controllers lacks a joint, or if other nodes publish on its topic. `others` lists
+        them; its second argument says whether the standby also has a publisher there."""
         for controller in self._robots[robot]:
+            if lacking := controller.channel.lacking:
+                joints = ", ".join(joint.name for joint in controller.channel.joints)
+                line = f"the controller on {controller.topic.name} has no {lacking[0]}, only {joints}"
+                return f"{line}: correct its `joints` in improv.toml"
             if found := others(controller.topic, controller.needs_zeros):
                 line = f"other nodes also publish to {controller.topic.name}: {', '.join(found)}; "
                 return f"{line}joints obey all of them: stop the others"
@@ -139,7 +169,11 @@ class RosControllers:
         and what rclpy raises."""
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
+        if self._awaited:
+            self._await_joints()
         for controller in self._robots[robot]:
+            if controller.topic.name in self._awaited:
+                continue
             held = controller.send(joints, at, pace)
             if held and self._now() >= self._held_line_until:
                 self._held_line_until = self._now() + AGAIN

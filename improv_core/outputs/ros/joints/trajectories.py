@@ -7,7 +7,7 @@ last position at rest and the commanded velocities since then.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -43,11 +43,17 @@ FOR_ALL = "joint_trajectory"
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A controller of a robot: its joints in their order, its interface, and the full name of its topic."""
+    """A controller of a robot: its joints in their order, its interface, and the full name of its topic.
+
+    No direction moves the joints that are `held`: they stay where they stand. The controller doesn't have those that
+    are `lacking`, although the settings list them.
+    """
 
     joints: tuple[Joint, ...]
     interface: Interface
     topic: str
+    held: frozenset[str] = frozenset()
+    lacking: tuple[str, ...] = ()
 
     @property
     def message(self) -> str:
@@ -84,8 +90,14 @@ class TrajectoryPoint(NamedTuple):
     velocities: list[float]
 
 
-def channels_of(part: Part) -> list[Channel]:
+Listed = Callable[[str], Sequence[str]]
+"""Returns the joints that the controller on a topic itself lists; none if they are unknown."""
+
+
+def channels_of(part: Part, listed: Listed = lambda topic: ()) -> list[Channel]:
     """The controllers that move the body parts of a robot's part. Other controllers get no commands.
+
+    A controller has the joints that it lists itself, because it refuses commands for others, or for fewer.
 
     For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
     """
@@ -94,9 +106,10 @@ def channels_of(part: Part) -> list[Channel]:
         return []
     if not part.scenes:
         endless = [each for each in controllers_of(body) if each.interface == "velocity"]
-        return [_channel(each, body, part.namespace) for each in endless]
+        return [_channel(each, body, part.namespace, listed) for each in endless]
     moved = {drive.joint for name in moved_parts(part) for drive in body.part[name].drives}
-    return [_channel(each, body, part.namespace) for each in controllers_of(body) if not moved.isdisjoint(each.joints)]
+    used = [each for each in controllers_of(body) if not moved.isdisjoint(each.joints)]
+    return [_channel(each, body, part.namespace, listed) for each in used]
 
 
 def controllers_of(body: Body) -> Sequence[Controller]:
@@ -190,11 +203,12 @@ def homing_channel(channel: Channel, course: Course) -> Channel | None:
     do this."""
     joints = []
     for joint, (position, _) in zip(channel.joints, course.motions, strict=True):
-        if joint.max_velocity is None and position != joint.start:
+        start = position if joint.name in channel.held else joint.start
+        if joint.max_velocity is None and position != start:
             return None
-        least, most = sorted((position, joint.start))
+        least, most = sorted((position, start))
         slow = joint.max_velocity and joint.max_velocity / HOMING
-        joints.append(replace(joint, min=least, max=most, max_velocity=slow))
+        joints.append(replace(joint, min=least, max=most, max_velocity=slow, start=start))
     return replace(channel, joints=tuple(joints)) if channel.needs_positions else None
 
 
@@ -262,9 +276,18 @@ def _encoder_positions(channel: Channel, positions: Sequence[float]) -> list[flo
     return [position - joint.offset for joint, position in zip(channel.joints, positions, strict=True)]
 
 
-def _channel(controller: Controller, body: Body, namespace: str) -> Channel:
-    joints = tuple(body.joint[name] for name in controller.joints)
-    return Channel(joints, controller.interface, topic_of(controller, namespace))
+def _channel(controller: Controller, body: Body, namespace: str, listed: Listed) -> Channel:
+    topic = topic_of(controller, namespace)
+    names = listed(topic)
+    if set(names).isdisjoint(controller.joints):  # they are unknown, or those of something else
+        names = controller.joints
+    return Channel(
+        tuple(body.joint.get(name) or Joint(name) for name in names),
+        controller.interface,
+        topic,
+        frozenset(names).difference(body.joint),
+        tuple(name for name in controller.joints if name not in names),
+    )
 
 
 def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed: float) -> JointMotion:

@@ -136,7 +136,8 @@ async def play(
         stopped = (
             performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])
         )
-        failed = performing.results.state == "stopped" and not stopped  # a line has already given the reason
+        results = performing.results  # lines have already given the reasons
+        failed = results.state == "stopped" or any(each.fault == "joints" for each in results.errors.faults)
         if not stopped:
             await performing.settle()
         if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():

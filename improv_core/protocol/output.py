@@ -67,15 +67,23 @@ class RawPoses:
     poses: Sequence[RawPose]
 
 
+class Unfollowed(NamedTuple):
+    """Joints of a robot haven't followed for some seconds; `why` names their controller and the likely cause."""
+
+    seconds: float
+    why: str
+
+
 @dataclass(frozen=True, slots=True)
 class Noticed:
     """The observations of a sink of real robots: all poses that were sent by `heard`, in monotonic seconds, have come.
     By robot, the commands since the last time left `late` by so many seconds at most, if they did. `batteries` are
-    their charges, from 0 to 1."""
+    their charges, from 0 to 1. Joints of the robots in `unfollowed` don't follow."""
 
     heard: float = math.inf
     late: Mapping[str, float] = field(default_factory=dict)
     batteries: Mapping[str, float] = field(default_factory=dict)
+    unfollowed: Mapping[str, Unfollowed] = field(default_factory=dict)
 
 
 class RawJoints(NamedTuple):

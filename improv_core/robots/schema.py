@@ -89,6 +89,7 @@ _FAULTS: Mapping[Fault, str] = {
     "silent": "no pose of a robot has come for a second",
     "jumped": "the poses of a robot jump farther than it can move",
     "stuck": "a robot doesn't move although it should",
+    "joints": "a robot's joints don't follow the program for a second",
     "gone": "nothing listens on a robot's topic anymore",
     "late": "commands leave more than 20 ms late",
 }

@@ -102,7 +102,7 @@ class FaultMonitor:
         news = [
             RobotNews(robot, each)
             for robot in robots[self._place : self._place + math.ceil(due)]
-            for each in self._look(robot, score.parts[robot], score, robot in gone, min(noticed.heard, now), now)
+            for each in self._look(robot, score.parts[robot], score, robot in gone, noticed, now)
         ]
         yield from (self._with_swap(each) for each in news)
         self._looked = now
@@ -112,9 +112,10 @@ class FaultMonitor:
             for robot in self._robots.keys() - score.parts.keys():
                 del self._robots[robot]
 
-    def _look(self, robot: str, part: Part, score: Score, gone: bool, heard: float, now: float) -> list[News]:
+    def _look(self, robot: str, part: Part, score: Score, gone: bool, noticed: Noticed, now: float) -> list[News]:
         each = self._robots[robot]
-        known = RobotFacts(now, each.poses, heard if part.odom else None, each.moves, gone, each.late)
+        heard, unfollowed = min(noticed.heard, now) if part.odom else None, noticed.unfollowed.get(robot)
+        known = RobotFacts(now, each.poses, heard, each.moves, gone, each.late, unfollowed)
         each.watch, news = look(each.watch, known, score.safety.faults)
         each.poses, each.late = [], 0.0
         return news

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from improv_core.protocol.output import Unfollowed
 from improv_core.safety.odometry import Comparison
 from improv_core.score.faults import Fault, FaultRules
 
@@ -53,11 +54,12 @@ class Worst(NamedTuple):
 
 class FaultBegan(NamedTuple):
     """A fault of a robot begins. A robot that has jumped seems to be `swapped` with another one if each of them is
-    where the other one was."""
+    where the other one was. `why` is the cause in words, if it is known."""
 
     fault: Fault
     worst: Worst
     swapped: str = ""
+    why: str = ""
 
 
 class FaultOver(NamedTuple):
@@ -76,7 +78,7 @@ class RobotFacts:
 
     `poses` have come since the last look, and all poses that were sent by `heard` have come; None if nothing measures
     the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
-    since the last look left `late` by so many seconds at most.
+    since the last look left `late` by so many seconds at most. Joints of it are `unfollowed`.
     """
 
     now: float
@@ -85,6 +87,7 @@ class RobotFacts:
     moves: float | None = None
     gone: bool = False
     late: float = 0.0
+    unfollowed: Unfollowed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +118,7 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
     _find_silence(watch, known, found)
     _find_standstill(watch, known, found)
     found["gone"] = Worst(seconds=known.now - _since(watch, "gone", known.now)) if known.gone else None
+    found["joints"] = Worst(seconds=known.unfollowed.seconds) if known.unfollowed else None
     if known.late > LATE:
         watch = replace(watch, late=known.now)
         found["late"] = Worst(seconds=known.late)
@@ -122,7 +126,15 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
     for fault, last in calm.items():
         if fault not in found and known.now >= last + QUIET:
             found[fault] = None
-    return _settled(watch, found, known.now)
+    watch, news = _settled(watch, found, known.now)
+    return watch, [_explained(each, known) for each in news]
+
+
+def _explained(news: News, known: RobotFacts) -> News:
+    """Add the cause to a fault that begins, if it is known."""
+    if known.unfollowed and isinstance(news, FaultBegan) and news.fault == "joints":
+        return news._replace(why=known.unfollowed.why)
+    return news
 
 
 def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:

@@ -57,9 +57,9 @@ def in_words(worst: Worst) -> str:
 
 
 def _kind(found: SeenNews) -> tuple[object, ...]:
-    other = found.news.swapped if isinstance(found.news, FaultBegan) else ""
+    other, why = (found.news.swapped, found.news.why) if isinstance(found.news, FaultBegan) else ("", "")
     pair = frozenset((found.part.robot, other)) if other else None
-    return type(found.news), found.news.fault, found.stands, found.newly, pair
+    return type(found.news), found.news.fault, found.stands, found.newly, pair, why
 
 
 def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejoin) -> str:
@@ -70,14 +70,14 @@ def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejo
         text = _SWAPPED if first.news.swapped else _BEGAN[fault]
         follows = _ALL_STOP if response == "stop" else _STAND if first.newly else ""
         names = " and ".join(sorted([first.part.robot, first.news.swapped])) if first.news.swapped else ""
-        return f"{beat}: {_filled(text + follows, parts, worst, names)}"
+        return f"{beat}: {_filled(text + follows, parts, worst, names, first.news.why)}"
     follows = _BACK[rejoin] if fault == "gone" else ""
     if first.stands:
         follows = _STAND if response == "stand" else ""
     return f"{beat}: {_filled(_OVER[fault] + follows, parts, worst)}"
 
 
-def _filled(text: str, parts: Sequence[Part], worst: Worst, names: str = "") -> str:
+def _filled(text: str, parts: Sequence[Part], worst: Worst, names: str = "", why: str = "") -> str:
     """Return a text about the robots of some parts. It has fields, and the words for one robot or several in
     brackets."""
     return re.sub(r"\[(.*?)\|(.*?)\]", r"\1" if len(parts) == 1 else r"\2", text).format(
@@ -87,6 +87,7 @@ def _filled(text: str, parts: Sequence[Part], worst: Worst, names: str = "") -> 
         milliseconds=worst.seconds * 1000,
         odom=parts[0].odom,
         topic=parts[0].topic,
+        why=why,
     )
 
 
@@ -115,6 +116,7 @@ _BEGAN: Mapping[Fault, str] = {
         "{names} [is|are] told to move but [stands|stand]: check [its motors, its battery, and what is in its way"
         "|their motors, their batteries, and what is in their way]"
     ),
+    "joints": "joints of {names} don't follow: {why}",
     "gone": (
         "{names} [is|are] gone, nothing listens on [{topic}: start its driver again"
         "|their topics: check the network, or start their drivers again]"
@@ -129,6 +131,7 @@ _OVER: Mapping[Fault, str] = {
     "silent": "poses of {names} come again, after [|up to ]{seconds:.1f} s",
     "jumped": "the poses of {names} no longer jump",
     "stuck": "{names} [is no longer stuck, it was for|are no longer stuck, they were for up to] {seconds:.1f} s",
+    "joints": "joints of {names} follow again, after [|up to ]{seconds:.1f} s",
     "gone": "{names} [listens again, after|listen again, after up to] {seconds:.1f} s",
     "late": "commands for {names} leave in time again, they were at most {milliseconds:.0f} ms late",
 }

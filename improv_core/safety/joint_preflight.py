@@ -39,8 +39,12 @@ class JointOff(NamedTuple):
 def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequence[float]) -> bool:
     """Return whether a joint is so far from the position at which it was sent to stand that it would jump if it
     continued there."""
-    pairs = zip(joints, told, strict=True)
-    return any(abs(measured[joint.name] - place) > (FAR_SLIDE if joint.slides else FAR_TURN) for joint, place in pairs)
+    return any(is_far(joint, measured[joint.name], place) for joint, place in zip(joints, told, strict=True))
+
+
+def is_far(joint: Joint, position: float, other: float) -> bool:
+    """Return whether two positions of a joint differ by more than it may hang."""
+    return abs(position - other) > (FAR_SLIDE if joint.slides else FAR_TURN)
 
 
 def joints_off(
@@ -88,5 +92,9 @@ def _named(found: Sequence[JointOff]) -> str:
 
 def _way(off: JointOff) -> str:
     assert off.left is not None
-    left = f"{off.left:+.3f} m" if off.joint.slides else f"{math.degrees(off.left):+.0f}°"
-    return f"{off.joint.name} of {off.robot} by {left}"
+    return f"{off.joint.name} of {off.robot} by {in_words(off.joint, off.left)}"
+
+
+def in_words(joint: Joint, distance: float) -> str:
+    """Return `+17°`, or `-0.250 m`."""
+    return f"{distance:+.3f} m" if joint.slides else f"{math.degrees(distance):+.0f}°"

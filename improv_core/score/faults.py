@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-Fault = Literal["off_path", "silent", "jumped", "stuck", "gone", "late"]
-"""A robot is off its path, its poses have stopped or jumped, it doesn't move though it should, nothing listens for it,
-or its commands leave late."""
+Fault = Literal["off_path", "silent", "jumped", "stuck", "joints", "gone", "late"]
+"""A robot is off its path, its poses have stopped or jumped, it or its joints don't move though they should, nothing
+listens for it, or its commands leave late."""
 Response = Literal["tell", "stand", "stop"]
 """The response to a fault besides its report: nothing, that robot stands still, or all robots are stopped."""
 

@@ -80,6 +80,7 @@ class Robot:
         self.sent: list[tuple[str, list[tuple[float, float]]]] = []
         self.asked: list[list[tuple[float, float]]] = []
         self.said: list[str] = []
+        self._program: dict[str, tuple[float, float, float]] = {}
         self.happened: list[Literal["said", "sent"]] = []
         self.pending_zeros = Mock()
         node: Any = SimpleNamespace(get_clock=lambda: None, create_client=lambda kind, service: self)
@@ -109,8 +110,11 @@ class Robot:
         return SimpleNamespace(values=[value])
 
     def send(self, at: float, **velocities: float) -> None:
-        """Send velocities. The positions that the stage assumes make no difference."""
-        told = {joint: JointMotion(9.0, velocity) for joint, velocity in velocities.items()}
+        """Send velocities. The program began at the joints' starts."""
+        for joint, velocity in velocities.items():
+            begin, moved, since = self._program.get(joint, (0.0, 0.0, at))
+            self._program[joint] = begin + moved * (at - since), velocity, at
+        told = {joint: JointMotion(*self._program[joint][:2]) for joint in velocities}
         self.controllers.send("ada", told, at)
 
     def home_joints(self, seconds: float) -> None:
@@ -203,7 +207,24 @@ def test_a_joint_that_is_held_back_does_not_jump_later() -> None:
         robot.send(3.0 * number, yaw=1.0 + number % 2)
         robot.now += 0.1
     assert robot.sent[-1] == (TOPIC, [(-0.02, 0), (0.01, 2)])
-    assert robot.said == ["something holds back yaw of ada: it continues from its real position, not the program's"]
+    assert robot.said == []
+    robot.send(60.0, yaw=0.0)
+    robot.send(60.05, yaw=0.0)
+    assert robot.said == ["joints of ada rest off the program, yaw by -5156°: play from beat 1 to bring them back"]
+
+
+def test_a_controller_whose_joints_do_not_follow_is_named() -> None:
+    """It has refused everything, or the stage hears no positions anymore."""
+    robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
+    for tick in range(25):
+        robot.send(tick * PERIOD, yaw=1.0, pitch=0.2)
+        assert (robot.controllers.unfollowed() == {}) is (tick <= 20)
+        robot.now += PERIOD
+    assert robot.controllers.unfollowed()["ada"].why == (
+        "/ada/head_controller moves nothing: its log says if it is inactive or refuses what it gets"
+    )
+    robot.joints.clear()
+    assert robot.controllers.unfollowed()["ada"].why.startswith("no position of pitch comes on /ada/joint_states")
 
 
 def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:

@@ -2,7 +2,7 @@
 
 tests/outputs (test_trajectories.py, test_ros_controllers.py) tests the commands; here real controllers obey them.
 The robot has a controller of each kind, and its base has nothing to do, so it needs no listener. The head's controller
-also has a jaw, of which improv.toml knows nothing.
+also has a jaw, and the hand's a thumb, of which improv.toml knows nothing.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ RESTING = 25
 
 def arguments_of(hand: str) -> list[str]:
     """Return the arguments of the script of the controllers; `hand` is the interface of the hand's."""
-    made = ["head trajectory jaw yaw pitch", "arm position elbow", f"hand {hand} wrist"]
+    made = ["head trajectory jaw yaw pitch", "arm position elbow", f"hand {hand} thumb wrist"]
     return [word for each in made for word in ("--controller", *each.split())]
 
 
@@ -89,7 +89,21 @@ def test_joints_move_to_their_starts_and_then_as_the_program_says_and_stop_at_th
         assert first["positions"]["yaw"] > radians(-2), "near its start, or it has left it"
         assert dance.process.wait(LIMIT) == 0
     moved = dict.fromkeys(("yaw", "pitch", "elbow", "wrist"), radians(30))
-    assert rest(joints) == pytest.approx({**moved, "jaw": 0.4})
+    assert rest(joints) == pytest.approx({**moved, "jaw": 0.4, "thumb": 0.0})
+
+
+def test_a_dance_whose_controller_refuses_everything_ends_with_exit_code_2(
+    script: Script, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    (tmp_path / "improv.toml").write_text(TOML.format(hand="position", home=""))
+    script(CONTROLLER, "ada", *arguments_of("position"), "--inactive", "head")
+    with Terminal("play", tmp_path / "dance.improv", ros_env, "ada $ head (left right left)\n") as dance:
+        line = dance.wait_for_line("joints of ada don't follow")
+        assert line.endswith(
+            "/ada/head_controller moves nothing: its log says if it is inactive or refuses what it gets\n"
+        )
+        code, _ = dance.end()
+    assert code == 2
 
 
 def test_joints_come_to_rest_if_the_stage_is_killed(

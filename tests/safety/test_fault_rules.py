@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from improv_core.protocol.output import RawPose
-from improv_core.safety.fault_rules import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, look
+from improv_core.protocol.output import RawPose, Unfollowed
+from improv_core.safety.fault_rules import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, Worst, look
 from improv_core.safety.odometry import CONTINUOUS, Comparison
 from improv_core.score.faults import FaultRules
 from improv_core.score.motion import Pose
@@ -117,6 +117,13 @@ def test_turns_neither_bring_a_robot_back_on_its_path_nor_take_it_off() -> None:
 )
 def test_measured_poses_show_faults(known: Iterable[RobotFacts], told: list[str]) -> None:
     assert watched(known) == told
+
+
+def test_joints_that_do_not_follow_are_a_fault_with_its_cause() -> None:
+    known = [RobotFacts(0.1), RobotFacts(0.2, unfollowed=Unfollowed(1.05, "head moves nothing")), RobotFacts(0.3)]
+    assert watched(known) == ["0.2 +joints", "0.3 -joints"]
+    _, news = look(RobotWatch(), known[1], RULES)
+    assert news == [FaultBegan("joints", Worst(seconds=1.05), why="head moves nothing")]
 
 
 def test_a_robot_that_nobody_measures_is_neither_silent_nor_stuck() -> None:

@@ -92,6 +92,18 @@ def test_one_line_about_two_robots(fault: Fault, begins: str, ends: str) -> None
     assert lines(("a", FaultOver(fault, BAD)), ("b", FaultOver(fault, mild))) == [f"beat 3: {ends}", ""]
 
 
+def test_one_line_about_joints_names_each_cause_once() -> None:
+    """One of three controllers jams."""
+    refused, held = (FaultBegan("joints", BAD, why=why) for why in ("arm moves nothing", "arm no longer moves elbow"))
+    assert lines(("a", refused), ("b", held), ("c", refused)) == [
+        "beat 3: joints of a and c don't follow: arm moves nothing",
+        "beat 3: joints of b don't follow: arm no longer moves elbow",
+        "",
+    ]
+    over = FaultOver("joints", BAD)
+    assert lines(("a", over), ("b", over))[0] == "beat 3: joints of a and b follow again, after up to 1.2 s"
+
+
 @pytest.mark.parametrize(
     ("news", "response", "rejoin", "end"),
     [

@@ -283,7 +283,7 @@ class RosSink(Sink):
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}
-        return Noticed(self._reader.alive, late, self._reader.batteries)
+        return Noticed(self._reader.alive, late, self._reader.batteries, self._controllers.unfollowed())
 
     def close(self) -> None:
         self._standby.close()

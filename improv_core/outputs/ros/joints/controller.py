@@ -23,7 +23,9 @@ from improv_core.outputs.ros.joints.trajectories import (
 )
 from improv_core.outputs.ros.topic import Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
-from improv_core.safety.joint_preflight import FRESH, JointOff, joints_off
+from improv_core.protocol.output import Unfollowed
+from improv_core.safety.joint_following import JointWatch, unfollowed, watched
+from improv_core.safety.joint_preflight import FRESH, JointOff, in_words, is_far, joints_off
 from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
@@ -32,6 +34,8 @@ SETTLED = 0.5
 """Seconds after which stopped joints have come to rest, so that their measured positions count."""
 PERIOD = 0.05
 """Seconds between two messages to joints that move to their starts."""
+LONGEST_GAP = 0.2
+"""Seconds between two messages for which a joint counts as told to move, at most: the last one may be long ago."""
 OFTEN = 0.75
 """Repeat a command only after this share of its period. Each body part asks for its own repeats, and a controller that
 moves several gets all of them."""
@@ -70,6 +74,8 @@ class RosController:
         self._moved = -math.inf  # when it last got a command to move
         self._from_measured = True  # True if its next course starts at the measured positions of its joints
         self._homing_tried = False  # True after it has tried to bring its joints to their starts
+        self._watches: dict[str, JointWatch] = {}  # the joints that it was told to move
+        self._off: Mapping[str, float] = {}  # the joints that stand off the program, and how far, when that was told
 
     @property
     def moves(self) -> bool:
@@ -87,9 +93,17 @@ class RosController:
         """True if its joints keep moving until they get a zero."""
         return self.channel.interface == "velocity"
 
+    @property
+    def unfollowed(self) -> Unfollowed | None:
+        """The joints that don't follow, and the likely cause."""
+        joints, name = {joint.name: joint for joint in self.channel.joints}, self.channel.topic.rpartition("/")[0]
+        return unfollowed(self._watches, joints, self._fresh(), name, joint_states_of(self._part) or "")
+
     def take(self, part: Part, restart: bool) -> None:
         """Perform this part from now on."""
         self._part = part
+        if restart:
+            self._watches, self._off = {}, {}
         self._from_measured = self._from_measured or restart
         self._homing_tried = self._homing_tried and not restart
         if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
@@ -103,7 +117,7 @@ class RosController:
 
     def send(self, joints: Mapping[str, JointMotion], at: float, pace: float) -> str:
         """Publish the command for those of its joints from performance time `at` on, unless their positions are
-        unknown. Return a joint that something holds back, so that it continues from its real position; "" if none."""
+        unknown. Return a line if joints come to rest elsewhere than the program has them; "" if none does."""
         told = [joints[joint.name] for joint in self.channel.joints if joint.name in joints]
         if not told:
             return ""
@@ -115,12 +129,11 @@ class RosController:
         self._from_measured = self._from_measured and not begins
         wanted = turned(self.channel, before, joints, at)
         self._course = course = let_go(self.channel, before, wanted, self._recent())
-        pairs = zip(self.channel.joints, wanted.motions, course.motions, strict=True)
-        held = [joint.name for joint, motion, other in pairs if motion.position != other.position and wanted.moves]
+        self._watch(before, joints)
         is_repeated = course.moves and course.velocities == before.velocities
         if not is_repeated or self._around.now() >= self._sent + OFTEN / self._part.profile.command_rate:
             self._publish(message_of(self.channel, paced(course, pace)))
-        return held[0] if held else ""
+        return "" if course.moves else self._off_line(course, joints)
 
     def steers_home(self) -> bool:
         """Update the course of joints that move to their starts, and return whether to `go_home` now. They try only
@@ -175,6 +188,35 @@ class RosController:
         brought = self.moves_home and not self._homing_tried and needed
         found = joints_off(self._part.robot, self.channel.joints, topic, self._fresh(), brought)
         return [each for each in found if each.left is None or each.joint.name not in self.channel.held]
+
+    def _watch(self, before: Course, told: Mapping[str, JointMotion]) -> None:
+        """Watch whether joints follow that were told to move with the last message."""
+        if not joint_states_of(self._part):
+            return
+        seconds, measured = min(self._around.now() - self._sent, LONGEST_GAP), self._fresh()
+        for joint, motion in zip(self.channel.joints, before.motions, strict=True):
+            now = told.get(joint.name)
+            if now and (now.velocity or motion.velocity):
+                watch = self._watches.get(joint.name, JointWatch())
+                passed = seconds if motion.velocity else 0.0
+                self._watches[joint.name] = watched(watch, joint, passed, *now, measured.get(joint.name), 0.0)
+
+    def _off_line(self, course: Course, told: Mapping[str, JointMotion]) -> str:
+        """Return a line about the joints that rest elsewhere than the program has them, unless they did so before."""
+        before, self._off = (
+            self._off,
+            {
+                joint.name: told[joint.name].position - motion.position
+                for joint, motion in zip(self.channel.joints, course.motions, strict=True)
+                if joint.name in told and is_far(joint, told[joint.name].position, motion.position)
+            },
+        )
+        joints = {joint.name: joint for joint in self.channel.joints}
+        new = {name: off for name, off in self._off.items() if is_far(joints[name], off, before.get(name, 0.0))}
+        if not new:
+            return ""
+        named = ", ".join(f"{name} by {in_words(joints[name], -off)}" for name, off in new.items())
+        return f"joints of {self._part.robot} rest off the program, {named}: play from beat 1 to bring them back"
 
     def _publish(self, message: bytes) -> None:
         """Send the latest course, and note zeros that it needs."""

@@ -11,6 +11,7 @@ from improv_core.outputs.ros.joints.parameters import ControllerJoints
 from improv_core.outputs.ros.joints.trajectories import Channel, channels_of
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
+from improv_core.protocol.output import Unfollowed
 from improv_core.safety.joint_preflight import JointOff, line_of, line_of_moving
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
@@ -50,7 +51,6 @@ class RosControllers:
         self._waits_since = 0.0
         self._line = ""
         self._line_until = 0.0
-        self._held_line_until = 0.0
 
     def preload(self, part: Part) -> None:
         """Create publishers for a robot that will be prepared next."""
@@ -91,7 +91,7 @@ class RosControllers:
         self._unanswered -= found
         for robot in self._current:
             if not found.isdisjoint(self.topics([robot])):
-                self._make(robot, self._begins)
+                self._make(robot, restart=False)
 
     def topics(self, robots: Collection[str]) -> set[str]:
         """The topics of these robots' controllers."""
@@ -174,18 +174,21 @@ class RosControllers:
         for controller in self._robots[robot]:
             if controller.topic.name in self._awaited:
                 continue
-            held = controller.send(joints, at, pace)
-            if held and self._now() >= self._held_line_until:
-                self._held_line_until = self._now() + AGAIN
-                line = f"something holds back {held} of {robot}"
-                self._tell(f"{line}: it continues from its real position, not the program's")
+            if line := controller.send(joints, at, pace):
+                self._tell(line)
+
+    def unfollowed(self) -> Mapping[str, Unfollowed]:
+        """The robots whose joints don't follow, with the likely cause of one of their controllers."""
+        found = {robot: [each.unfollowed for each in self._robots[robot]] for robot in self._current}
+        return {robot: first for robot, each in found.items() if (first := next(filter(None, each), None))}
 
     def _of(self, robots: Collection[str]) -> Iterator[RosController]:
         for robot in robots:
             yield from self._robots[robot]
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
-        key = channel.topic, channel.interface, len(channel.joints)
+        joints = len(channel.joints) if channel.interface == "velocity" else 0  # as many zeros as the standby sends
+        key = channel.topic, channel.interface, joints
         if key not in self._topics:
             advertise = self._advertise(channel)
             self._topics[key] = RosTopic(channel.topic, channel.message, self._node, advertise, self._now, at_once)

@@ -19,7 +19,7 @@ import { clock } from "../score/clock.js"
  */
 
 /** @type {Record<string, string>} */
-const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", off_path: "off its path", jumped: "jumped", late: "late" }
+const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", joints: "joints don't follow", off_path: "off its path", jumped: "jumped", late: "late" }
 const COLUMNS = ["state", "off", "age", "battery"] // after the name
 /** The faults, the worst first. */
 const ORDER = Object.keys(WORDS)

@@ -66,6 +66,7 @@ SEVERITIES = {
     "pose-disturbed": Severity.WARNING,
     "joint-limit": Severity.WARNING,
     "too-fast": Severity.WARNING,
+    "too-sudden": Severity.WARNING,
     "too-short": Severity.WARNING,
     "too-far-back": Severity.INFORMATION,
     "never-performed": Severity.INFORMATION,

@@ -11,14 +11,15 @@ from itertools import groupby, islice
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace, unknown
 from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
-from improv_core.robots.limits import Excess, excess, too_tight, unsupported
+from improv_core.robots.limits import Excess, Rush, excess, rush, too_tight, unsupported
 from improv_core.score.algebra import Gain
 from improv_core.score.measured import in_si, largest
+from improv_core.score.motion import STILL
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.projection import base_of
 from improv_core.score.ramps import FASTEST_EASE
-from improv_core.score.score import in_axes
+from improv_core.score.score import in_axes, twist
 from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.traversal import inner_first
@@ -36,6 +37,9 @@ _FIRST_MOMENTS = 200
 """The moments of a movement that are searched for one that drives too far backward."""
 _ROOM_SLACK = 1e-9
 """Meters."""
+FOR_CHANGES = 4
+"""The factor by which the change of velocity in an item may exceed its highest velocity: `ease` gets to it, and back
+from it, in a quarter of the time each. To reverse takes 2."""
 SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
@@ -121,6 +125,8 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
         or peak.shortest / per_second < SLACK / profile.command_rate
+        or linear * FOR_CHANGES > (profile.max_linear_acceleration or math.inf) * peak.shortest / per_second
+        or angular * FOR_CHANGES > (profile.max_angular_acceleration or math.inf) * peak.shortest / per_second
         or _may_be_impossible(peak, profile)
     )
 
@@ -149,11 +155,37 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
     if fastest:
         over, moment = fastest
         unit = "m/s" if over.kind == "linear" else "rad/s"
-        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
+        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {over.advice()}"
         span = moment.sources[0].span
-        yield _too_fast(span, message, over, body.span if body else span)
-    elif profile.smooth:
+        yield _too_much_at("too-fast", span, message, over.slow, body.span if body else span)
+        return
+    if profile.smooth:
         yield from _too_fast_to_smooth(robot, body, part, profile, tempo)
+    if profile.max_linear_acceleration or profile.max_angular_acceleration:
+        yield from _too_sudden(robot, body, part, profile, tempo)
+
+
+def _too_sudden(
+    robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction
+) -> Iterator[Diagnostic]:
+    """Report the velocity for which a robot has the least time: another one follows before its accelerations get it
+    there. Then it goes elsewhere; otherwise, it only lags."""
+    performed = base_of(part)
+    if profile.smooth:
+        performed = smoothed(performed, lambda velocity: excess(velocity, profile, tempo) is None)
+    before, worst = STILL, list[tuple[Rush, Moment]]()
+    for velocity, together in groupby(islice(walk(performed), MOST_MOMENTS), lambda moment: moment.velocity):
+        checkpoint()
+        moments, after = [*together], twist(velocity, profile, tempo)
+        lasts = float(sum(moment.duration for moment in moments) * 60 / tempo)
+        found = rush(profile.seconds_between(before, after), lasts, tempo)
+        if found and moments[0].sources and (not worst or found.slow > worst[0][0].slow):
+            worst = [(found, moments[0])]
+        before = after
+    for over, moment in worst:
+        message = f"this lasts {over.lasts:.3g} s, but {robot} needs {over.needs:.3g} s to get to that velocity"
+        span = moment.sources[0].span
+        yield _too_much_at("too-sudden", span, f"{message}: {over.advice()}", over.slow, body.span if body else span)
 
 
 def _too_fast_to_smooth(
@@ -168,10 +200,10 @@ def _too_fast_to_smooth(
             unit = "m/s" if over.kind == "linear" else "rad/s"
             reached = f"smoothed, this would reach {over.speed:.3g} {unit}"
             message = (
-                f"{reached}, over {robot}'s limit of {over.limit:g} {unit}, so it is not smoothed: {_fitting(over)}"
+                f"{reached}, over {robot}'s limit of {over.limit:g} {unit}, so it is not smoothed: {over.advice()}"
             )
             span = sources[0].span
-            yield _too_fast(span, message, over, body.span if body else span)
+            yield _too_much_at("too-fast", span, message, over.slow, body.span if body else span)
             return
 
 
@@ -239,14 +271,9 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
     return next((node for node in words if node.word.velocity.yaw), None)
 
 
-def _fitting(over: Excess) -> str:
-    """Advise a tempo or a factor with which a velocity fits."""
-    return f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
-
-
-def _too_fast(span: Span, message: str, over: Excess, body: Span) -> Diagnostic:
-    wrapped = (Edit(Span(body.start, body.start), f"slow {over.slow} ("), Edit(Span(body.end, body.end), ")"))
-    return Diagnostic("too-fast", span, message, (Fix(f"Wrap in slow {over.slow}", wrapped),))
+def _too_much_at(code: str, span: Span, message: str, slow: Fraction, body: Span) -> Diagnostic:
+    wrapped = (Edit(Span(body.start, body.start), f"slow {slow} ("), Edit(Span(body.end, body.end), ")"))
+    return Diagnostic(code, span, message, (Fix(f"Wrap in slow {slow}", wrapped),))
 
 
 _DOING: Mapping[str, str] = {

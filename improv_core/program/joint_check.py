@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from fractions import Fraction
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.timing import decimal, end_after
+from improv_core.robots.limits import fitting_by, rush
 from improv_core.score.body import Drive, Joint
 from improv_core.score.joints import JointMoment, Limb, joint_moments, limbs_of
 from improv_core.score.movement import Source
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.strokes import pictured
+from improv_core.score.walk import Moment
 from improv_core.slices import checkpoint
 from improv_core.text import Span
 
@@ -25,7 +27,6 @@ LAST_BEAT = 1_000
 """The most moments, and beats, of a body part that are checked."""
 MOST_MARKED = 100
 _SLACK = 1e-9
-_LONGEST_FRACTION = 4
 
 
 def needs_check(analysis: Analysis) -> bool:
@@ -46,17 +47,17 @@ def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
     found: dict[tuple[str, str, Span], Diagnostic] = {}
     for part in score.parts.values():
         for limb in limbs_of(part, score.tempo):
-            turns = Counter[tuple[Source, ...]]()
+            turns, changes = Counter[tuple[Source, ...]](), {drive.joint: _Change() for drive in limb.part.drives}
             moments = islice(joint_moments(part.movement, limb, merge=False), MOST_MOMENTS)
             for each in moments:
                 checkpoint()
                 if each.moment.start > LAST_BEAT or len(found) >= MOST_MARKED:
                     break
                 turns[each.moment.sources] += 1
-                for code, drive, message in _wrong(each, limb, turns[each.moment.sources]):
+                wrong = [(each.moment, *one) for one in _wrong(each, limb, turns[each.moment.sources])]
+                for moment, code, drive, message in [*wrong, *_sudden(each, limb, changes)]:
                     spans = [
-                        source.span.shifted(analysis.offsets[indices[source.statement]])
-                        for source in each.moment.sources
+                        source.span.shifted(analysis.offsets[indices[source.statement]]) for source in moment.sources
                     ]
                     span = _cause(spans, drive, analysis.text)
                     found.setdefault((code, drive.joint, span), Diagnostic(code, span, message))
@@ -88,16 +89,34 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Driv
             yield "joint-limit", drive, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
         if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):
             limit = f"{_shown(joint.max_velocity, joint)}/s"
-            fitting = _fitting(abs(velocity) / joint.max_velocity, limb.tempo)
+            fitting = fitting_by(abs(velocity) / joint.max_velocity, limb.tempo).advice()
             message = f"{_shown(abs(velocity), joint)}/s is over the limit of {name}, {limit}: {fitting}"
             yield "too-fast", drive, message
 
 
-def _fitting(factor: float, tempo: Fraction) -> str:
-    """Advise a tempo or a factor for a movement that is `factor` times too fast."""
-    slow = min(Fraction(math.ceil(factor * parts * (1 - _SLACK)), parts) for parts in range(1, _LONGEST_FRACTION + 1))
-    fitting = math.floor(float(tempo) / factor * (1 + _SLACK))
-    return f"use `beat {fitting}` or `slow {slow}`" if fitting else f"use `slow {slow}`"
+@dataclass(slots=True)
+class _Change:
+    """The latest change of a joint's velocity: both velocities, the moment in which it began, and the seconds since."""
+
+    before: float = 0.0
+    after: float = 0.0
+    moment: Moment | None = None
+    seconds: float = 0.0
+
+
+def _sudden(each: JointMoment, limb: Limb, changes: Mapping[str, _Change]) -> Iterator[tuple[Moment, str, Drive, str]]:
+    """Take a moment, and yield the changes of velocity that it ends before joints could make them."""
+    for drive in limb.part.drives:
+        joint, last, velocity = limb.body.joint[drive.joint], changes[drive.joint], each.velocities[drive.joint]
+        if joint.max_acceleration and velocity != last.after:
+            needs = abs(last.after - last.before) / joint.max_acceleration
+            over = rush(needs, last.seconds, limb.tempo) if last.moment else None
+            if over and last.moment and last.moment.sources:
+                to = f"to get from {_shown(last.before, joint)}/s to {_shown(last.after, joint)}/s"
+                message = f"this lasts {over.lasts:.3g} s, but {joint.name} needs {over.needs:.3g} s {to}"
+                yield last.moment, "too-sudden", drive, f"{message}: {over.advice()}"
+            last.before, last.after, last.moment, last.seconds = last.after, velocity, each.moment, 0.0
+        last.seconds += float(each.moment.duration * 60 / limb.tempo)
 
 
 def _shown(position: float, joint: Joint) -> str:

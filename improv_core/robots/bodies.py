@@ -198,7 +198,9 @@ class _Bodies:
             return joint
         table = self.reading.table(keys, value)
         found = self.reading.values(keys, table)
-        changes: dict[str, Any] = {name: each if slides else math.radians(each) for name, each in found.items()}
+        changes: dict[str, Any] = {
+            name: each if slides or isinstance(each, bool) else math.radians(each) for name, each in found.items()
+        }
         joint = replace(joint, **changes)
         if joint.min is not None and joint.max is not None and joint.min > joint.max:
             key = "min" if "min" in table else "max"

@@ -30,20 +30,30 @@ class Speeds:
 
 
 @dataclass(frozen=True, slots=True)
-class Excess:
+class Fitting:
+    """Changes that make a movement fit: `tempo` is the largest whole tempo at which it fits (None if below 1), and
+    `slow` the smallest simple factor for `slow` at the current tempo."""
+
+    tempo: int | None
+    slow: Fraction
+
+    def advice(self) -> str:
+        """Return a sentence such as: use `beat 41` or `slow 3/2`"""
+        return f"use `beat {self.tempo}` or `slow {self.slow}`" if self.tempo else f"use `slow {self.slow}`"
+
+
+@dataclass(frozen=True, slots=True)
+class Excess(Fitting):
     """Amount by which a velocity exceeds a robot's limits, and the changes that make it fit.
 
     `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
-    their ratio. `tempo` is the largest whole tempo at which it fits (None if below 1); `slow` is the smallest simple
-    factor for `slow` at the current tempo, and whole if the velocity is measured.
+    their ratio. `slow` is whole if the velocity is measured.
     """
 
     kind: str
     speed: float
     limit: float
     factor: float
-    tempo: int | None
-    slow: Fraction
 
 
 def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speeds:
@@ -103,7 +113,33 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     is_measured = any(isinstance(each, Measure) for each in velocity)
     longest = 1 if is_measured else _LONGEST_FRACTION
     slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, longest + 1))
-    return Excess(kind, _root(square), limit, _root(ratio), fitting or None, slow)
+    return Excess(fitting or None, slow, kind, _root(square), limit, _root(ratio))
+
+
+@dataclass(frozen=True, slots=True)
+class Rush(Fitting):
+    """A change of velocity that `lasts` for fewer seconds than it `needs`, and the changes that make it fit."""
+
+    needs: float
+    lasts: float
+
+
+def rush(needs: float, lasts: float, tempo: Fraction) -> Rush | None:
+    """Return whether a change of velocity that needs these seconds has too few, at `tempo` beats per minute.
+
+    Played k times as slowly, it is k times as small, and there is k times as much time for it.
+    """
+    if needs <= lasts * _SLACK:
+        return None
+    fitting = fitting_by(math.sqrt(needs / lasts), tempo)
+    return Rush(fitting.tempo, fitting.slow, needs, lasts)
+
+
+def fitting_by(factor: float, tempo: Fraction) -> Fitting:
+    """Return what makes a movement fit that would have to be `factor` times as slow."""
+    factor /= _SLACK
+    slow = min(Fraction(math.ceil(factor * parts), parts) for parts in range(1, _LONGEST_FRACTION + 1))
+    return Fitting(math.floor(float(tempo) / factor) or None, slow)
 
 
 def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:

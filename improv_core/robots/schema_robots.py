@@ -52,6 +52,14 @@ _JOINT = {
     "min": _amount("its lower limit"),
     "max": _amount("its upper limit"),
     "max_velocity": number("its highest speed", "degrees or meters per second", 0.001, 10_000, "no limit"),
+    "max_acceleration": number(
+        "its highest acceleration, for the check and the trajectories of real robots",
+        "degrees or meters per second²",
+        0.001,
+        100_000,
+        "no limit",
+    ),
+    "smooth": flag("begin and end each movement of its body part gently"),
     "start": replace(_amount("where it is at beat 0"), default="0"),
 }
 _OFFSETS = Key(
@@ -185,7 +193,7 @@ PROFILE = {
     "max_linear": number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
     "max_angular": number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
     "max_linear_acceleration": number(
-        "the acceleration of simulated motors, and how hard a real robot brakes, for `keep_apart`",
+        "the acceleration of simulated motors and of real robots, for `keep_apart` and the check",
         "m/s²",
         0.001,
         1000,

@@ -35,7 +35,11 @@ class RobotNews(NamedTuple):
 @dataclass(slots=True)
 class _Robot:
     """A robot since the last look at it: its poses, and by how much its commands left too late. It has been sent
-    velocities since `moves`, and ever in this performance if it has `moved`. Its latest pose is of `posed`."""
+    velocities since `moves`, and ever in this performance if it has `moved`. Its latest pose is of `posed`.
+
+    It was sent `twist` at `since`, after `before`. Earlier `changes` have both velocities, and the seconds until the
+    next. In this performance, it was `rushed` if its accelerations don't allow one of them.
+    """
 
     moves: float | None = None
     moved: bool = False
@@ -43,6 +47,11 @@ class _Robot:
     late: float = 0.0
     poses: list[Comparison] = field(default_factory=list)
     watch: RobotWatch = field(default_factory=RobotWatch)
+    before: Twist = STILL
+    twist: Twist = STILL
+    since: float = 0.0
+    changes: list[tuple[Twist, Twist, float]] = field(default_factory=list)
+    rushed: bool = False
 
 
 class FaultMonitor:
@@ -84,6 +93,10 @@ class FaultMonitor:
     def tell(self, robot: str, twist: Twist, at: float) -> None:
         """Note that a robot was sent a velocity, or a zero."""
         each = self._robots[robot]
+        if twist != each.twist:
+            if twist != STILL:  # somebody may have stopped it
+                each.changes.append((each.before, each.twist, at - each.since))
+            each.before, each.twist, each.since = each.twist, twist, at
         if twist == STILL:
             each.moves = None
         else:
@@ -115,9 +128,11 @@ class FaultMonitor:
     def _look(self, robot: str, part: Part, score: Score, gone: bool, noticed: Noticed, now: float) -> list[News]:
         each = self._robots[robot]
         heard, unfollowed = min(noticed.heard, now) if part.odom else None, noticed.unfollowed.get(robot)
-        known = RobotFacts(now, each.poses, heard, each.moves, gone, each.late, unfollowed)
+        needed = part.profile.seconds_between
+        each.rushed = each.rushed or any(needed(before, after) > lasts for before, after, lasts in each.changes)
+        known = RobotFacts(now, each.poses, heard, each.moves, gone, each.late, unfollowed, each.rushed)
         each.watch, news = look(each.watch, known, score.safety.faults)
-        each.poses, each.late = [], 0.0
+        each.poses, each.late, each.changes = [], 0.0, []
         return news
 
     def _with_swap(self, found: RobotNews) -> RobotNews:

@@ -38,6 +38,8 @@ LATE = 0.02
 SWAPPED = 0.5
 """Two robots seem to be swapped if they have jumped within this many seconds, and each is where the other one was, to
 within this share of the distance. Both keep moving meanwhile, so it isn't less."""
+RUSHED = "the program changes velocities faster than accelerations in improv.toml allow: see `improv check`"
+"""The reason for which a robot is off its path that isn't the robot's."""
 QUIET = 10.0
 """Seconds without a jump or a late command after which that fault is over. Two nodes that publish on one topic make
 twenty jumps a second."""
@@ -78,7 +80,8 @@ class RobotFacts:
 
     `poses` have come since the last look, and all poses that were sent by `heard` have come; None if nothing measures
     the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
-    since the last look left `late` by so many seconds at most. Joints of it are `unfollowed`.
+    since the last look left `late` by so many seconds at most. Joints of it are `unfollowed`. It was `rushed` if its
+    part changed its velocity before its accelerations let it get there.
     """
 
     now: float
@@ -88,6 +91,7 @@ class RobotFacts:
     gone: bool = False
     late: float = 0.0
     unfollowed: Unfollowed | None = None
+    rushed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +136,11 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
 
 def _explained(news: News, known: RobotFacts) -> News:
     """Add the cause to a fault that begins, if it is known."""
-    if known.unfollowed and isinstance(news, FaultBegan) and news.fault == "joints":
+    if not isinstance(news, FaultBegan):
+        return news
+    if known.unfollowed and news.fault == "joints":
         return news._replace(why=known.unfollowed.why)
-    return news
+    return news._replace(why=RUSHED) if known.rushed and news.fault == "off_path" else news
 
 
 def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:

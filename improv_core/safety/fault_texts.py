@@ -67,7 +67,7 @@ def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejo
     first, fault, parts = found[0], found[0].news.fault, [each.part for each in found]
     worst = Worst(*(max(values) for values in zip(*(each.news.worst for each in found), strict=True)))
     if isinstance(first.news, FaultBegan):
-        text = _SWAPPED if first.news.swapped else _BEGAN[fault]
+        text = _SWAPPED if first.news.swapped else (_BECAUSE if first.news.why else _BEGAN)[fault]
         follows = _ALL_STOP if response == "stop" else _STAND if first.newly else ""
         names = " and ".join(sorted([first.part.robot, first.news.swapped])) if first.news.swapped else ""
         return f"{beat}: {_filled(text + follows, parts, worst, names, first.news.why)}"
@@ -116,7 +116,6 @@ _BEGAN: Mapping[Fault, str] = {
         "{names} [is|are] told to move but [stands|stand]: check [its motors, its battery, and what is in its way"
         "|their motors, their batteries, and what is in their way]"
     ),
-    "joints": "joints of {names} don't follow: {why}",
     "gone": (
         "{names} [is|are] gone, nothing listens on [{topic}: start its driver again"
         "|their topics: check the network, or start their drivers again]"
@@ -126,6 +125,11 @@ _BEGAN: Mapping[Fault, str] = {
         "close other programs on this machine or play fewer robots"
     ),
 }
+_BECAUSE: Mapping[Fault, str] = {
+    "off_path": "{names} [is|are up to] {off} off [its path|their paths]: {why}",
+    "joints": "joints of {names} don't follow: {why}",
+}
+"""Texts about faults whose cause is known."""
 _OVER: Mapping[Fault, str] = {
     "off_path": "{names} [is back on its path, it was|are back on their paths, they were] at most {off} off",
     "silent": "poses of {names} come again, after [|up to ]{seconds:.1f} s",

@@ -20,8 +20,12 @@ START = "start"
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint: its limits, its highest speed, and its start, in radians, or in meters if it `slides`. None is no limit.
-    The real joint is `offset` further than it should be, and its commands are corrected by that."""
+    """A joint: its limits, its highest speed and acceleration, and its start, in radians, or in meters if it `slides`.
+    None is no limit.
+
+    The real joint is `offset` further than it should be, and its commands are corrected by that. If it is `smooth`, the
+    movements of its body part begin and end gently.
+    """
 
     name: str
     min: float | None = None
@@ -30,6 +34,8 @@ class Joint:
     start: float = 0.0
     slides: bool = False
     offset: float = 0.0
+    max_acceleration: float | None = None
+    smooth: bool = False
 
     def within(self, position: float) -> float:
         """Return the nearest position within its limits."""

@@ -17,6 +17,7 @@ from improv_core.score.movement import STILL, Duration, Movement, Velocity
 from improv_core.score.path import Outcomes, PlayedPart
 from improv_core.score.projection import Reach, project
 from improv_core.score.score import Part
+from improv_core.score.smoothing import smoothed
 from improv_core.score.traversal import outer_first
 from improv_core.score.walk import Moment, walk
 
@@ -106,7 +107,13 @@ class Limb:
 
     def performs(self, movement: Movement) -> Movement:
         """Return its part of a movement. Before each of its moments, `positions` must be those that it begins with."""
-        return project(movement, self.part.name, self.body, self)
+        performed = project(movement, self.part.name, self.body, self)
+        is_smooth = any(self.body.joint[drive.joint].smooth for drive in self.part.drives)
+        return smoothed(performed, self._fits) if is_smooth else performed
+
+    def _fits(self, velocity: Velocity) -> bool:
+        limits = ((speed, self.body.joint[name].max_velocity) for name, speed in self.velocities(velocity).items())
+        return all(limit is None or abs(speed) <= limit for speed, limit in limits)
 
 
 def limbs_of(part: Part, tempo: Fraction) -> list[Limb]:

@@ -100,6 +100,14 @@ class Profile:
             twist = Twist(twist.x * linear, twist.y * linear, twist.z * linear, twist.yaw * self.angular_scale)
         return twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
 
+    def seconds_between(self, before: Twist, after: Twist) -> float:
+        """Return the seconds that its accelerations need from one velocity to another."""
+        change = after.plus(before.times(-1))
+        linear, angular = math.hypot(change.x, change.y, change.z), abs(change.yaw)
+        return max(
+            linear / (self.max_linear_acceleration or math.inf), angular / (self.max_angular_acceleration or math.inf)
+        )
+
     def limited(self, twist: Twist) -> Twist:
         """Return this twist, or a slower one if it exceeds a limit."""
         return twist.within(self.max_linear, self.max_angular)

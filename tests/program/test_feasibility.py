@@ -34,6 +34,17 @@ motions = ["forward", "turn"]
 turning_radius = 0.6
 [robots.car]
 profile = "ackermann"
+[profiles.soft]
+step = 0.2
+max_linear_acceleration = 1.5
+max_angular_acceleration = 3
+[robots.slow_turner]
+profile = "soft"
+[profiles.softer]
+base = "soft"
+smooth = true
+[robots.gentle]
+profile = "softer"
 """
 ROBOTS = read_robots(TOML)
 assert ROBOTS.ok
@@ -96,7 +107,45 @@ def test_every_built_in_robot_can_dance_the_examples_for_robots(profile: str) ->
     assert len(programs) == 3
     for program in programs:
         source = program.read_text("utf-8").strip("\n")
-        assert drawn(analyze(source, robots), hints=False) == source
+        analysis = analyze(source, robots)
+        if (profile, program.stem) == ("husky", "canon"):  # its controller turns by 1 rad/s² at most
+            assert {each.code for each in analysis.diagnostics} == {"too-sudden"}
+        else:
+            assert drawn(analysis, hints=False) == source
+
+
+def test_a_velocity_that_a_robot_cannot_get_to_in_time_is_too_sudden() -> None:
+    """The robot would end elsewhere. If it gets there before the next velocity follows, it only lags."""
+    check("""
+        beat 60
+        slow_turner $ [halfleft halfright] rest
+                                ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 3/2`
+        slow_turner $ halfleft halfright [forward rest]
+        slow_turner $ fast 4 (forward rest)
+                              ^^^^^^^ too-sudden: this lasts 0.25 s, but slow_turner needs 0.533 s to get to that velocity: use `beat 41` or `slow 3/2`
+        burger $ [halfleft halfright]
+    """)
+    check("""
+        beat 41
+        slow_turner $ [halfleft halfright] rest
+        slow_turner $ fast 4 (forward rest)
+    """)
+    check("""
+        beat 60
+        slow_turner $ slow 3/2 [halfleft halfright] rest
+        slow_turner $ repeat 1000000 [halfleft halfright]
+                                               ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 3/2`
+    """)
+
+
+def test_smoothing_may_need_more_than_a_robot_s_accelerations() -> None:
+    """Smoothed, each half turn reverses twice: its first and last steps are steep."""
+    check("""
+        beat 60
+        gentle $ slow 2 halfleft
+        gentle $ fast 2 halfleft
+                        ^^^^^^^^ too-sudden: this lasts 0.125 s, but gentle needs 0.349 s to get to that velocity: use `beat 35` or `slow 7/4`
+    """)
 
 
 def test_too_fast_advises_a_tempo_and_a_factor() -> None:

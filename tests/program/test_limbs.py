@@ -117,6 +117,28 @@ def test_joints_are_followed_from_line_to_line() -> None:
     )
 
 
+def test_a_velocity_that_a_joint_cannot_get_to_in_time_is_too_sudden() -> None:
+    """A joint that gets there before the next velocity follows only lags."""
+    needs = "yaw needs 1 s to get from 60°/s to -60°/s: use `beat 42` or `slow 3/2`"
+    check(
+        f"""
+        r $ head [left right] rest
+                       ^^^^^ too-sudden: this lasts 0.5 s, but {needs}
+        r $ head (left right) rest
+        """,
+        robots=FAST.replace("max_velocity = 45", "max_acceleration = 120"),
+        in_room=True,
+    )
+
+
+def test_a_smooth_joint_moves_gently() -> None:
+    """Its part plays as with `ease`, as fast as it may: the second one would be too fast."""
+    smooth = FAST.replace("max_velocity = 45", "max_velocity = 45\nsmooth = true")
+    found = compiled(analyze("beat 60\nr $ head (left rest left fast 3/2 right)\n", read_robots(smooth)))
+    plain = [round(math.degrees(speed), 6) for _, _, speed in found["robots"]["r"]["joints"]["yaw"]]
+    assert plain == [10, 30, 40, 30, 10, 0, 10, 30, 40, 30, 10, -45]
+
+
 def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
     check(
         """

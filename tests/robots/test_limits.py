@@ -39,7 +39,7 @@ def test_limits_hold_for_commands_to_a_calibrated_robot() -> None:
 def test_an_excess_has_its_ratio_and_values_that_fit() -> None:
     found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
     assert found
-    assert found == Excess("linear", 0.3, 0.22, found.factor, tempo=66, slow=Fraction(3, 2))
+    assert found == Excess(66, Fraction(3, 2), "linear", 0.3, 0.22, found.factor)
     assert found.factor == pytest.approx(0.3 / 0.22)
 
 

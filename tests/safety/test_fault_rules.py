@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
-from improv_core.protocol.output import RawPose, Unfollowed
-from improv_core.safety.fault_rules import QUIET, FaultBegan, FaultOver, RobotFacts, RobotWatch, Worst, look
+from improv_core.protocol.output import Noticed, RawPose, Unfollowed
+from improv_core.safety.fault_monitor import FaultMonitor
+from improv_core.safety.fault_rules import QUIET, RUSHED, FaultBegan, FaultOver, RobotFacts, RobotWatch, Worst, look
 from improv_core.safety.odometry import CONTINUOUS, Comparison
 from improv_core.score.faults import FaultRules
-from improv_core.score.motion import Pose
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part, Score
 
 RULES = FaultRules()
 LOOK = 0.1
@@ -124,6 +129,34 @@ def test_joints_that_do_not_follow_are_a_fault_with_its_cause() -> None:
     assert watched(known) == ["0.2 +joints", "0.3 -joints"]
     _, news = look(RobotWatch(), known[1], RULES)
     assert news == [FaultBegan("joints", Worst(seconds=1.05), why="head moves nothing")]
+
+
+@pytest.mark.parametrize(("rushed", "why"), [(False, ""), (True, RUSHED)])
+def test_a_robot_that_is_asked_for_the_impossible_is_not_blamed(rushed: bool, why: str) -> None:
+    facts = [replace(each, rushed=rushed) for each in driving(lambda at: Pose(0.0), 2.0)]
+    watch, found = RobotWatch(), []
+    for known in facts:
+        watch, news = look(watch, known, RULES)
+        found += [each for each in news if each.fault == "off_path"]
+    assert [each.why for each in found if isinstance(each, FaultBegan)] == [why]
+
+
+def test_only_a_change_that_a_robot_s_accelerations_do_not_allow_rushes_it() -> None:
+    """It takes half a second to reverse. A stop right after a change is no request of the program."""
+    profile = replace(TURTLESIM, max_angular_acceleration=4.0)
+    part = Part("r", (), profile, Pose(), "/r/cmd_vel")
+    score = Score(Fraction(60), {"r": part})
+    left, right = Twist(yaw=1.0), Twist(yaw=-1.0)
+    for sent, rushed in [
+        ([(0.0, left), (1.0, right), (2.0, left)], False),
+        ([(0.0, left), (0.2, STILL)], False),
+        ([(0.0, left), (1.0, right), (1.4, left)], True),
+    ]:
+        monitor = FaultMonitor()
+        for at, twist in sent:
+            monitor.tell("r", twist, at)
+        assert [*monitor.look_around(score, (), Noticed(), 5.0)] == []
+        assert monitor._robots["r"].rushed is rushed
 
 
 def test_a_robot_that_nobody_measures_is_neither_silent_nor_stuck() -> None:

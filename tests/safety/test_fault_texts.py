@@ -100,6 +100,10 @@ def test_one_line_about_joints_names_each_cause_once() -> None:
         "beat 3: joints of b don't follow: arm no longer moves elbow",
         "",
     ]
+    rushed = FaultBegan("off_path", BAD, why="the program hurries")
+    assert lines(*same("ab", rushed))[0] == (
+        "beat 3: a and b are up to 0.31 m and 4 degrees off their paths: the program hurries"
+    )
     over = FaultOver("joints", BAD)
     assert lines(("a", over), ("b", over))[0] == "beat 3: joints of a and b follow again, after up to 1.2 s"
 

@@ -38,6 +38,7 @@ class SetpointQueue:
         self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot did not stand
         self._zeros_left: dict[Mover, int] = {}  # zeros still to send to the movers of a muted robot
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
+        self._next: dict[Mover, float] = {}  # the time of the next change of each body part
         self.repeats = Repeats()
         """The movers that hold a velocity."""
 
@@ -45,6 +46,11 @@ class SetpointQueue:
     def due(self) -> float:
         """The time at which the next change is due."""
         return self._queue[0].at if self._queue else math.inf
+
+    def next_of_limbs(self, robot: str, at: float) -> float:
+        """The time of the next change of a robot's body parts after a time."""
+        times = (self._next.get(mover, math.inf) for mover in self._limbs.get(robot, ()))
+        return min((time for time in times if time > at), default=math.inf)
 
     def movers(self, robots: Iterable[str]) -> list[Mover]:
         """The bases of robots, and their body parts that have had a setpoint."""
@@ -56,6 +62,7 @@ class SetpointQueue:
         self._limbs = {due.mover.robot: self._limbs[due.mover.robot] for due in left if due.mover.part}
         self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
         heapify(self._queue)
+        self._next = {due.mover: due.at for due in self._queue if due.mover.part}
         self._wanted = {}
         self.repeats.restart()
 
@@ -76,6 +83,8 @@ class SetpointQueue:
         """Drop the setpoints of movers, which hold their velocities."""
         self._queue = [due for due in self._queue if due.mover not in movers]
         heapify(self._queue)
+        for mover in movers:
+            self._next.pop(mover, None)
 
     def add(self, mover: Mover, told: Iterator[Setpoint], offset: float) -> None:
         """Send a mover these setpoints, whose times count from `offset`."""
@@ -184,6 +193,7 @@ class SetpointQueue:
     def _push(self, due: _Due) -> None:
         if due.mover.part:
             self._limbs.setdefault(due.mover.robot, {})[due.mover] = None
+            self._next[due.mover] = due.at
         heappush(self._queue, due)
 
     def _send(self, mover: Mover, velocity: Velocity, at: float) -> None:

@@ -55,7 +55,9 @@ class Tracks:
         self.backend = sink.name
         self.start_poses: dict[str, PoseJson] = {}
         self.joints = JointCommands(
-            lambda robot, joints, at: sink.send_joints(robot, joints, at, self.run.simulated_pace)
+            lambda robot, joints, at: sink.send_joints(
+                robot, joints, at, self.run.simulated_pace, self.queue.next_of_limbs(robot, at)
+            )
         )
         self.queue = SetpointQueue(self._send, self._stands, self._withhold)
         self.sensing = Sensing()
@@ -133,12 +135,12 @@ class Tracks:
             assert not isinstance(beat, float)
             self._perform(mover, beat, at)
 
-        try:
-            with self.joints.together():
+        with self.joints.together():  # they are sent once it is planned when they change next
+            try:
                 self.queue.send_changes(until, self.run.score.parts, perform)
-        finally:
-            for mover, at in performed:
-                self._plan(mover, at)
+            finally:
+                for mover, at in performed:
+                    self._plan(mover, at)
 
     def send_repeats(self, performed: float) -> None:
         """Send the repeats of one slot, so that a change never waits for more, and advance the sink."""
@@ -252,11 +254,12 @@ class Tracks:
         self.sensing.cued = False
 
     def _perform_begun(self, movers: Iterable[Mover], beat: Exact, at: float) -> None:
-        for mover in movers:
-            if self.active_parts.open[mover].has_begun:
-                self.queue.drop_changes([mover])
-                self._perform(mover, beat, at)
-                self._plan(mover, at)
+        with self.joints.together():
+            for mover in movers:
+                if self.active_parts.open[mover].has_begun:
+                    self.queue.drop_changes([mover])
+                    self._perform(mover, beat, at)
+                    self._plan(mover, at)
 
     def _perform(self, mover: Mover, beat: Exact, at: float) -> None:
         """Perform an open part up to a beat, and send the result to its mover from this performance time on."""

@@ -142,11 +142,11 @@ def report_sent(sink: Sink, put: Tell) -> None:
         send(robot, twist, at)
         put({"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall})
 
-    def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, *more: float) -> None:
         wall = time.time_ns()
-        send_joints(robot, joints, at, pace)
+        send_joints(robot, joints, at, *more)
         told = {name: list(motion) for name, motion in joints.items()}
         put({"type": "sent", "robot": robot, "joints": told, "wall": wall})
 
     sink.send = send_and_tell  # type: ignore[method-assign]
-    sink.send_joints = send_joints_and_tell  # type: ignore[method-assign]
+    sink.send_joints = send_joints_and_tell  # type: ignore[method-assign, assignment]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, Literal
 from unittest.mock import Mock
@@ -55,7 +56,7 @@ def courses(monkeypatch: pytest.MonkeyPatch) -> None:
     """Send courses instead of messages; tests/outputs/test_trajectories.py tests the messages."""
     monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
     monkeypatch.setitem(sys.modules, "rcl_interfaces.srv", Mock())
-    monkeypatch.setattr(ros_controller, "message_of", lambda channel, course: course)
+    monkeypatch.setattr(ros_controller, "message_of", lambda channel, course, pace=1.0, until=0.0: course)
 
 
 def motions(course: Course) -> list[tuple[float, float]]:
@@ -88,7 +89,7 @@ class Robot:
         self.controllers = RosControllers(
             node, advertise, self._measured, self.pending_zeros, self._say, lambda: self.now
         )
-        self.controllers.take({"ada": performed}, restart=True)
+        self.controllers.take({"ada": performed}, restart=True, tempo=Fraction(60))
 
     # A client, its call, and the response.
     srv_type = Mock()
@@ -218,7 +219,7 @@ def test_a_controller_whose_joints_do_not_follow_is_named() -> None:
     robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
     for tick in range(25):
         robot.send(tick * PERIOD, yaw=1.0, pitch=0.2)
-        assert (robot.controllers.unfollowed() == {}) is (tick <= 20)
+        assert (robot.controllers.unfollowed() == {}) is (tick <= 22)
         robot.now += PERIOD
     assert robot.controllers.unfollowed()["ada"].why == (
         "/ada/head_controller moves nothing: its log says if it is inactive or refuses what it gets"
@@ -234,7 +235,7 @@ def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
     robot.now += 0.5
     robot.joints["yaw"] = 0.5
     other = Controller("other", HEAD.joints, interface="position")
-    robot.controllers.take({"ada": part(other)}, restart=False)
+    robot.controllers.take({"ada": part(other)}, restart=False, tempo=Fraction(60))
     assert robot.sent[1:] == [(TOPIC, [(0, 0), (0.5, 0)])] * LAST_ZEROS
     robot.send(0.5, yaw=1.0)
     assert robot.sent[-1] == ("/ada/other_controller/commands", [(0, 0), (0.5, 1)])
@@ -243,7 +244,7 @@ def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
 def test_a_velocity_controller_that_leaves_needs_zeros() -> None:
     robot = Robot(part(VELOCITY))
     robot.send(0.0, yaw=1.0)
-    robot.controllers.take({"ada": part(HEAD)}, restart=False)
+    robot.controllers.take({"ada": part(HEAD)}, restart=False, tempo=Fraction(60))
     assert robot.sent[1:] == [(COMMANDS, [(0, 0), (0, 0)])] * LAST_ZEROS
     assert [name for name, *_ in robot.pending_zeros.mock_calls] == ["note_velocity", "note_zero"]
 

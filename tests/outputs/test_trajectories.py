@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
 
 import pytest
 
 from improv_core.outputs.cdr import numbers_message, trajectory_message
 from improv_core.outputs.ros.joints.trajectories import (
     CRUISE,
-    HORIZON,
+    LONGEST_WINDOW,
+    WINDOW,
     Channel,
     Course,
     channels_of,
@@ -22,11 +25,11 @@ from improv_core.outputs.ros.joints.trajectories import (
     let_go,
     message_of,
     needs_base,
-    paced,
     standing,
     stopped,
     trajectory,
     turned,
+    window_of,
 )
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -76,11 +79,30 @@ def points(*motions: tuple[float, float]) -> list[tuple[float, list[float], list
     return [*map(tuple, trajectory(HEAD, course(*motions)))]  # type: ignore[list-item]
 
 
-def test_a_joint_cruises_and_comes_to_rest() -> None:
-    (now, *_), (cruise, *_), (rest, positions, velocities) = points((0, 1), (0.5, 0))
-    assert (now, cruise, rest) == (0, CRUISE, HORIZON)
-    assert positions == [pytest.approx((CRUISE + HORIZON) / 2), 0.5]
-    assert velocities == [0, 0]
+def test_a_joint_speeds_up_cruises_and_comes_to_rest() -> None:
+    found = points((0, 1), (0.5, 0))
+    assert [seconds for seconds, _, _ in found] == pytest.approx([0.05, WINDOW, CRUISE, CRUISE + WINDOW])
+    assert [positions for _, positions, _ in found] == [
+        [pytest.approx(each), 0.5] for each in (0.0125, 0.05, 0.15, 0.2)
+    ]
+    assert [velocities for _, _, velocities in found] == [[pytest.approx(each), 0] for each in (0.5, 1, 1, 0)]
+
+
+def test_joints_that_stand_have_a_single_point_that_is_not_at_time_0() -> None:
+    """A controller would jump to a point for the present if its joints lag."""
+    ((seconds, positions, velocities),) = points((0.1, 0), (0.5, 0))
+    assert [seconds, *positions, *velocities] == pytest.approx([0.05, 0.1, 0.5, 0, 0])
+
+
+@pytest.mark.parametrize("until", [0.0, 0.003, 0.05, 0.2, 0.5])
+def test_no_point_lies_beyond_the_place_where_joints_change_next(until: float) -> None:
+    """They may turn around there, even if that command is late or gets lost."""
+    now = turned(HEAD, turned(HEAD, course((0, 0), (0, 0)), told(yaw=1, pitch=-2), 0.0), {}, 1.0)
+    found = [*trajectory(HEAD, now, 1 + until)]
+    assert found[0].seconds >= 0.01
+    end = 1 + min(until, CRUISE)
+    assert found[-1].positions == pytest.approx([end, -2 * end])
+    assert all(each.positions[0] <= end + 1e-9 and each.positions[1] >= -2 * end - 1e-9 for each in found)
 
 
 STATES = [
@@ -96,46 +118,89 @@ STATES = [
 ]
 
 
+@pytest.mark.parametrize("cruised", [False, True])
 @pytest.mark.parametrize("pitch", [0.0, -3.0, 1e-9])
 @pytest.mark.parametrize("yaw", STATES)
-def test_between_its_points_a_trajectory_passes_no_limit_and_gets_no_faster(
-    yaw: tuple[float, float], pitch: float
+def test_between_its_points_a_trajectory_passes_no_limit_and_keeps_speeds_and_accelerations(
+    yaw: tuple[float, float], pitch: float, cruised: bool
 ) -> None:
-    begin = turned(HEAD, course(yaw, (0.95, pitch)), {}, 0.0)
-    made = TrajectoryController(["yaw", "pitch"], [9, 9])
-    given = [*trajectory(HEAD, begin)]
-    made.take(["yaw", "pitch"], given, 100.0)
+    stood = course((yaw[0], 0), (0.95, 0))
+    moving = turned(HEAD, stood, told(yaw=yaw[1], pitch=pitch), 0.0)
+    begin = turned(HEAD, moving, {}, 0.15) if cruised else moving
+    made = TrajectoryController(["yaw", "pitch"], [each.position for each in stood.motions])
+    if cruised:  # as it was sent before
+        made.take(["yaw", "pitch"], [*trajectory(HEAD, moving)], 99.85)
+    made.take(["yaw", "pitch"], [*trajectory(HEAD, begin)], 100.0)
     assert not made.refused
-    fastest = [abs(motion.velocity) for motion in begin.motions]
     limits = [(min(-2, yaw[0]), max(2, yaw[0])), (-math.inf, 1)]
-    for tick in range(500):
-        for (position, velocity), most, (least, greatest) in zip(
-            made.states(100 + tick / 1000), fastest, limits, strict=True
+    last = made.states(100.0)
+    for tick in range(1, 500):
+        now = made.states(100 + tick / 1000)
+        for (position, velocity), (_, earlier), asked, (least, greatest) in zip(
+            now, last, (yaw[1], pitch), limits, strict=True
         ):
             assert least - 1e-9 <= position <= greatest + 1e-9
-            assert abs(velocity) <= most * 4 / 3 + 1e-9  # 4/3 only if a joint reaches its limit before it can brake
-    assert all(velocity == 0 for _, velocity in made.states(100 + HORIZON + 0.001))
+            assert abs(velocity) <= abs(asked) + 1e-9
+            assert abs(velocity - earlier) * 1000 <= abs(asked) / WINDOW * 1.01 + 1e-9
+        last = now
+    assert all(velocity == 0 for _, velocity in last)
 
 
-def test_joints_are_as_fast_as_in_a_simulation_by_its_time() -> None:
-    """At half speed, they move half as far in a real second, and as far in a simulated one."""
+def test_on_a_slower_clock_joints_are_faster_and_arrive_as_soon() -> None:
+    """A simulation runs at half speed: by its time, joints move twice as fast."""
     moving = course((0, 0.5), (0, 0))
-    assert paced(moving, 0.5) == course((0, 1), (0, 0))
-    assert paced(turned(HEAD, moving, {}, 1.0), 0.5) == course((0.5, 1), (0, 0), since=1)
-    assert paced(moving, 1) is moving
+    sent = [
+        (each.seconds / 2, each.positions, [0.0 + 2 * speed for speed in each.velocities])
+        for each in trajectory(HEAD, moving)
+    ]
+    assert message_of(HEAD, moving, 0.5) == trajectory_message(("yaw", "pitch"), sent)
+    assert message_of(Channel((YAW, PITCH), "velocity", "/t"), moving, 0.5) == numbers_message([1, 0])
 
 
-def test_a_course_agrees_with_its_trajectory() -> None:
-    """The positions of a controller between two commands agree with those that Improv computes."""
-    made = TrajectoryController(["yaw", "pitch"], [0, 0])
-    now = standing(HEAD, {"yaw": 0, "pitch": 0})
-    for at, what in [(1.0, told(yaw=1)), (1.05, {}), (1.1, told(pitch=-2)), (1.15, told(yaw=0)), (1.3, told(pitch=0))]:
-        before = made.states(at)
-        now = turned(HEAD, now, what, at)
-        assert [position for position, _ in before] == pytest.approx([each.position for each in now.motions])
-        given = [*trajectory(HEAD, now)]
-        made.take(["yaw", "pitch"], given, at)
-    assert [position for position, _ in made.states(9)] == pytest.approx([0.15, -0.4])
+COMMANDS = [(1.0, told(yaw=1)), (1.05, {}), (1.1, told(pitch=-2)), (1.15, told(yaw=-3)), (1.3, told(yaw=0, pitch=0))]
+
+
+@pytest.mark.parametrize("window", [WINDOW, 0.5])
+def test_joints_arrive_where_they_are_sent_within_their_accelerations(window: float) -> None:
+    channel = replace(HEAD, window=window)
+    made, now = TrajectoryController(["yaw", "pitch"], [0, 0]), standing(HEAD, {"yaw": 0, "pitch": 0})
+    passed, sent = list[list[tuple[float, float]]](), [*COMMANDS, (math.inf, {})]
+    for (at, what), (later, _) in pairwise(sent):
+        now = turned(channel, now, what, at)
+        made.take(["yaw", "pitch"], [*trajectory(channel, now, later)], at)
+        passed += [made.states(at + tick / 1000) for tick in range(round(min(later - at, 2.0) * 1000))]
+    assert not made.refused
+    assert [position for position, _ in passed[-1]] == pytest.approx([-0.3, -0.4])
+    for before, after in pairwise(passed):
+        for (_, slower), (_, faster), most in zip(before, after, (4.0, 2.0), strict=True):
+            assert abs(faster - slower) * 1000 <= most / window * 1.01
+
+
+FAST = """
+[profiles.nao.joints.yaw]
+min = -90
+max_acceleration = 120
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "toml", "window"),
+    [
+        ("ada $ head (left right)", "", 0.5),  # from 30 to -30°/s
+        ("beat 120\nada $ head (left right)", "", 1.0),
+        ("ada $ head (left right)\n---\nada $ head fast 2 left", "", 1.0),
+        ("ada $ head (left right)", "max_velocity = 15", 0.25),
+        ("ada $ head up", "", WINDOW),
+        ("ada $ arm up", "", WINDOW),
+        ("ada $ head to start", "max_velocity = 60", 1.0),
+        ("ada $ head fast 9 left", "", LONGEST_WINDOW),
+    ],
+)
+def test_joints_are_smoothed_as_long_as_their_accelerations_need(program: str, toml: str, window: float) -> None:
+    part = part_of(f"{program}\n", TOML.replace("[profiles.nao.joints.yaw]\nmin = -90\n", FAST + toml + "\n"))
+    tempo = Fraction(120 if program.startswith("beat") else 60)
+    (channel,) = channels_of(part)
+    assert window_of(part, channel, tempo) == pytest.approx(window)
 
 
 TOML = """
@@ -270,7 +335,8 @@ def test_a_joint_that_something_held_back_continues_from_where_it_is(
     before: Course, now: Course, measured: dict[str, tuple[float, float]], after: Course | None
 ) -> None:
     """Otherwise it would jump when released. `measured` has each joint's position and its age in seconds."""
-    assert let_go(HEAD, before, now, measured) == (after or now)
+    found, expected = let_go(HEAD, before, now, measured), after or now
+    assert [*map(tuple, found.motions)] == [pytest.approx(each) for each in expected.motions]
 
 
 def test_messages_have_the_positions_of_a_joints_encoders() -> None:
@@ -281,7 +347,7 @@ def test_messages_have_the_positions_of_a_joints_encoders() -> None:
     assert message_of(Channel(joints, "velocity", "/t"), motions) == numbers_message(velocities)
     stands = course((1, 0), (0.5, 0))
     assert message_of(Channel(joints, "trajectory", "/t"), stands) == trajectory_message(
-        ("yaw", "pitch"), [(0, positions, [0, 0])]
+        ("yaw", "pitch"), [(0.05, positions, [0, 0])]
     )
 
 
@@ -297,7 +363,7 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
     assert [*now.motions[0]] == pytest.approx([-0.1, -0.8])
     last = [*trajectory(way, turned(way, now, {}, 7.9))][-1]
     assert [*last.positions, *last.velocities] == pytest.approx([-0.5, 0, 0, 0])
-    assert last.seconds < HORIZON
+    assert last.seconds < CRUISE + WINDOW
     assert turned(way, now, {}, 9.0) == course((-0.5, 0), (0, 0), since=9)
     assert [*stopped(way, now, 0.25).motions[0]] == pytest.approx([-0.3, 0])
 

@@ -91,6 +91,25 @@ def test_a_joint_gets_its_position_again_and_again() -> None:
 
 
 @pytest.mark.parametrize(
+    ("program", "changes"),
+    [
+        ("a $ head (left right)", [1, 2]),
+        ("a $ head slow 2 left || forward", [1]),
+        ("a $ head (repeat 9 left)", [3, 9]),  # it reaches its limit
+    ],
+)
+def test_each_command_to_a_joint_says_how_long_the_program_has_it_move_like_that(
+    program: str, changes: list[float]
+) -> None:
+    """Otherwise it would be sent on beyond a place where it turns around."""
+    stage = Bodies(program)
+    stage.run(changes[-1])
+    sent = [(at, until) for at, until in stage.sink.untils if at < changes[-1]]
+    assert len(sent) >= 20
+    assert all(at < until <= min(each for each in changes if each > at) for at, until in sent)
+
+
+@pytest.mark.parametrize(
     ("change", "undo", "turns"),
     [
         ({"type": "pause"}, {"type": "resume"}, [(0.5, 15, 0), (1.5, 15, 30), (3, 60, -30), (4, 30, 0)]),

@@ -34,6 +34,7 @@ class Memory(Sink):
         self.sent: list[tuple[str, float, Twist]] = []
         self.joints: list[tuple[str, float, dict[str, JointMotion]]] = []
         self.paces: list[float] = []  # of commands to joints
+        self.untils: list[tuple[float, float]] = []
         self.deaf: dict[str, str] = {}
         self.asked: list[set[str]] = []
         self.met: set[str] = set()
@@ -67,9 +68,12 @@ class Memory(Sink):
             raise OSError(f"{robot} has no publisher any more")
         self.sent.append((robot, at, twist))
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints(
+        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
+    ) -> None:
         self.joints.append((robot, at, dict(joints)))
         self.paces.append(pace)
+        self.untils.append((round(at, 6), round(until, 6)))
 
     def noticed(self) -> Noticed:
         return self.noted

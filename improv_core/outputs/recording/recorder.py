@@ -190,7 +190,9 @@ class Recorder(Sink):
                 channel = self._channel(topic, "nav_msgs/msg/Odometry")
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints(
+        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
+    ) -> None:
         self.record_joints(robot, joints, self.time(at))
 
     def record_joints(self, robot: str, joints: Mapping[str, JointMotion], time: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
@@ -138,7 +139,7 @@ class RosSink(Sink):
         is_urgent = score.world.keep_apart is not None or score.safety.sight
         self._reader.read(wanted_by(parts, PROMPT if is_urgent else USUAL))
         self._current = list(parts)
-        self._controllers.take(parts, restart)
+        self._controllers.take(parts, restart, score.tempo)
         self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
         for robot, part in parts.items():
@@ -266,12 +267,14 @@ class RosSink(Sink):
         if (late := self._publisher.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints(
+        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
+    ) -> None:
         """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all
         robots."""
         if robot in self._elsewhere:
             return
-        self._controllers.send(robot, joints, at, pace)
+        self._controllers.send(robot, joints, at, pace, until)
         if (late := self._publisher.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 

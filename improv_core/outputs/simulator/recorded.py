@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from improv_core.outputs.recording.recorder import Recorder
@@ -26,6 +27,8 @@ class RecordedSimulator(Simulator):
         self._recorder.send(robot, twist, at)
         super().send(robot, twist, at)
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints(
+        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
+    ) -> None:
         self._recorder.send_joints(robot, joints, at)
-        super().send_joints(robot, joints, at, pace)
+        super().send_joints(robot, joints, at, pace, until)

@@ -107,7 +107,9 @@ class Simulator(Sink):
             if speed > (self._faster[-1][1] if self._faster else self._fastest):
                 self._faster.append((at, speed))
 
-    def send_joints(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
+    def send_joints(
+        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
+    ) -> None:
         """Queue a movement of joints. Ignore robots that a restart has removed."""
         if known := self._robots.get(robot):
             with self._lock:

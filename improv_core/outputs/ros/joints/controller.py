@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from improv_core.outputs.cdr import numbers_message
 from improv_core.outputs.ros.joints.trajectories import (
+    WINDOW,
     Channel,
     Course,
     current_course,
@@ -17,7 +18,6 @@ from improv_core.outputs.ros.joints.trajectories import (
     joint_states_of,
     let_go,
     message_of,
-    paced,
     stopped,
     turned,
 )
@@ -68,6 +68,7 @@ class RosController:
         self.homing: Channel | None = None
         """The channel that brings its joints to their starts, while they move there."""
         self._part = part
+        self._window = channel.window
         self._around = around
         self._course: Course | None = None
         self._sent = -math.inf
@@ -99,9 +100,9 @@ class RosController:
         joints, name = {joint.name: joint for joint in self.channel.joints}, self.channel.topic.rpartition("/")[0]
         return unfollowed(self._watches, joints, self._fresh(), name, joint_states_of(self._part) or "")
 
-    def take(self, part: Part, restart: bool) -> None:
-        """Perform this part from now on."""
-        self._part = part
+    def take(self, part: Part, restart: bool, window: float = WINDOW) -> None:
+        """Perform this part from now on, smoothed over this `window` once its joints rest."""
+        self._part, self._window = part, window
         if restart:
             self._watches, self._off = {}, {}
         self._from_measured = self._from_measured or restart
@@ -115,9 +116,10 @@ class RosController:
         if course := self._update(begins=False):
             self.topic.ask(message_of(self.channel, course), self._around.clock, b"")
 
-    def send(self, joints: Mapping[str, JointMotion], at: float, pace: float) -> str:
-        """Publish the command for those of its joints from performance time `at` on, unless their positions are
-        unknown. Return a line if joints come to rest elsewhere than the program has them; "" if none does."""
+    def send(self, joints: Mapping[str, JointMotion], at: float, pace: float, until: float) -> str:
+        """Publish the command for those of its joints from performance time `at` on, at which the program has them move
+        like that `until` another time, unless their positions are unknown. Return a line if joints come to rest
+        elsewhere than the program has them; "" if none does."""
         told = [joints[joint.name] for joint in self.channel.joints if joint.name in joints]
         if not told:
             return ""
@@ -132,7 +134,7 @@ class RosController:
         self._watch(before, joints)
         is_repeated = course.moves and course.velocities == before.velocities
         if not is_repeated or self._around.now() >= self._sent + OFTEN / self._part.profile.command_rate:
-            self._publish(message_of(self.channel, paced(course, pace)))
+            self._publish(message_of(self.channel, course, pace, until))
         return "" if course.moves else self._off_line(course, joints)
 
     def steers_home(self) -> bool:
@@ -199,7 +201,9 @@ class RosController:
             if now and (now.velocity or motion.velocity):
                 watch = self._watches.get(joint.name, JointWatch())
                 passed = seconds if motion.velocity else 0.0
-                self._watches[joint.name] = watched(watch, joint, passed, *now, measured.get(joint.name), 0.0)
+                self._watches[joint.name] = watched(
+                    watch, joint, passed, *now, measured.get(joint.name), self.channel.window
+                )
 
     def _off_line(self, course: Course, told: Mapping[str, JointMotion]) -> str:
         """Return a line about the joints that rest elsewhere than the program has them, unless they did so before."""
@@ -234,7 +238,9 @@ class RosController:
 
     def _update(self, *, begins: bool) -> Course | None:
         """Return the current course, before a new command; None if unknown."""
-        rests = self._around.now() >= self._moved + SETTLED
+        rests = self._around.now() >= self._moved + SETTLED + self.channel.window
+        if rests and not self.moves:
+            self.channel = replace(self.channel, window=self._window)
         self._course = current_course(
             self.channel, self._course, self._fresh(), begins=begins, from_measured=self._from_measured, rests=rests
         )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
 from improv_core.outputs.ros.joints.controller import Measured, RosController, Surroundings
 from improv_core.outputs.ros.joints.parameters import ControllerJoints
-from improv_core.outputs.ros.joints.trajectories import Channel, channels_of
+from improv_core.outputs.ros.joints.trajectories import Channel, channels_of, window_of
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
 from improv_core.protocol.output import Unfollowed
@@ -43,6 +44,7 @@ class RosControllers:
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
         self._robots: dict[str, list[RosController]] = {}
         self._parts: dict[str, Part] = {}
+        self._tempo = Fraction(60)
         self._joints = ControllerJoints(node, now)
         self._unanswered: set[str] = set()  # topics whose controllers haven't listed their joints
         self._awaited: set[str] = set()  # those of them that nothing is sent on, because a response may come soon
@@ -58,9 +60,10 @@ class RosControllers:
             self._joints.ask(channel.topic, again=False)
             self._topic(channel, at_once=True)
 
-    def take(self, parts: Mapping[str, Part], restart: bool) -> None:
+    def take(self, parts: Mapping[str, Part], restart: bool, tempo: Fraction) -> None:
         """Use the controllers of these parts. Controllers that a robot doesn't have anymore get a command to stand."""
         self._parts.update(parts)
+        self._tempo = tempo
         for robot, part in parts.items():
             for channel in channels_of(part):
                 self._joints.ask(channel.topic, again=restart)
@@ -82,7 +85,7 @@ class RosControllers:
         for channel in before.keys() - channels:
             before[channel].leave()
         for controller in self._robots[robot]:
-            controller.take(part, restart)
+            controller.take(part, restart, window_of(part, controller.channel, self._tempo))
 
     def _await_joints(self) -> None:
         """Use the lists of joints that have come from controllers."""
@@ -163,10 +166,16 @@ class RosControllers:
                 return f"{line}joints obey all of them: stop the others"
         return None
 
-    def send(self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0) -> None:
-        """Publish the commands for these joints from performance time `at` on, where `pace` performance seconds pass in
-        a second. Controllers whose joint positions are unknown get nothing. Raises ValueError if a number isn't finite,
-        and what rclpy raises."""
+    def send(
+        self,
+        robot: str,
+        joints: Mapping[str, JointMotion],
+        at: float,
+        pace: float = 1.0,
+        until: float = math.inf,
+    ) -> None:
+        """Publish the commands for these joints, as `Sink.send_joints` says. Controllers whose joint positions are
+        unknown get nothing. Raises ValueError if a number isn't finite, and what rclpy raises."""
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
         if self._awaited:
@@ -174,7 +183,7 @@ class RosControllers:
         for controller in self._robots[robot]:
             if controller.topic.name in self._awaited:
                 continue
-            if line := controller.send(joints, at, pace):
+            if line := controller.send(joints, at, pace, until):
                 self._tell(line)
 
     def unfollowed(self) -> Mapping[str, Unfollowed]:

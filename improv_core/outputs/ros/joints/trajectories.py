@@ -8,27 +8,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.outputs.cdr import numbers_message, trajectory_message
+from improv_core.outputs.ros.joints.smoothing import Stretch, TrajectoryPoint, points
 from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift
 from improv_core.score.body import Body, Controller, Interface, Joint
-from improv_core.score.joints import JointMotion, moved_parts
+from improv_core.score.joints import JointMotion, limbs_of, moved_parts
+from improv_core.score.movement import Velocity
 from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part, in_namespace
 
 CRUISE = 0.2
 """Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
-HORIZON = 0.3
-"""Seconds after which a trajectory has come to rest if no command follows."""
+WINDOW = 0.1
+"""Seconds over which the positions in a trajectory are smoothed, at least. If no command follows, it comes to rest in
+this time after it has cruised."""
+LONGEST_WINDOW = 2.0
+"""Seconds over which they are smoothed, at most."""
 LAG, LAST_LAG = 0.5, 0.2
 """Seconds by which joints may lag behind their commands: while they move, and when they are stopped. They still cover
 that distance."""
 HOMING = 5
 """Joints move to their starts at their highest speed divided by this."""
-TICK = 0.001
-"""Seconds. Times in a trajectory are multiples of it, so that no two points are too close to each other."""
 TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
 """The topic names of ros2_control's joint_trajectory_controller and forward_command_controller."""
 MESSAGES: Mapping[Interface, str] = {
@@ -46,7 +50,8 @@ class Channel:
     """A controller of a robot: its joints in their order, its interface, and the full name of its topic.
 
     No direction moves the joints that are `held`: they stay where they stand. The controller doesn't have those that
-    are `lacking`, although the settings list them.
+    are `lacking`, although the settings list them. Positions in trajectories are smoothed over a `window` of seconds,
+    with which joints keep their highest accelerations.
     """
 
     joints: tuple[Joint, ...]
@@ -54,6 +59,7 @@ class Channel:
     topic: str
     held: frozenset[str] = frozenset()
     lacking: tuple[str, ...] = ()
+    window: float = field(default=WINDOW, compare=False)
 
     @property
     def message(self) -> str:
@@ -66,12 +72,21 @@ class Channel:
         return self.interface != "velocity"
 
 
+class _Leg(NamedTuple):
+    """The positions of joints at a performance time, and their velocities from then until the next leg."""
+
+    since: float
+    motions: tuple[JointMotion, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Course:
-    """The movement of a controller's joints, in their order, from a performance time on."""
+    """The movement of a controller's joints, in their order, from a performance time on. `legs` are its latest ones,
+    with which it is smoothed, up to the present one."""
 
     motions: tuple[JointMotion, ...]
     since: float = 0.0
+    legs: tuple[_Leg, ...] = field(default=(), compare=False)
 
     @property
     def velocities(self) -> list[float]:
@@ -80,14 +95,6 @@ class Course:
     @property
     def moves(self) -> bool:
         return any(self.velocities)
-
-
-class TrajectoryPoint(NamedTuple):
-    """Positions and velocities of a controller's joints, this many seconds from now."""
-
-    seconds: float
-    positions: list[float]
-    velocities: list[float]
 
 
 Listed = Callable[[str], Sequence[str]]
@@ -115,6 +122,28 @@ def channels_of(part: Part, listed: Listed = lambda topic: ()) -> list[Channel]:
 def controllers_of(body: Body) -> Sequence[Controller]:
     """The controllers of a body. If it names none, one controller moves all its joints."""
     return body.controllers or [Controller(FOR_ALL, tuple(body.joint))]
+
+
+def window_of(part: Part, channel: Channel, tempo: Fraction) -> float:
+    """The seconds over which a controller's joints are smoothed, so that each reverses from its highest speed in a part
+    within its highest acceleration."""
+    joints, found = {joint.name: joint for joint in channel.joints}, [WINDOW]
+    for limb in limbs_of(part, tempo):
+        drives = [drive for drive in limb.part.drives if drive.joint in joints and joints[drive.joint].max_acceleration]
+        for peak in [limb.performs(scene).bounds.peak for scene in part.scenes] if drives else ():
+            speeds = limb.velocities(Velocity(peak.x, peak.y, peak.z, peak.yaw))  # type: ignore[arg-type]
+            found += [_reversing(joints[drive.joint], abs(speeds[drive.joint]), part, tempo) for drive in drives]
+    return min(max(found), LONGEST_WINDOW)
+
+
+def _reversing(joint: Joint, speed: float, part: Part, tempo: Fraction) -> float:
+    """The seconds in which a joint reverses from a speed in a part."""
+    if part.movement.body_words.has_poses:  # its way there isn't known before
+        way = joint.max - joint.min if joint.max is not None and joint.min is not None else math.tau
+        speed = max(speed, way * float(tempo) / 60)
+    speed = min(speed, joint.max_velocity or math.inf)
+    homing = (joint.max_velocity or 0.0) / HOMING
+    return 2 * max(speed, homing) / (joint.max_acceleration or math.inf)
 
 
 def joint_states_of(part: Part) -> str | None:
@@ -176,7 +205,12 @@ def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at
     """
     passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
     pairs = zip(channel.joints, before.motions, strict=True)
-    return Course(tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs), at)
+    motions = tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs)
+    legs = (before.legs or (_Leg(before.since, before.motions),)) if before.since <= at else ()
+    gone = sum(1 for later in legs[1:] if later.since <= at - channel.window)
+    recent = legs[gone:]
+    is_same = legs and [each.velocity for each in motions] == [each.velocity for each in legs[-1].motions]
+    return Course(motions, at, recent if is_same else (*recent, _Leg(at, motions)))
 
 
 def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[str, tuple[float, float]]) -> Course:
@@ -187,14 +221,23 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
     """
     if not channel.needs_positions:
         return course
-    motions = []
+    offs = []
     for joint, last, motion in zip(channel.joints, before.motions, course.motions, strict=True):
         speed = max(abs(last.velocity), abs(motion.velocity))
         position, ago = measured.get(joint.name, (motion.position, 0.0))
-        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * ((LAG if motion.velocity else LAST_LAG) + ago)
+        far = (FAR_SLIDE if joint.slides else FAR_TURN) + speed * (
+            (LAG if motion.velocity else LAST_LAG) + ago + channel.window
+        )
         is_held = speed and abs(position - motion.position) > far
-        motions.append(motion._replace(position=position) if is_held else motion)
-    return turned(channel, Course(tuple(motions), course.since), {}, course.since)
+        offs.append(position - motion.position if is_held else 0.0)
+    return turned(channel, _shifted(course, offs), {}, course.since) if any(offs) else course
+
+
+def _shifted(course: Course, offs: Sequence[float]) -> Course:
+    def shift(motions: Sequence[JointMotion]) -> tuple[JointMotion, ...]:
+        return tuple(JointMotion(at + off, speed) for (at, speed), off in zip(motions, offs, strict=True))
+
+    return Course(shift(course.motions), course.since, tuple(_Leg(since, shift(each)) for since, each in course.legs))
 
 
 def homing_channel(channel: Channel, course: Course) -> Channel | None:
@@ -223,53 +266,31 @@ def homing_course(homing: Channel, course: Course, now: float) -> Course:
 
 def stopped(channel: Channel, course: Course, passed: float) -> Course:
     """The course with all joints stopped, this many seconds after it began."""
-    pairs = zip(channel.joints, course.motions, strict=True)
-    motions = tuple(JointMotion(_after(passed, joint, motion), 0.0) for joint, motion in pairs)
-    return Course(motions, course.since + passed)
+    still = {joint.name: JointMotion(0.0, 0.0) for joint in channel.joints}
+    return turned(channel, course, still, course.since + passed)
 
 
-def paced(course: Course, pace: float) -> Course:
-    """The course for a clock on which `pace` performance seconds pass in a second, such as a simulation's."""
-    if pace == 1:
-        return course
-    return replace(course, motions=tuple(JointMotion(at, speed / pace) for at, speed in course.motions))
+def trajectory(channel: Channel, course: Course, until: float = math.inf) -> Iterator[TrajectoryPoint]:
+    """The points of a course from its present time on, which comes to rest by itself. Joints that stand have a single
+    point. It ends where joints are at the time `until`, at the latest: they may turn around then."""
+    end = course.since + min(CRUISE, max(until - course.since, 0.0))
+    legs = course.legs or (_Leg(course.since, course.motions),)
+    ways = [[*_way(joint, legs, number, end)] for number, joint in enumerate(channel.joints)]
+    return points(ways, channel.window, course.since)
 
 
-def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
-    """The points of a course that begins now and comes to rest by itself. Joints that stand have a single point.
-
-    Between two points, positions are cubic (joint_trajectory_controller's splines): with these velocities, a braking
-    joint slows down evenly, and no joint passes its limits.
-    """
-    plans = [_plan(joint, motion) for joint, motion in zip(channel.joints, course.motions, strict=True)]
-    ends = {time for plan in plans if plan.velocity for time in (plan.cruises, plan.rests)}
-    for seconds in sorted({0.0, *map(_ticks, ends)}):
-        positions, velocities = [], []
-        for begin, velocity, cruises, rests, end in plans:
-            left = rests - seconds
-            if left <= TICK * _ALMOST:
-                position, velocity = end, 0.0
-            elif seconds <= cruises:
-                position = begin + velocity * seconds
-            else:
-                velocity *= left / (rests - cruises)
-                position = end - velocity * left / 2
-            positions.append(position)
-            velocities.append(velocity)
-        yield TrajectoryPoint(seconds, positions, velocities)
-
-
-def message_of(channel: Channel, course: Course) -> bytes:
-    """The message for a controller at the beginning of a course, in positions of its encoders."""
+def message_of(channel: Channel, course: Course, pace: float = 1.0, until: float = math.inf) -> bytes:
+    """The message for a controller at the present time of a course, in positions of its encoders. On its clock, such as
+    a simulation's, `pace` seconds pass in one of the performance."""
     if channel.interface == "velocity":
-        return numbers_message(course.velocities)
+        return numbers_message([velocity / pace for velocity in course.velocities])
     if channel.interface == "position":
         return numbers_message(_encoder_positions(channel, [motion.position for motion in course.motions]))
-    points = [
-        (seconds, _encoder_positions(channel, positions), velocities)
-        for seconds, positions, velocities in trajectory(channel, course)
+    found = [
+        (seconds * pace, _encoder_positions(channel, positions), [velocity / pace for velocity in velocities])
+        for seconds, positions, velocities in trajectory(channel, course, until)
     ]
-    return trajectory_message(tuple(joint.name for joint in channel.joints), points)
+    return trajectory_message(tuple(joint.name for joint in channel.joints), found)
 
 
 def _encoder_positions(channel: Channel, positions: Sequence[float]) -> list[float]:
@@ -313,29 +334,14 @@ def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
     return later
 
 
-class _Plan(NamedTuple):
-    """A joint's movement if no command follows: it `cruises` until a time and brakes evenly until it `rests`."""
-
-    begin: float
-    velocity: float
-    cruises: float
-    rests: float
-    end: float
-
-
-def _plan(joint: Joint, motion: JointMotion) -> _Plan:
-    begin, velocity = motion
-    if not velocity:
-        return _Plan(begin, 0.0, 0.0, 0.0, begin)
-    end = _after((CRUISE + HORIZON) / 2, joint, motion)  # evenly, so at half the velocity on average
-    limited = (end - begin) / velocity  # seconds to get there without braking
-    cruises = min(CRUISE, limited)
-    return _Plan(begin, velocity, cruises, cruises + 2 * (limited - cruises), end)
-
-
-def _ticks(seconds: float) -> float:
-    """Round a time up, so that a joint has no velocity anymore at its limit."""
-    return math.ceil(seconds / TICK - _ALMOST) * TICK
-
-
-_ALMOST = 1e-6
+def _way(joint: Joint, legs: Sequence[_Leg], number: int, end: float) -> Iterator[Stretch]:
+    """Yield the stretches of a joint, until it stands from a time on, or stops at a limit before that."""
+    way = [Stretch(since, *motions[number]) for since, motions in legs]
+    for stretch, later in zip(way, [*(each.since for each in way[1:]), end], strict=True):
+        since, position, velocity = stretch
+        stop = _after(later - since, joint, JointMotion(position, velocity))
+        yield stretch
+        if velocity and stop != position + velocity * (later - since):
+            yield Stretch(since + (stop - position) / velocity, stop, 0.0)
+    if velocity and stop == position + velocity * (later - since):
+        yield Stretch(later, stop, 0.0)

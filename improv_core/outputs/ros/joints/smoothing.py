@@ -1,0 +1,76 @@
+"""The points of a trajectory: where joints go next, smoothed, until they rest by themselves. It never reads a clock.
+Standard library only.
+
+A smoothed position is the mean of a joint's positions in the last `window` seconds. So it never passes where the joint
+is sent, gets no faster, and arrives there. Its acceleration is at most the change of velocity in a window, divided by
+the window. That is a moving average, or FIR filter, as in Biagiotti and Melchiorri, *Trajectory Planning for Automatic
+Machines and Robots*, 2008, section 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+FIRST = 0.05
+"""Seconds until the first point, at the latest. A controller gets there from where it is: a point for the present would
+make a joint that lags jump."""
+CLOSEST = 0.01
+"""Seconds between two points, and until the first one, at least: as long as a slow controller's own cycle."""
+
+
+class Stretch(NamedTuple):
+    """A joint's position at a time, and its velocity from then until the next stretch."""
+
+    since: float
+    position: float
+    velocity: float
+
+    def at(self, time: float) -> float:
+        return self.position + self.velocity * (time - self.since)
+
+
+class TrajectoryPoint(NamedTuple):
+    """Positions and velocities of a controller's joints, this many seconds from now."""
+
+    seconds: float
+    positions: list[float]
+    velocities: list[float]
+
+
+def points(ways: Sequence[Sequence[Stretch]], window: float, now: float) -> Iterator[TrajectoryPoint]:
+    """Yield the points of joints on these ways, each of which ends in a stretch without velocity.
+
+    Between two points, accelerations are constant, and so are those of joint_trajectory_controller's cubic splines.
+    """
+    bends = {stretch.since for way in ways if len(way) > 1 for stretch in way}
+    for time in _spread(sorted(each for bend in bends for each in (bend, bend + window)), now):
+        found = [_smoothed(way, window, time) for way in ways]
+        yield TrajectoryPoint(time - now, [each for each, _ in found], [each for _, each in found])
+
+
+def _spread(bends: Sequence[float], now: float) -> list[float]:
+    """Return the times of points: those of the bends ahead, of which the later ones count if some are too close."""
+    last = max(bends[-1], now + CLOSEST) if bends and bends[-1] > now else now + FIRST
+    kept = [last]
+    for time in sorted([*bends, now + FIRST], reverse=True):
+        if now + CLOSEST <= time <= kept[-1] - CLOSEST:
+            kept.append(time)
+    return kept[::-1]
+
+
+def _smoothed(way: Sequence[Stretch], window: float, time: float) -> tuple[float, float]:
+    """Return the smoothed position and velocity of a joint at a time."""
+    since, here = time - window, _at(way, time)
+    if len(way) == 1:
+        return here, 0.0
+    ends = [since, *(each.since for each in way if since < each.since < time), time]
+    spans = [(_at(way, begin) + _at(way, end)) / 2 * (end - begin) for begin, end in pairwise(ends)]
+    return sum(spans) / window, (here - _at(way, since)) / window
+
+
+def _at(way: Sequence[Stretch], time: float) -> float:
+    """Return the position of a joint on its way, before whose beginning it stands."""
+    stretch = next((each for each in reversed(way) if each.since <= time), None)
+    return stretch.at(time) if stretch else way[0].position

@@ -56,7 +56,7 @@ def courses(monkeypatch: pytest.MonkeyPatch) -> None:
     """Send courses instead of messages; tests/outputs/test_trajectories.py tests the messages."""
     monkeypatch.setattr(ros_controllers, "RosTopic", Topic)
     monkeypatch.setitem(sys.modules, "rcl_interfaces.srv", Mock())
-    monkeypatch.setattr(ros_controller, "message_of", lambda channel, course, pace=1.0, until=0.0: course)
+    monkeypatch.setattr(ros_controller, "message_of", lambda channel, course, *more: course)
 
 
 def motions(course: Course) -> list[tuple[float, float]]:

@@ -9,7 +9,7 @@ they keep the latest command forever (ros2_controllers#95).
 
 Each is a node with a parameter `joints` and listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the
 positions of all joints fifty times a second. The process prints a line once they listen, and ends with its input; then
-it prints how many trajectories were refused, and the largest acceleration of each joint.
+it prints how many trajectories were refused, and the largest acceleration of each joint between points of the others.
 """
 
 from __future__ import annotations
@@ -43,6 +43,12 @@ def cubic(begin: tuple[float, float], end: tuple[float, float], whole: float, pa
     return position, slope + (3 * square - 4 * share + 1) * v + (3 * square - 2 * share) * w
 
 
+def steepness(begin: tuple[float, float], end: tuple[float, float], whole: float) -> tuple[float, float]:
+    """Return the accelerations at both ends of a cubic, between which it has the largest one."""
+    v, w, mean = begin[1], end[1], (end[0] - begin[0]) / whole
+    return abs(6 * mean - 4 * v - 2 * w) / whole, abs(6 * mean - 2 * v - 4 * w) / whole
+
+
 @dataclass
 class TrajectoryController:
     """A controller that follows trajectories. Times are monotonic, in seconds."""
@@ -54,6 +60,7 @@ class TrajectoryController:
     _state: Sequence[tuple[float, float]] = ()
     refused: list[str] = field(default_factory=list)
     inactive: bool = False
+    steepest: dict[str, float] = field(default_factory=dict)
 
     def take(self, names: Sequence[str], points: Sequence[Point], now: float) -> None:
         if not points:
@@ -71,6 +78,10 @@ class TrajectoryController:
             order = [names.index(joint) for joint in self.joints]
             self._points = [(at, [p[each] for each in order], [v[each] for each in order]) for at, p, v in points]
             self._began = now
+            for (begin, p, v), (end, q, w) in pairwise(self._points):
+                for number, joint in enumerate(self.joints):
+                    ends = (p[number], v[number]), (q[number], w[number])
+                    self.steepest[joint] = max(self.steepest.get(joint, 0.0), *steepness(*ends, end - begin))
 
     def states(self, now: float) -> list[tuple[float, float]]:
         """The position and the velocity of each joint."""
@@ -151,13 +162,9 @@ def main() -> None:
     states = node.create_publisher(JointState, f"/{options.robot}/joint_states", 10)
     made: list[Made] = []
     real = dict(starts)
-    speeds: dict[str, float] = {}
-    accelerations: dict[str, float] = {}
 
-    def follow(joint: str, position: float, velocity: float) -> float:
+    def follow(joint: str, position: float) -> float:
         """Return where a joint really is."""
-        accelerations[joint] = max(accelerations.get(joint, 0.0), abs(velocity - speeds.get(joint, velocity)) / PERIOD)
-        speeds[joint] = velocity
         before = real.get(joint, 0.0)
         share: float = 1 - math.exp(-PERIOD / lags[joint]) if joint in lags else 1.0
         real[joint] = min(before + (position - before) * share, jams.get(joint, math.inf))
@@ -195,7 +202,7 @@ def main() -> None:
         for controller in made:
             found = controller.states(now)
             message.name = [*message.name, *controller.joints]
-            moved = [follow(joint, *state) for joint, state in zip(controller.joints, found, strict=True)]
+            moved = [follow(joint, at) for joint, (at, _) in zip(controller.joints, found, strict=True)]
             message.position = [*message.position, *moved]
             message.velocity = [*message.velocity, *(velocity for _, velocity in found)]
         states.publish(message)
@@ -218,8 +225,9 @@ def main() -> None:
     # A thread still inside rclpy when Python ends would abort the process.
     rclpy.try_shutdown()
     spinning.join()
-    refused = [each.refused for each in made if isinstance(each, TrajectoryController)]
-    print(sum(map(len, refused)), json.dumps(accelerations), flush=True)
+    followers = [each for each in made if isinstance(each, TrajectoryController)]
+    steepest = {joint: most for each in followers for joint, most in each.steepest.items()}
+    print(sum(len(each.refused) for each in followers), json.dumps(steepest), flush=True)
 
 
 if __name__ == "__main__":

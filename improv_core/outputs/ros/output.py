@@ -274,7 +274,9 @@ class RosSink(Sink):
         robots."""
         if robot in self._elsewhere:
             return
-        self._controllers.send(robot, joints, at, pace, until)
+        zero = self._publisher.health.zero
+        late = 0.0 if zero is None else max(self._now() - zero - at, 0.0)
+        self._controllers.send(robot, joints, at, pace, until, late)
         if (late := self._publisher.health.sent(robot, at, self._now(), False)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 

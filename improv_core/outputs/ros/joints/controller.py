@@ -116,10 +116,12 @@ class RosController:
         if course := self._update(begins=False):
             self.topic.ask(message_of(self.channel, course), self._around.clock, b"")
 
-    def send(self, joints: Mapping[str, JointMotion], at: float, pace: float, until: float) -> str:
-        """Publish the command for those of its joints from performance time `at` on, at which the program has them move
-        like that `until` another time, unless their positions are unknown. Return a line if joints come to rest
-        elsewhere than the program has them; "" if none does."""
+    def send(self, joints: Mapping[str, JointMotion], at: float, pace: float, until: float, late: float) -> str:
+        """Publish the command for its joints among these from performance time `at` on, unless positions are unknown.
+
+        It is so many seconds `late`, and the program has joints move like that `until` another time. Return a line if
+        joints come to rest elsewhere than the program has them; "" if none does.
+        """
         told = [joints[joint.name] for joint in self.channel.joints if joint.name in joints]
         if not told:
             return ""
@@ -134,7 +136,7 @@ class RosController:
         self._watch(before, joints)
         is_repeated = course.moves and course.velocities == before.velocities
         if not is_repeated or self._around.now() >= self._sent + OFTEN / self._part.profile.command_rate:
-            self._publish(message_of(self.channel, course, pace, until))
+            self._publish(message_of(self.channel, course, pace, until, late))
         return "" if course.moves else self._off_line(course, joints)
 
     def steers_home(self) -> bool:

@@ -173,9 +173,13 @@ class RosControllers:
         at: float,
         pace: float = 1.0,
         until: float = math.inf,
+        late: float = 0.0,
     ) -> None:
-        """Publish the commands for these joints, as `Sink.send_joints` says. Controllers whose joint positions are
-        unknown get nothing. Raises ValueError if a number isn't finite, and what rclpy raises."""
+        """Publish the commands for these joints, as `Sink.send_joints` says, so many seconds `late`.
+
+        Controllers whose joint positions are unknown get nothing. Raises ValueError if a number isn't finite, and what
+        rclpy raises.
+        """
         if not all(math.isfinite(number) for motion in joints.values() for number in motion):
             raise ValueError(f"{robot} was given a joint's speed that is not a finite number")
         if self._awaited:
@@ -183,7 +187,7 @@ class RosControllers:
         for controller in self._robots[robot]:
             if controller.topic.name in self._awaited:
                 continue
-            if line := controller.send(joints, at, pace, until):
+            if line := controller.send(joints, at, pace, until, late):
                 self._tell(line)
 
     def unfollowed(self) -> Mapping[str, Unfollowed]:

@@ -13,11 +13,11 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-FIRST = 0.05
-"""Seconds until the first point, at the latest. A controller gets there from where it is: a point for the present would
-make a joint that lags jump."""
+SOONEST, FIRST = 0.02, 0.05
+"""Seconds until the first point: at least, and at the latest. A controller gets there from where it is, so a point for
+the present would make a joint that lags jump."""
 CLOSEST = 0.01
-"""Seconds between two points, and until the first one, at least: as long as a slow controller's own cycle."""
+"""Seconds between two points, at least: as long as a slow controller's own cycle."""
 
 
 class Stretch(NamedTuple):
@@ -45,17 +45,20 @@ def points(ways: Sequence[Sequence[Stretch]], window: float, now: float) -> Iter
     Between two points, accelerations are constant, and so are those of joint_trajectory_controller's cubic splines.
     """
     bends = {stretch.since for way in ways if len(way) > 1 for stretch in way}
-    for time in _spread(sorted(each for bend in bends for each in (bend, bend + window)), now):
+    *times, last = _spread(sorted(each for bend in bends for each in (bend, bend + window)), now)
+    for time in times:
         found = [_smoothed(way, window, time) for way in ways]
         yield TrajectoryPoint(time - now, [each for each, _ in found], [each for _, each in found])
+    # Exactly at rest: controllers refuse a trajectory that ends in motion, even by rounding.
+    yield TrajectoryPoint(last - now, [way[-1].position for way in ways], [0.0] * len(ways))
 
 
 def _spread(bends: Sequence[float], now: float) -> list[float]:
     """Return the times of points: those of the bends ahead, of which the later ones count if some are too close."""
-    last = max(bends[-1], now + CLOSEST) if bends and bends[-1] > now else now + FIRST
+    last = max(bends[-1], now + SOONEST) if bends and bends[-1] > now else now + FIRST
     kept = [last]
     for time in sorted([*bends, now + FIRST], reverse=True):
-        if now + CLOSEST <= time <= kept[-1] - CLOSEST:
+        if now + SOONEST <= time <= kept[-1] - CLOSEST:
             kept.append(time)
     return kept[::-1]
 

@@ -270,25 +270,29 @@ def stopped(channel: Channel, course: Course, passed: float) -> Course:
     return turned(channel, course, still, course.since + passed)
 
 
-def trajectory(channel: Channel, course: Course, until: float = math.inf) -> Iterator[TrajectoryPoint]:
-    """The points of a course from its present time on, which comes to rest by itself. Joints that stand have a single
-    point. It ends where joints are at the time `until`, at the latest: they may turn around then."""
+def trajectory(
+    channel: Channel, course: Course, until: float = math.inf, late: float = 0.0
+) -> Iterator[TrajectoryPoint]:
+    """The points of a course that is sent so many seconds `late`, and comes to rest by itself. Joints that stand have a
+    single point. It ends where joints are at the time `until`, at the latest: they may turn around then."""
     end = course.since + min(CRUISE, max(until - course.since, 0.0))
     legs = course.legs or (_Leg(course.since, course.motions),)
     ways = [[*_way(joint, legs, number, end)] for number, joint in enumerate(channel.joints)]
-    return points(ways, channel.window, course.since)
+    return points(ways, channel.window, course.since + late)
 
 
-def message_of(channel: Channel, course: Course, pace: float = 1.0, until: float = math.inf) -> bytes:
-    """The message for a controller at the present time of a course, in positions of its encoders. On its clock, such as
-    a simulation's, `pace` seconds pass in one of the performance."""
+def message_of(
+    channel: Channel, course: Course, pace: float = 1.0, until: float = math.inf, late: float = 0.0
+) -> bytes:
+    """The message for a controller at the present time of a course, in positions of its encoders. `trajectory` has the
+    other arguments. By the controller's clock, such as a simulation's, `pace` seconds pass in one of a performance."""
     if channel.interface == "velocity":
         return numbers_message([velocity / pace for velocity in course.velocities])
     if channel.interface == "position":
         return numbers_message(_encoder_positions(channel, [motion.position for motion in course.motions]))
     found = [
         (seconds * pace, _encoder_positions(channel, positions), [velocity / pace for velocity in velocities])
-        for seconds, positions, velocities in trajectory(channel, course, until)
+        for seconds, positions, velocities in trajectory(channel, course, until, late)
     ]
     return trajectory_message(tuple(joint.name for joint in channel.joints), found)
 

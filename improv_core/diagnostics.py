@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
 
 from improv_core.plain import message as in_plain_text
 from improv_core.text import Span
+from improv_core.values import value
 
 
 class Severity(Enum):
@@ -86,7 +86,7 @@ FADED = frozenset({"never-performed", "unused-name", "no-effect"})
 """Codes for text that has no effect. Editors fade it."""
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Edit:
     """Replaces the text at `span`."""
 
@@ -103,7 +103,7 @@ def applied(text: str, edits: Iterable[Edit]) -> str:
     return "".join([*parts, text[end:]])
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Fix:
     """Edits that fix a problem, and a short title that describes them.
 
@@ -121,7 +121,7 @@ class Fix:
         object.__setattr__(self, "title", in_plain_text(self.title))
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Related:
     """Another span that a problem involves, and its role."""
 
@@ -132,7 +132,7 @@ class Related:
         object.__setattr__(self, "message", in_plain_text(self.message))
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Diagnostic:
     """One problem at its exact span, described in one line, with fixes if they are obvious.
 

@@ -16,16 +16,17 @@ ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 MODULES = [*CORE, *sorted((ROOT / "improv_ls").rglob("*.py"))]
 
-BELOW_PROGRAM = ["slices", "plain", "text", "diagnostics", "score", "syntax", "robots"]
+BELOW_PROGRAM = ["slices", "values", "plain", "text", "diagnostics", "score", "syntax", "robots"]
 PLAYING = ["protocol", "safety", "score"]
 ROWS: dict[str, Sequence[str]] = {
     "improv_core": [],
     "plain": [],
     "slices": [],
+    "values": [],
     "text": [],
-    "diagnostics": ["plain", "text"],
-    "score": ["slices", "text"],
-    "syntax": ["slices", "score", "diagnostics", "text"],
+    "diagnostics": ["plain", "text", "values"],
+    "score": ["slices", "text", "values"],
+    "syntax": ["slices", "values", "score", "diagnostics", "text"],
     "robots": ["slices", "syntax.vocabulary", "score", "diagnostics", "text"],
     "program": BELOW_PROGRAM,
     "ide": ["program", *BELOW_PROGRAM],

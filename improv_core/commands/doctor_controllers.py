@@ -39,7 +39,7 @@ class JointedRobot:
 
 def jointed(names: Sequence[str], robots: Robots) -> list[JointedRobot]:
     """Return the robots whose joints move in ROS 2. A body without any ROS 2 names is for the simulator."""
-    bodies = {name: robots.robot(name).profile.body for name in names}
+    bodies = {name: robots.profile_of(name).body for name in names}
     return [
         JointedRobot(name, body, robots.namespace_of(name))
         for name, body in bodies.items()

@@ -317,7 +317,7 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
     """Describe the top speeds of robots, once for each profile."""
-    by_profile = {analysis.opening.config.robot(robot).profile: robot for robot in reversed(robots)}
+    by_profile = {analysis.opening.config.profile_of(robot): robot for robot in reversed(robots)}
     by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
     if len(by_robot) == 1:
         return tuple(speed for speed in by_robot.values() if speed)

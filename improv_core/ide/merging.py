@@ -102,7 +102,7 @@ def _check_result(text: str, sources: Sequence[Dance], robots: Sequence[Mapping[
     for source, names in zip(sources, robots, strict=True):
         before = source.analysis.opening.config
         for old, new in names.items():
-            if before.robot(old).profile != config.robot(new).profile:
+            if before.profile_of(old) != config.profile_of(new):
                 raise MergeError(
                     f"{source.name}: `{old}` is described in its improv.toml: remove it there, or play it alone"
                 )
@@ -259,7 +259,7 @@ def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], note
             facing = round(math.degrees(pose.heading), 9)
             turned = f" facing {_number(facing)}" if facing else ""
             lines.append(f"{new} at {_number(pose.x)} {_number(pose.y)}{turned}")
-            profile = config.robot(old).profile
+            profile = config.profile_of(old)
             if old in config.robots and BUILT_IN.get(profile.name) == profile:
                 lines.append(f"{new} is {profile.name}")
     return "\n".join(lines)

@@ -213,5 +213,5 @@ def by_profile(config: Robots, robots: Iterable[str]) -> dict[Profile, str]:
     """Return the profiles of these robots, or of all listed ones if there are none, and the first robot of each."""
     found: dict[Profile, str] = {}
     for robot in islice(tuple(robots) or config.robots, MOST_ROBOTS):
-        found.setdefault(config.robot(robot).profile, robot)
+        found.setdefault(config.profile_of(robot), robot)
     return found or {DEFAULT: ""}

@@ -6,7 +6,6 @@ import dataclasses
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from heapq import heappop, heappush
 from itertools import count
@@ -30,6 +29,7 @@ from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span, difference
+from improv_core.values import value
 
 NO_ROBOTS = Robots()
 LONGEST_PROGRAM = 10_000_000
@@ -41,7 +41,7 @@ _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more t
 _new_ids = count()  # every statement of every document has an ID of its own and keeps it when it moves
 
 
-@dataclass(frozen=True)
+@value(frozen=True, slots=False)
 class Analysis(Program):
     """One version of a document, with its errors. Made by `analyze`, or by `edited` from the previous version.
 
@@ -200,8 +200,11 @@ class Analysis(Program):
         """Put the new meaning of a statement into `meanings`. Yield the users of its old and new definitions."""
         before = meanings[index]
         now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
-        for name in {each.name for each in (before.definition, now.definition) if each}:
-            yield from self.bindings.users(name, index)
+        old, new = before.definition, now.definition
+        if old:
+            yield from self.bindings.users(old.name, index)
+        if new and not (old and old.name == new.name):
+            yield from self.bindings.users(new.name, index)
 
     def _problems(self, index: int, meaning: Meaning) -> tuple[Diagnostic, ...]:
         """Return the problems of a statement's robots."""

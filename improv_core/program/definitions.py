@@ -14,12 +14,13 @@ from improv_core.score import algebra
 from improv_core.score.movement import NOWHERE, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Call, Name, Node, Parameter
+from improv_core.values import value
 
 NOTHING = algebra.series(())
 TO = "to"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Phrase:
     """A phrase with parameters, as its uses need it. `settled` has read the nodes in the body that mention no
     parameter: they are the same in every use, and `size` counts the others. `known` are expansions that need no other
@@ -48,7 +49,7 @@ class Takes(Enum):
     POSE = "POSE"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Definition:
     """The meaning of a name after the statement with this ID.
 
@@ -120,7 +121,7 @@ class ReadNodes(Reporter):
         return Items((self.movement_made(node),), self.statement)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Expansion:
     """The meaning of a phrase with these arguments. `height` is the number of its nested levels."""
 

@@ -52,7 +52,7 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
     for head in statement.heads:
         if head.text not in parts or head.span in wrong:
             continue
-        profile = robots.robot(head.text).profile
+        profile = robots.profile_of(head.text)
         if _may_be_too_much(parts[head.text].peak, profile, tempo):
             for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)

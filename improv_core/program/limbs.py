@@ -47,7 +47,7 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
     kinds: dict[Profile, list[str]] = {}
     for robot, part in meaning.parts:
         if part.body_words.asked:
-            kinds.setdefault(robots.robot(robot).profile, []).append(robot)
+            kinds.setdefault(robots.profile_of(robot), []).append(robot)
     if not meaning.body or not kinds:
         return
     asked = meaning.movement.body_words.asked

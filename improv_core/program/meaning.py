@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity
@@ -21,9 +20,10 @@ from improv_core.syntax.descent import TooDeepError
 from improv_core.syntax.gather import gather
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
 from improv_core.syntax.vocabulary import RADIUS, WORDS
+from improv_core.values import value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Meaning:
     """The meaning of a statement in a scope. Spans count from the start of the statement.
 
@@ -83,7 +83,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         said = said_by(statement, diagnostics)
         return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
     robots = robots_named(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
-    uses_phrases = any(found is not None and (found.phrase is not None or found.takes is not None) for found in bound)
+    uses_phrases = any(found and (found.phrase or found.takes) for found in bound)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
     meant, definition, tempo = NOTHING, None, None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
@@ -25,6 +24,7 @@ from improv_core.slices import checkpoint, in_slices
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.text import LineIndex, Span
+from improv_core.values import value
 
 DEFAULT_TEMPO = Fraction(60)
 EVEN = 1_000
@@ -33,7 +33,7 @@ MOST_SCENES = 500
 """The most scenes of a program: each robot has a movement for each."""
 
 
-@dataclass(frozen=True)
+@value(frozen=True, slots=False)
 class Program:
     """One version of a document.
 
@@ -251,7 +251,7 @@ class Program:
         return scene_lengths(list(self.parts.values()))
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Placed:
     """A statement with its index and its offset in the text."""
 

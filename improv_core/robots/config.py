@@ -114,9 +114,14 @@ class Robots:
         """True if robots may play. If the file has an error, a robot could be driven as if it were another kind."""
         return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
 
+    def profile_of(self, name: str) -> Profile:
+        """Return the profile of a robot, listed or not. A robot that is not listed has no limits."""
+        listed = self.robots.get(name)
+        return listed.profile if listed else self.kinds.get(name, DEFAULT)
+
     def robot(self, name: str) -> Robot:
-        """Return a robot, listed or not. A robot that is not listed has no limits."""
-        profile = self.kinds.get(name, DEFAULT)
+        """Return a robot, listed or not."""
+        profile = self.profile_of(name)
         robot = self.robots.get(name) or Robot(profile, None, _topic(f"{self.namespace}/{name}"), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate as count_up
 from itertools import count
@@ -37,13 +37,15 @@ from improv_core.score.movement import (
     bits,
     exact,
     makes,
+    quotient,
     require_end,
 )
 from improv_core.score.throws import Dice, T
 from improv_core.text import Span
+from improv_core.values import value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Hold(Movement):
     """A constant velocity, written at `span`."""
 
@@ -58,7 +60,7 @@ class Hold(Movement):
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Series(Several, InTurn):
     """Movements that play one after another."""
 
@@ -76,7 +78,7 @@ class Series(Several, InTurn):
         return one_by_one(self.items, self.ends, at, backward, lambda index: self.throw_of(index, dice))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Parallel(Several, Piecewise):
     """Voices. With dice, an empty voice stays among them, because each throws from the stream of its index."""
 
@@ -118,7 +120,7 @@ class Parallel(Several, Piecewise):
                 playing[index] = (rest, piece[1], piece[2]) if rest else next(voices[index], None)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Repeat(Single, InTurn):
     """A movement that plays so many times, or forever. Repeating an empty movement gives an empty movement."""
 
@@ -161,7 +163,7 @@ class Repeat(Single, InTurn):
             at = body.duration if backward else 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Pace(Single, Through):
     """The same path, `rate` times as fast."""
 
@@ -178,7 +180,7 @@ class Pace(Single, Through):
         return Visit(self.body, at * self.rate, backward, dice)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Gain(Single, Through):
     """The same duration, with each component of the velocity multiplied.
 
@@ -195,7 +197,7 @@ class Gain(Single, Through):
         return Around(rate, gain.times(self.gain), statement, sources)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Reverse(Single, Through):
     """The same moments in reverse order."""
 
@@ -205,7 +207,7 @@ class Reverse(Single, Through):
         return Visit(self.body, self.duration - at, not backward, dice)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class FromStatement(Single, Through):
     """A movement written in the statement with this ID, used by a name at `span`."""
 
@@ -322,7 +324,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
     """Return the same path, `rate` times as fast."""
     if not (body.duration or body.open):
         return body
-    duration = ENDLESS if isinstance(body.duration, float) else exact(body.duration / rate)
+    duration = ENDLESS if isinstance(body.duration, float) else quotient(body.duration, rate)
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
     return Pace(duration, uniform, sped_up(body.bounds, rate), body, rate)
 

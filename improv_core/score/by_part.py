@@ -6,7 +6,7 @@ of each part.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from improv_core.score import fields
 from improv_core.score.algebra import Hold
@@ -23,9 +23,10 @@ from improv_core.score.movement import (
     makes,
 )
 from improv_core.text import Span
+from improv_core.values import value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class ByPart(Single, Through):
     """A movement that a body part performs, or each part of a group, by the word for it."""
 
@@ -38,7 +39,7 @@ class ByPart(Single, Through):
         return around._replace(gain=SILENT)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class ToPose(Hold):
     """One beat in which the body part around it reaches a pose."""
 

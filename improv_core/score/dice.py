@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate
 
@@ -13,9 +13,10 @@ from improv_core.score.bounds import in_series, opened
 from improv_core.score.movement import STILL, Bounds, Duration, InTurn, Movement, Several, Single, Through, Visit, makes
 from improv_core.score.throws import ROBOTS, Dice, T
 from improv_core.text import Span
+from improv_core.values import value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Choose(Several, Through):
     """A movement that plays one of its items."""
 
@@ -30,7 +31,7 @@ class Choose(Several, Through):
         return Visit(self.items[index], at, backward, dice.inside(index))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Shuffle(Several, InTurn):
     """A movement that plays all items, in an order that the dice give."""
 
@@ -47,7 +48,7 @@ class Shuffle(Several, InTurn):
         return one_by_one(items, ends, at, backward, lambda place: dice.inside(order[place]))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Chance(Single, Through):
     """A movement with a probability, or a rest as long."""
 
@@ -67,7 +68,7 @@ class Chance(Single, Through):
         return Visit(plays, at, backward, dice.inside(0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Seed(Single, Through):
     """A movement with its own dice."""
 
@@ -83,7 +84,7 @@ class Seed(Single, Through):
         return Visit(self.body, at, backward, dice and self.throw_of(0, dice))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Throwing(Single, Through):
     """A line of a program: a movement that begins at this throw of a stream."""
 

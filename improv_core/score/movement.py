@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
 from improv_core.score.measured import Bound, Component
 from improv_core.score.throws import Dice, T
 from improv_core.text import Span
+from improv_core.values import value
 
 ENDLESS = math.inf
 Exact: TypeAlias = Fraction | int  # whole numbers are int: most are whole, and int is many times faster
@@ -75,6 +76,14 @@ DIRECTIONS = Velocity._fields
 def exact(number: Fraction) -> Exact:
     """Return the same number, as an int if it is whole."""
     return number if number.denominator != 1 else number.numerator
+
+
+def quotient(number: Exact, divisor: Fraction) -> Exact:
+    """Return an exact number divided by a fraction, in half of the time that its own operator takes."""
+    above, below = number.as_integer_ratio()
+    over, under = divisor.as_integer_ratio()
+    whole, rest = divmod(above * under, below * over)
+    return Fraction(above * under, below * over) if rest else whole
 
 
 FINEST = 1_000_000
@@ -152,18 +161,18 @@ class BodyWords(NamedTuple):
 
     @property
     def has_poses(self) -> bool:
-        return any(each.pose for each in self.asked)
+        return bool(self.asked) and any(each.pose for each in self.asked)
 
     @property
     def loose_poses(self) -> Sequence[str]:
         """Return the poses that are under no part."""
-        return sorted(each.pose for each in self.asked if not each.part)
+        return sorted([each.pose for each in self.asked if not each.part])
 
 
 NO_BODY_WORDS = BodyWords(frozenset(), Peak(0.0, 0.0, 0.0, 0.0, math.inf))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Bounds:
     """The bounds of a movement. Thousands of movements share a few, so they are compared by identity.
 
@@ -266,7 +275,7 @@ class KnownLengths(dict[Fraction, "Lengths"]):
     scale = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Movement:
     """A movement. Made by the functions beside each kind, never directly.
 
@@ -335,7 +344,7 @@ class Movement:
         return self.bounds.body
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Single(Movement):
     """A movement made of one other movement."""
 
@@ -346,7 +355,7 @@ class Single(Movement):
         return (self.body,)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Several(Movement):
     """A movement made of several others."""
 

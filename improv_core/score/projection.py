@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
@@ -16,6 +16,7 @@ from improv_core.score.reactions import Reaction
 from improv_core.score.throws import Dice
 from improv_core.score.traversal import inner_first
 from improv_core.text import Span
+from improv_core.values import value
 
 BASE = ""
 FINEST_STEP = 10**12
@@ -31,7 +32,7 @@ class Posture(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Reach(Through):
     """A movement to a pose from the positions of joints when it begins, which decide its velocity.
 

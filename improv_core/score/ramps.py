@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -32,6 +32,7 @@ from improv_core.score.movement import (
     require_end,
 )
 from improv_core.score.throws import Dice
+from improv_core.values import value
 
 STEPS_PER_BEAT = 8
 """A step lasts an eighth of a beat, or a little less."""
@@ -79,7 +80,7 @@ class Step(NamedTuple):
 _NO_STEP = Step(Fraction(0), NORMAL)  # after the last one, at which the body ends too
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Stepped(Single, Piecewise, Through):
     """The same path, at a rate that changes step by step."""
 
@@ -131,7 +132,7 @@ class Stepped(Single, Piecewise, Through):
                 beats -= phase.beats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Ramp(Stepped):
     """A movement that begins `start` times as fast and ends `end` times as fast."""
 
@@ -142,7 +143,7 @@ class Ramp(Stepped):
     FIELDS = (("start", fields.NUMBER), ("end", fields.NUMBER))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Ease(Stepped):
     """A movement that begins and ends gently."""
 

@@ -7,7 +7,7 @@ else (`duration`, `uniform`, the walk, paths) assumes that no sense ever holds.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 from improv_core.score import fields
@@ -17,6 +17,7 @@ from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, Sev
 from improv_core.score.throws import Dice, T
 from improv_core.score.traversal import outer_first
 from improv_core.text import Span
+from improv_core.values import value
 
 
 class Condition(NamedTuple):
@@ -29,7 +30,7 @@ class Condition(NamedTuple):
         return sensed(self.sense) is self.wanted
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Reaction(Several, Through):
     """A word of senses, written at `span`. `assumed` is performed if no sense ever holds."""
 
@@ -59,7 +60,7 @@ class Reaction(Several, Through):
         return Visit(self.assumed, at, backward, dice)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Until(Reaction):
     """A movement that ends once the condition holds."""
 
@@ -75,7 +76,7 @@ class Until(Reaction):
         return self.body.open
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class Pause(Reaction):
     """A movement that is interrupted while the condition holds."""
 
@@ -86,7 +87,7 @@ class Pause(Reaction):
         return body._replace(longest=ENDLESS if body.longest else 0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@value(frozen=True, slots=True, eq=False)
 class If(Reaction):
     """The first of two items if the condition holds, else the second."""
 

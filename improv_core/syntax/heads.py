@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
@@ -15,12 +14,13 @@ from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.slips import without_separators, without_sign, without_tempo
 from improv_core.syntax.vocabulary import RADIUS, UNITS
 from improv_core.text import Span
+from improv_core.values import value
 
 _BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
 _IN_MEASURES = frozenset({"NUMBER", "PARAM", "OPERATOR", "UNIT"})
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Head:
     """The names before the sign (as HEAD tokens), the parameters, the sign, and the errors in them.
 

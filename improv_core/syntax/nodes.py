@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from improv_core.diagnostics import Diagnostic
@@ -12,19 +11,20 @@ from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Word
 from improv_core.text import Span
+from improv_core.values import value
 
 LONGEST = 100_000
 """The most characters of a statement that is parsed: pasting a huge text must not freeze the editor."""
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Primitive:
     span: Span
     word: Word
     movement: Movement
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class MeasuredWord:
     """A primitive with its measure, and with the radius of the circle along which it drives, if it has one."""
 
@@ -38,13 +38,13 @@ class MeasuredWord:
         return self.primitive.word
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Name:
     span: Span
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Number:
     """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them, and
     the units of a measure.
@@ -69,7 +69,7 @@ class Number:
         return [token for token in self.tokens if token.type == "UNIT"]
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Call:
     """A use of a phrase: its name and its arguments. The parser leaves `movements` empty; `gather` fills them in."""
 
@@ -79,26 +79,26 @@ class Call:
     movements: tuple[Node, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Missing:
     """A movement that is missing here. The parser has reported it."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Series:
     span: Span
     items: tuple[Node, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Parallel:
     span: Span
     voices: tuple[Node, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Bracket:
     """`( )`, or `[ ]`, which squeezes its items."""
 
@@ -107,7 +107,7 @@ class Bracket:
     body: Node | None
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Condition:
     """The name of a sense, negated if `not` stands before it."""
 
@@ -116,7 +116,7 @@ class Condition:
     sense: Token
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Apply:
     """A transformer, its arguments, and the term that it applies to."""
 
@@ -132,7 +132,7 @@ class Apply:
         return WORDS.get(self.across.text) if self.across else None
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class PartTerm:
     """A word for a body part and the term that it performs. Only `gather` makes it, out of a name."""
 
@@ -141,7 +141,7 @@ class PartTerm:
     body: Node
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class PoseTerm:
     """`to POSE`. Only `gather` makes it, of two names. The name of the pose is not a name of the program."""
 
@@ -150,7 +150,7 @@ class PoseTerm:
     pose: Name
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Choice:
     """`if condition then else otherwise`. `then` must be one term."""
 
@@ -161,7 +161,7 @@ class Choice:
     otherwise: Node
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class AtPoint:
     """`at x y facing d`: in meters and degrees, unless they have units."""
 
@@ -170,7 +170,7 @@ class AtPoint:
     facing: Number | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class InFormation:
     """`at circle n facing out around x y`: `size` is the radius of a circle, or the distance between neighbors."""
 
@@ -180,14 +180,14 @@ class InFormation:
     around: tuple[Number, Number] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class OfKind:
     """`is PROFILE`."""
 
     profile: Token
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class FloorSize:
     """`room w h`: meters along x and y."""
 
@@ -195,7 +195,7 @@ class FloorSize:
     height: Number
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class BarLength:
     """`bar n`."""
 
@@ -220,7 +220,7 @@ Node: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Parameter:
     """A parameter in the head of a definition: `n` is a number, `(m)` is a movement."""
 
@@ -232,7 +232,7 @@ class Parameter:
         return self.token.text
 
 
-@dataclass(frozen=True, slots=True)
+@value(frozen=True, slots=True)
 class Statement:
     """A statement's tree and syntax errors.
 

@@ -52,6 +52,10 @@ def _paced(text: str, about: str, rate: Callable[[Fraction], Fraction]) -> Word:
     )
 
 
+def _inverse(number: Fraction) -> Fraction:
+    return Fraction(number.denominator, number.numerator)  # `1 / number` takes twice as long
+
+
 def _guard(text: str, about: str, example: str, make: Callable[[Movement, reactions.Condition], Movement]) -> Word:
     return Word(text, Kind.GUARD, about, (Argument("sense", example),), make=_reacting(make), keeps_path=True)
 
@@ -158,7 +162,11 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: algebra.gain(it.body, it.plane),
         ),
         _paced("fast", "Plays the same path this many times as fast.", lambda k: k),
-        _paced("slow", "Plays the same path, taking this many times as long.", lambda k: 1 / k),
+        _paced(
+            "slow",
+            "Plays the same path, taking this many times as long.",
+            lambda k: Fraction(k.denominator, k.numerator),
+        ),
         Word(
             "scale",
             Kind.FACTOR,

@@ -21,11 +21,11 @@ def any_number(value: Fraction) -> str | None:
 
 
 def above_zero(value: Fraction) -> str | None:
-    return None if value > 0 else "as a number above 0"
+    return None if value.numerator > 0 else "as a number above 0"
 
 
 def at_least_zero(value: Fraction) -> str | None:
-    return None if value >= 0 else "as a number from 0 up"
+    return None if value.numerator >= 0 else "as a number from 0 up"
 
 
 def probability(value: Fraction) -> str | None:

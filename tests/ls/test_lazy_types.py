@@ -47,5 +47,5 @@ def test_an_editor_waits_for_few_types_and_for_no_compiler() -> None:
     assert all_ > 500
     assert complete < 40
     packages = {name.split(".")[1] for name in loaded.split()}
-    assert packages == {"ide", "plain", "protocol", "safety", "score", "text", "slices"}
+    assert packages == {"ide", "plain", "protocol", "safety", "score", "text", "slices", "values"}
     assert not {f"improv_core.score.{name}" for name in ("algebra", "path", "score")} & {*loaded.split()}

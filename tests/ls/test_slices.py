@@ -15,6 +15,7 @@ from improv_core.ide.references import plays
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.idle import find_idle
 from improv_core.slices import checkpoint, on_checkpoint
+from improv_core.values import value
 from improv_ls import coloring, framing
 from improv_ls.documents import Document, opened
 from improv_ls.settling import Settling
@@ -193,7 +194,7 @@ def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -
     settling = Settling(turns.slices, urdfs, documents, ignore, ignore, ignore, lambda error: told.append(str(error)))
     plain = opened(OTHER, 1, "r $ up\n")
 
-    @dataclasses.dataclass(frozen=True)
+    @value(frozen=True, slots=False)
     class Failing(Analysis):
         def settled(self, enough: Callable[[], bool] | None = None, until: int | None = None) -> Analysis:
             turns.now += SLICE

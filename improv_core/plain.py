@@ -42,7 +42,12 @@ def one_line(error: BaseException) -> str:
 def message_without_links(text: str) -> str:
     """Return a message with Markdown's links taken apart: editors make links of messages, even ones that run
     commands."""
-    return message(text).replace("](", "] (")
+    return without_links(message(text))
+
+
+def without_links(text: str) -> str:
+    """Do the same with a text that is a message already."""
+    return text.replace("](", "] (")
 
 
 def _cut(text: str, longest: int) -> str:

@@ -29,6 +29,7 @@ from pygls.protocol import LanguageServerProtocol, default_converter
 from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from improv_ls.arrivals import Arrival, Arrivals, FramingError
+from improv_ls.positions import range_of
 
 _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
 """Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
@@ -192,6 +193,9 @@ class Protocol(LanguageServerProtocol):
         if method == types.SHUTDOWN:
             self.closing = asyncio.ensure_future(self._shut_down(number))
             return
+        if method == types.TEXT_DOCUMENT_DID_CHANGE and (change := _usual_change(data.get("params"))):
+            self.fm.features[method](change)
+            return
         try:
             message = self.structure_message(data)
         except JsonRpcException as error:
@@ -201,6 +205,11 @@ class Protocol(LanguageServerProtocol):
             self.fm.features[method](message.params)
         else:
             self.handle_message(message)
+
+    def notify(self, method: str, params: Any | None = None) -> None:
+        """Send a notification. pygls would check again that it is one."""
+        told = {} if params is None else {"params": self._converter.unstructure(params)}
+        self._send_data({"jsonrpc": self.VERSION, "method": method, **told})
 
     def _handle_request(self, msg_id: int | str, method_name: str, params: Any) -> None:
         if method_name not in self._server.sliced:
@@ -264,6 +273,20 @@ def _json(value: object) -> Iterator[str]:
         yield "]"
     else:
         yield json.dumps(value)
+
+
+def _usual_change(params: Any) -> types.DidChangeTextDocumentParams | None:
+    """Read the change that a key makes, in a third of the time that the converter takes; None if it is another one, or
+    malformed."""
+    try:
+        document, (change,) = params["textDocument"], params["contentChanges"]
+        uri, version, range_, text = document["uri"], document["version"], range_of(change["range"]), change["text"]
+        if not range_ or type(uri) is not str or type(text) is not str:
+            return None
+        changes = [types.TextDocumentContentChangePartial(range_, text)]
+        return types.DidChangeTextDocumentParams(types.VersionedTextDocumentIdentifier(version, uri), changes)
+    except (LookupError, TypeError, ValueError):
+        return None
 
 
 def _cancelled(arrivals: Iterable[Arrival | None]) -> Iterator[int | str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from lsprotocol import types
 
 from improv_core.diagnostics import FADED, Diagnostic, Severity
-from improv_core.plain import message_without_links
+from improv_core.plain import without_links
 from improv_core.text import LineIndex
 from improv_ls.code_description import href
 from improv_ls.documents import AnyDocument
@@ -55,14 +55,14 @@ def diagnostic(
 ) -> types.Diagnostic:
     related = [
         types.DiagnosticRelatedInformation(
-            types.Location(uri, to_range(lines, other.span, encoding)), message_without_links(other.message)
+            types.Location(uri, to_range(lines, other.span, encoding)), without_links(other.message)
         )
         for other in (found.related if support.related_information else ())
     ]
     page = href(found.code) if support.code_description else None
     return types.Diagnostic(
         range=to_range(lines, found.span, encoding),
-        message=message_without_links(found.message),
+        message=without_links(found.message),
         severity=_SEVERITIES[found.severity],
         code=found.code,
         code_description=types.CodeDescription(page) if page else None,

@@ -169,8 +169,8 @@ def test_work_on_a_long_text_has_checkpoints(work: Callable[[], Iterable[object]
 
 def test_json_that_is_made_in_slices_is_the_same() -> None:
     long: object = {"data": [*range(2_500)], "resultId": "1", "none": None, "ä": {"b": [{"c": 1}] * 1_500}}
-    for value in ({}, [], long):
-        assert "".join(framing._json(value)) == json.dumps(value)
+    for each in ({}, [], long):
+        assert "".join(framing._json(each)) == json.dumps(each)
 
 
 def test_a_request_about_an_older_text_is_dropped() -> None:

@@ -16,7 +16,7 @@ from pygls.exceptions import JsonRpcException
 from improv_core.diagnostics import Diagnostic
 from improv_core.text import difference
 from improv_ls.documents import Document
-from improv_ls.slices import Slices
+from improv_ls.slices import BRIEF, Slices
 from improv_ls.urdfs import Urdfs
 
 PATIENCE = 0.02
@@ -43,8 +43,8 @@ class _Asked:
 
 class Settling:
     """Brings the open programs up to date. `publish` shows the diagnostics of one as far as they are known, `look` is
-    called with each version that is up to date, `finished` for one that took more than a slice, and `failed` with the
-    error that stopped one."""
+    called with each version that is up to date, `finished` once one is about which a request was answered before, and
+    `failed` with the error that stopped one."""
 
     def __init__(
         self,
@@ -66,6 +66,7 @@ class Settling:
         self._works: dict[str, list[Future[None]]] = {}
         self._asked: list[_Asked] = []
         self._answering: dict[Future[object], str] = {}
+        self._guessed: set[str] = set()  # texts about which a request was answered before they were up to date
         self._shown: dict[str, Sequence[Diagnostic]] = {}  # the known diagnostics of a text that isn't up to date
         self._failures: dict[str, BaseException] = {}  # the error that stopped the analysis of a text
 
@@ -74,7 +75,7 @@ class Settling:
         before = self._documents.get(document.uri)
         self.drop(document.uri, before is not None and before.lines is document.lines)
         self._documents[document.uri] = document
-        work = self._slices.begin(partial(self._settle, document.uri))
+        work = self._slices.begin(partial(self._settle, document.uri), share=BRIEF)
         if work.done():
             self._done_with(work, document.uri)
             return
@@ -89,6 +90,7 @@ class Settling:
         self._failures.pop(uri, None)
         self._shown.pop(uri, None)
         if not same_text:
+            self._guessed.discard(uri)
             waiting = [asked.future for asked in self._asked if asked.uri == uri]
             for future in [*waiting, *(each for each, about in self._answering.items() if about == uri)]:
                 if not future.done():
@@ -118,7 +120,8 @@ class Settling:
             asyncio.get_running_loop().call_later(PATIENCE, self._begin_waiting, asked)
 
     async def run(self, function: Callable[[], T]) -> T:
-        """Return the result of a slow function."""
+        """Return the result of a slow function, which may look at any document."""
+        self._guessed.update(uri for uri, each in self._documents.items() if not each.analysis.is_settled)
         return await asyncio.wrap_future(self._slices.begin(function))
 
     async def settled(self, document: Document, text: str | None = None) -> Document:
@@ -179,7 +182,9 @@ class Settling:
         if not work.cancelled():
             self._done_with(work, uri)
             self._look()
-            self._finished()
+            if uri in self._guessed:
+                self._guessed.remove(uri)
+                self._finished()
 
     def _done_with(self, work: Future[None], uri: str) -> None:
         """Answer every request about this text with the error if the work failed."""
@@ -217,6 +222,8 @@ class Settling:
                 asked.begin()
 
     def _begin(self, function: Callable[[], object], future: Future[object], uri: str | None) -> None:
+        if uri and not self._is_ready(uri, None):
+            self._guessed.add(uri)
         self._slices.begin(function, future)
         if uri and not future.done():
             self._answering[future] = uri

@@ -13,15 +13,18 @@ from improv_core.slices import on_checkpoint
 
 SLICE = 0.01
 """Seconds for which work runs before messages are read again."""
+BRIEF = 1 / 4
+"""The first slice of work that shows something when it is over, as a share of others."""
 T = TypeVar("T")
 
 
 class _Work(Generic[T]):
     """A function that runs in a greenlet, because it can stop in the middle of any call."""
 
-    def __init__(self, function: Callable[[], T], future: Future[T]) -> None:
+    def __init__(self, function: Callable[[], T], future: Future[T], share: float) -> None:
         self.function = function
         self.future = future
+        self.share = share  # of a slice that its next one lasts
         self.until = self.spent = 0.0
         self.worker: greenlet | None = None
         self.result: T | None = None
@@ -45,10 +48,10 @@ class Slices:
         self._is_used = False  # true once a slice has been used up since messages were last read
         on_checkpoint(self._look)
 
-    def begin(self, function: Callable[[], T], future: Future[T] | None = None) -> Future[T]:
-        """Run a function. If that takes no longer than a slice, the returned future is already done; canceling or
-        setting the future drops the work."""
-        work = _Work(function, future or Future())
+    def begin(self, function: Callable[[], T], future: Future[T] | None = None, share: float = 1.0) -> Future[T]:
+        """Run a function. If that takes no longer than a slice, or this share of one, the returned future is already
+        done; canceling or setting the future drops the work."""
+        work = _Work(function, future or Future(), share)
         if not self._is_used:
             self._run(work)
         if not work.future.done():
@@ -65,7 +68,7 @@ class Slices:
     def is_over(self) -> bool:
         """Return whether the caller should keep its results and `rest`: soon it will have to stop at a checkpoint."""
         work = self._running
-        return work is not None and self._clock() >= work.until - SLICE / 5
+        return work is not None and self._clock() >= work.until - SLICE * work.share / 5
 
     def rest(self) -> None:
         """Let messages be read, if the caller's slice is nearly over."""
@@ -102,7 +105,7 @@ class Slices:
 
     def _run(self, work: _Work[Any]) -> None:
         began = self._clock()
-        work.until = began + SLICE
+        work.until = began + SLICE * work.share
         before, self._running = self._running, work
         worker = work.worker
         if not worker:
@@ -112,6 +115,7 @@ class Slices:
         self._running = before
         work.spent += self._clock() - began
         if not work.is_over:
+            work.share = 1.0
             self._is_used = True
             return
         self._idle = worker

@@ -13,7 +13,7 @@ from improv_core.program.analysis import analyze
 from improv_ls import settling, slices
 from improv_ls.coloring import chunks, edits, encoded
 from improv_ls.positions import units
-from tests.ls.client import Client, span
+from tests.ls.client import Client, place, span
 
 URI = "untitled:Untitled-1"
 PROGRAM = "# 🐢\r\n\ufeff 𝑥 = up # 🐢\r\nr $ (left # 😀\r\n 𝑥 𝑥)\r\n"
@@ -27,8 +27,8 @@ ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
 def read(data: list[int], legend: dict[str, list[str]]) -> list[tuple[int, int, int, str]]:
     """Return line, column, length and type of each token, as an editor reads them."""
     found, line, column = [], 0, 0
-    for place in range(0, len(data), 5):
-        down, right, length, kind, _ = data[place : place + 5]
+    for at in range(0, len(data), 5):
+        down, right, length, kind, _ = data[at : at + 5]
         line, column = line + down, right if down else column + right
         found.append((line, column, length, legend["tokenTypes"][kind]))
     return found
@@ -59,16 +59,24 @@ def test_full_range_and_delta() -> None:
         assert "data" in client.request("textDocument/semanticTokens/full/delta", {**asked, "previousResultId": "?"})
 
 
-def test_an_editor_that_was_sent_colors_too_early_is_told_to_ask_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A word is undefined only once all of the program is read; until then, it has a name's color."""
-    monkeypatch.setattr(slices, "SLICE", 0.0)  # the analysis stops wherever it can
+def test_an_editor_that_was_sent_colors_too_early_asks_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A word is undefined only once the lines above are read; until then, it has a name's color."""
     monkeypatch.setattr(settling, "PATIENCE", 0.0)
+    many = 2_000
     with Client(capabilities={"workspace": {"semanticTokens": {"refreshSupport": True}}}, hurries=True) as client:
         legend = client.initialized["capabilities"]["semanticTokensProvider"]["legend"]
-        client.open(URI, "r $ lft\n")
+
+        def colors_of_last_line() -> list[str]:
+            full = client.request("textDocument/semanticTokens/full", {"textDocument": {"uri": URI}})
+            return [kind for line, _, _, kind in read(full["data"], legend) if line == many]
+
+        client.open(URI, "x = left\n" + "r $ x\n" * many)
+        client.request("textDocument/rename", place(URI, 0, 0, newName="z"))  # waits for all lines
+        monkeypatch.setattr(slices, "SLICE", 0.0)  # the analysis stops wherever it can
+        client.change(URI, 2, {"range": span(0, 0, 1), "text": "y"})
+        assert colors_of_last_line() == ["class", "operator", "variable"]
         client.wait("workspace/semanticTokens/refresh")
-        full = client.request("textDocument/semanticTokens/full", {"textDocument": {"uri": URI}})
-        assert read(full["data"], legend) == [(0, 0, 1, "class"), (0, 2, 1, "operator")]
+        assert colors_of_last_line() == ["class", "operator"]
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
@@ -79,7 +87,7 @@ def test_every_token_is_at_its_stated_position(encoding: Encoding, text: str) ->
     end = (-1, 0)
     for line, column, length, _ in read(encoded(chunks(analysis, encoding)), legend):
         whole = analysis.lines.line(line)
-        places = {units(whole[:place], encoding): place for place in range(len(whole) + 1)}
+        places = {units(whole[:at], encoding): at for at in range(len(whole) + 1)}
         word = whole[places[column] : places[column + length]]
         assert word.strip() == word != ""
         assert word.startswith("#") or " " not in word

@@ -54,13 +54,21 @@ def test_diagnostics_near_the_edit_are_published_first() -> None:
         assert [lines for lines in shown if lines not in ([], EARLY)] == [ALL]
 
 
-def test_a_client_that_pulls_diagnostics_is_told_to_ask_again() -> None:
+def test_a_client_that_asks_before_all_is_known_asks_again_once_it_is() -> None:
     with Client(QUIET, capabilities=SHOWS, hurries=True) as client:
         edited(client)
-        client.wait("workspace/diagnostic/refresh")
-        client.wait("workspace/inlayHint/refresh")
-        while lines(client.request("textDocument/diagnostic", {"textDocument": {"uri": URI}})["items"]) != ALL:
+        pulled = {"textDocument": {"uri": URI}}
+        while lines(client.request("textDocument/diagnostic", pulled)["items"]) != ALL:
             client.wait("workspace/diagnostic/refresh")
+            client.wait("workspace/inlayHint/refresh")
+
+
+def test_a_client_that_asks_once_all_is_known_need_not_ask_again() -> None:
+    with Client(QUIET, capabilities=SHOWS, hurries=True) as client:
+        edited(client)
+        client.request("textDocument/rename", place(URI, 0, 0, newName="y"))
+        assert lines(client.request("textDocument/diagnostic", {"textDocument": {"uri": URI}})["items"]) == ALL
+        assert not [each for each in client.log if str(each.message.get("method")).endswith("/refresh")]
 
 
 @pytest.mark.slow("analyzes thousands of lines twice")

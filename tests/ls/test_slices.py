@@ -19,7 +19,7 @@ from improv_core.values import value
 from improv_ls import coloring, framing
 from improv_ls.documents import Document, opened
 from improv_ls.settling import Settling
-from improv_ls.slices import SLICE, Slices
+from improv_ls.slices import BRIEF, SLICE, Slices
 from improv_ls.urdfs import BEING_READ, SMALL, Urdfs
 from tests.heavy import HEAVY
 from tests.ls.client import Client, place
@@ -67,6 +67,14 @@ def test_long_work_stops_after_each_slice() -> None:
     assert not future.done()
     turns.turn()
     assert future.result(0) == "long"
+
+
+def test_only_the_first_slice_may_be_brief() -> None:
+    turns = Turns()
+    turns.slices.begin(turns.work("long", 5), share=BRIEF)
+    assert turns.seen == ["long"]
+    turns.turn()
+    assert turns.seen == ["long"] * 3
 
 
 def test_short_new_work_is_done_before_older_work() -> None:

@@ -1,4 +1,4 @@
-"""Programs of any length without an error, and edits of their lines; the same every time."""
+"""Programs of any length without an error, Python modules as long, and edits of both; the same every time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _CHANGES = (
 )
 _NOUNS = ("wave", "spiral", "step", "turn", "bow", "sway", "leap", "circle", "phrase", "answer", "drift", "pulse")
 _ROBOTS = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
-_MISTAKES = (" forwrd", " (")
+_FORMS = ("{} * 2 + {}", "max({}, {}, 1)", "math.hypot({}, {})", "sum([{}, {}]) / 2", "({} - {}) ** 2")
+IMPROV = (" repeat {} left", " forwrd", " (")
+"""Text that an edit adds to the end of a line: one with a number, and two errors."""
+PYTHON = (" + {}", " + forwrd", " +")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,19 @@ def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
     return "".join(f"{line}\n" for line in made)
 
 
-def edits(text: str, only: int | None = None, seed: int = 1) -> Iterator[Edit]:
+def python(lines: int, seed: int = 1) -> str:
+    """Write a Python module of so many lines."""
+    random = Random(seed)
+    made = ['"""Measures of a dance."""', "import math", "", f"{SHARED} = math.sqrt(2)"]
+    names = [SHARED]
+    while len(made) < lines:
+        value = random.choice(_FORMS).format(*random.choices(names[-40:], k=2))
+        names.append(f"{random.choice(_NOUNS)}{len(made)}")
+        made.append(f"{names[-1]} = {value}" if random.random() < 0.85 else f"print({value})  # {names.pop()}")
+    return "".join(f"{line}\n" for line in made)
+
+
+def edits(text: str, only: int | None = None, seed: int = 1, added: tuple[str, str, str] = IMPROV) -> Iterator[Edit]:
     """Yield edits without end, at any line with `=` or `$` or only at one; one in ten is an error, and the next fixes
     it."""
     random = Random(seed)
@@ -61,8 +76,9 @@ def edits(text: str, only: int | None = None, seed: int = 1) -> Iterator[Edit]:
     count = 0
     while True:
         place = only if only is not None else random.choice(places)
-        wrong = lines[place] + _MISTAKES[count // 10 % len(_MISTAKES)]
-        for new in [wrong] * (count % 10 == 9) + [f"{lines[place]} repeat {2 + count} left"]:
+        usual, *mistakes = added
+        wrong = lines[place] + mistakes[count // 10 % len(mistakes)]
+        for new in [wrong] * (count % 10 == 9) + [lines[place] + usual.format(2 + count)]:
             yield Edit(place, len(now[place]), new, new == wrong)
             now[place] = new
             count += 1

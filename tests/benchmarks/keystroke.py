@@ -8,26 +8,29 @@ from itertools import islice
 from statistics import median
 from time import sleep
 
-from tests.benchmarks.documents import SHARED_LINE, edits, improv
-from tests.benchmarks.servers import Seen, Server, memory, processor_time
+from tests.benchmarks.documents import PYTHON, SHARED_LINE, edits, improv, python
+from tests.benchmarks.servers import RUFF, RUFF_OPTIONS, Seen, Server, memory, processor_time
 from tests.benchmarks.tables import machine, p99, print_head, print_row
 
 LONG = 10_000
 IDLE = 20
 """Seconds for which an idle server is watched."""
-WARM_UP = 20
-"""Edits that don't count."""
+AT_ONCE = 20
+"""Edits that one server gets before the other one's turn: a disturbance of the machine affects both."""
+MODULE = "file:///benchmark/document.py"
 
 
 def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same with fewer rounds."""
     count, opens, starts = (40, 2, 4) if quick else (200, 5, 10)
     print(f"{machine()}, {platform.system()}, Python {platform.python_version()}\n")
-    print(f"didChange written → publishDiagnostics read, milliseconds, {count} edits each\n")
-    print_head("lines", "p50", "p99")
+    print(
+        f"didChange written → publishDiagnostics read, milliseconds, {count} edits each, in turns with `ruff server`\n"
+    )
+    print_head("lines", "p50", "p99", "ruff's p50", "p99", "ours / ruff")
     for lines in (100, 1_000, LONG):
         _print_keystrokes(f"{lines:,}", lines, False, count)
-    _print_keystrokes(f"{LONG:,}, a third use the name that is edited", LONG, True, count)
+        _print_keystrokes(f"{lines:,}, a third use the name that is edited", lines, True, count)
     print(f"\nMedians of others; memory is the resident set with {LONG:,} lines open and after 50 edits\n")
     print_head("what", "", "goal", "")
     _print("all lines up to date after that name is edited, ms", _all_settled(count), 200)
@@ -41,23 +44,40 @@ def run(quick: bool) -> None:
 
 def _print_keystrokes(about: str, lines: int, shared: bool, count: int) -> None:
     """Edit a document of so many lines; if a third of them use one name, edit its definition."""
-    with Server() as server:
-        times = [1000 * seen.seconds for seen in islice(_edited(server, lines, shared), WARM_UP, WARM_UP + count)]
-    print_row(about, f"{median(times):.2f}", f"{p99(times):.2f}")
+    with Server() as ours, Server(RUFF_OPTIONS, command=RUFF, uri=MODULE, language="python") as ruff:
+        times: tuple[list[float], list[float]] = [], []
+        both = _edited(ours, lines, shared), _edited_python(ruff, lines)
+        for turn in range(-1, count // AT_ONCE):
+            for edited, found in zip(both, times, strict=True):
+                seconds = [1000 * seen.seconds for seen in islice(edited, AT_ONCE)]
+                found += seconds if turn >= 0 else []  # the first turn warms up
+    figures = [f"{value:.2f}" for found in times for value in (median(found), p99(found))]
+    print_row(about, *figures, f"{median(times[0]) / median(times[1]):.2f}")
 
 
 def _edited(server: Server, lines: int, shared: bool) -> Iterator[Seen]:
     """Open a document and edit it once for every step. Raises if errors are not found, or others are."""
     text = improv(lines, shared)
-    if server.open(text).mistakes:
-        raise RuntimeError("the server finds an error in a correct program")
+    server.open(text)
     # The first diagnostics of a long document are those of its beginning; this waits for all.
     server.settle()
+    if server.mistakes():
+        raise RuntimeError("the server finds an error in a correct program")
     for edit in edits(text, SHARED_LINE if shared else None):
         seen = server.change(edit)
-        if not shared and bool(seen.mistakes) != edit.wrong:  # if it is shared, the error may be published later
-            raise RuntimeError(f"the server finds {seen.mistakes} errors after {edit}")
+        if bool(seen.mistakes) != edit.wrong:  # they are those of the beginning, too
+            server.settle()
+            if bool(server.mistakes()) != edit.wrong:
+                raise RuntimeError(f"the server finds {server.mistakes()} errors after {edit}")
         yield seen
+
+
+def _edited_python(server: Server, lines: int) -> Iterator[Seen]:
+    """Do the same with a server for Python and a module as long."""
+    text = python(lines)
+    server.open(text)
+    for edit in edits(text, added=PYTHON):
+        yield server.change(edit)
 
 
 def _all_settled(count: int) -> list[float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import sysconfig
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,16 @@ from tests.processes import stat_of
 OPTIONS: Mapping[str, Any] = {"backend": "sim", "page": {"open": False}, "onSave": "off"}
 """Options with which no stage starts."""
 URI = "file:///benchmark/document.improv"
+PUBLISHED = "textDocument/publishDiagnostics"
+RUFF = (str(Path(sysconfig.get_path("scripts")) / "ruff"), "server")
+"""Another language server, for Python, beside which ours is measured."""
+RUFF_OPTIONS: Mapping[str, Any] = {
+    "settings": {
+        "configurationPreference": "editorOnly",  # whatever configuration lies around
+        "logLevel": "error",
+        "lint": {"enable": True, "select": ["E4", "E7", "E9", "F"]},
+    }
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +60,10 @@ class Server:
         options: Mapping[str, Any] = OPTIONS,
         env: Mapping[str, str] | None = None,
         command: Sequence[str] = (sys.executable, "-m", "improv_ls"),
+        uri: str = URI,
+        language: str = "improv",
     ) -> None:
+        self._uri, self._language = uri, language
         self._version = 1
         self._changed = 0.0
         begin = perf_counter()
@@ -69,7 +83,7 @@ class Server:
     def open(self, text: str) -> Seen:
         """Open the document."""
         self._changed = perf_counter()
-        self.client.open(URI, text)
+        self.client.open(self._uri, text, self._language)
         return self._published()
 
     def change(self, edit: Edit) -> Seen:
@@ -84,7 +98,7 @@ class Server:
     def save(self) -> float:
         """Save the document, and return the time at which the write began, by the monotonic clock."""
         begin = perf_counter()
-        self.client.save(URI)
+        self.client.save(self._uri)
         return begin
 
     def command(self, name: str) -> float:
@@ -96,21 +110,30 @@ class Server:
     def settle(self) -> float:
         """Return the seconds from the latest change until all of the document was up to date, which a rename waits for:
         it is refused, since there is no name at the beginning."""
-        return self._since_change(self.client.refusal("textDocument/rename", place(URI, 0, 0, newName="other")))
+        return self._since_change(self.client.refusal("textDocument/rename", place(self._uri, 0, 0, newName="other")))
 
     def _change(self, change: Mapping[str, Any]) -> Seen:
         self._version += 1
         self._changed = perf_counter()
-        self.client.change(URI, self._version, change)
+        self.client.change(self._uri, self._version, change)
         return self._published()
 
     def _published(self) -> Seen:
         """Wait for the next diagnostics of the version that the server has now."""
-        found = self.client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == self._version)
-        return Seen(self._since_change(found), sum(each["severity"] <= 2 for each in found["diagnostics"]))
+        found = self.client.wait(PUBLISHED, lambda params: params["version"] == self._version)
+        return Seen(self._since_change(found), _mistakes(found))
+
+    def mistakes(self) -> int:
+        """Return the number of errors and warnings in the diagnostics that came last."""
+        messages = (each.message for each in reversed(self.client.log))
+        return _mistakes(next(each for each in messages if each.get("method") == PUBLISHED)["params"])
 
     def _since_change(self, content: object) -> float:
         """Return the seconds from the latest change until the message with this content came."""
         messages = reversed(self.client.log)
         at = next(each.at for each in messages if any(value is content for value in each.message.values()))
         return at - self._changed
+
+
+def _mistakes(published: Mapping[str, Any]) -> int:
+    return sum(each["severity"] <= 2 for each in published["diagnostics"])

@@ -22,7 +22,7 @@ from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
-from improv_core.session.state import PlayScore, SessionState
+from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.storage.history import Played
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
 from improv_ls.editor import Editor
@@ -133,7 +133,7 @@ class Performance:
         self._node = document.analysis.config.node
         playback, name = self._stages(), name_of(document.uri)
         bar, simulated = self._editor.settings.beats_per_bar, bool(only.ghost)
-        waits = asyncio.get_running_loop().call_later(SLOW, self._tell_wait, playback, name)
+        waits = asyncio.get_running_loop().call_later(SLOW, _tell_wait, self._editor, playback, name)
         try:
             generation = await playback.play(PlayScore(prepared.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
@@ -361,11 +361,6 @@ class Performance:
         self.live.stop()
         self.keys.release()
 
-    def _tell_wait(self, playback: Playback, name: str) -> None:
-        """Say what a program waits for, if it is real robots, which take longest to get ready."""
-        if "ros" in playback.starting:
-            self._editor.say(f"{name} waits until ROS 2 and the standby process that can stop its robots have started")
-
     def _report_failure(self, error: StageError) -> None:
         self._editor.report(f"Improv can't play: {error}")
 
@@ -380,3 +375,10 @@ def _without_ghost(asked: ProgramChange, only: Selection) -> ProgramChange | Non
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}
     return {**asked, "start_poses": poses} if poses else None
+
+
+def _tell_wait(editor: Editor, playback: Playback, name: str) -> None:
+    """Say what a program waits for, if it is real robots, which take longest to get ready."""
+    start = playback.starting.get(StageKey(HERE, "ros"))
+    if start and not start.done():
+        editor.say(f"{name} waits until ROS 2 and the standby process that can stop its robots have started")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
 CONTENTS = (
-    *("__init__.py", "plain.py", "slices.py", "text.py"),
+    *("__init__.py", "plain.py", "slices.py", "text.py", "values.py"),
     *(f"{room}/*.py" for room in ("score", "protocol", "safety", "ipc", "player", "preview", "stage")),
     *("outputs/*.py", "outputs/ros/**/*.py", "outputs/ros/setup/requirements.txt"),
     *(f"hosts/{name}.py" for name in ("__init__", "__main__", "far", "far_setup", "frames")),

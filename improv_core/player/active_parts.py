@@ -7,7 +7,7 @@ stand.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from itertools import chain, takewhile
+from itertools import chain, islice, takewhile
 
 from improv_core.player.open_part import OpenPart, TooManyChangesError
 from improv_core.player.run import Run
@@ -90,6 +90,34 @@ class ActiveParts:
 
     def _find_end(self) -> None:
         self.over = max(self._over.values(), default=0)
+
+
+class ComputedBeginning:
+    """The first setpoints of parts that no sense decides, so that beat 0 doesn't wait for them."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._parts: dict[str, Iterator[Setpoint]] = {}
+
+    def compute(self, run: Run) -> None:
+        """Compute them for this run, unless that was done."""
+        if not self._is_of(run):
+            closed = [robot for robot, part in run.score.parts.items() if not part.of_scene(run.scene).open]
+            self._run, self._parts = run, {robot: _with_first(closed_part(run, robot, 0)) for robot in closed}
+
+    def part(self, run: Run, robot: str, beat: Exact) -> Iterator[Setpoint]:
+        """Return the setpoints of a part from a beat on, as `closed_part` does."""
+        known = self._parts.pop(robot, None) if beat == 0 and self._is_of(run) else None
+        return known or closed_part(run, robot, beat)
+
+    def _is_of(self, run: Run) -> bool:
+        known = self._run
+        return run.score is known.score and (run.scene, run.tempo) == (known.scene, known.tempo)
+
+
+def _with_first(setpoints: Iterator[Setpoint]) -> Iterator[Setpoint]:
+    """Return the same setpoints, the first of which is known at once."""
+    return chain([*islice(setpoints, 1)], setpoints)
 
 
 def closed_part(run: Run, robot: str, beat: Exact) -> Iterator[Setpoint]:

@@ -98,7 +98,7 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
 def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     found = tracks.listeners.find(now, act.moving)
     if not found.waits:
-        tracks.compute_beginning()
+        tracks.beginning.compute(tracks.run)
     may_home = robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf) if tracks.sink.real else ()
     return replace(found, waits=tracks.sink.resetting(may_home) or found.waits)
 

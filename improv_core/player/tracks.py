@@ -6,11 +6,10 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator
-from itertools import chain, islice
+from collections.abc import Callable, Collection, Iterable
 
 from improv_core.player import reports
-from improv_core.player.active_parts import ActiveParts, closed_part
+from improv_core.player.active_parts import ActiveParts, ComputedBeginning
 from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges
 from improv_core.player.events import Event, Facts
 from improv_core.player.joint_commands import JointCommands
@@ -21,7 +20,7 @@ from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor
 from improv_core.player.setpoint_queue import SetpointQueue
-from improv_core.player.setpoints import Setpoint, Velocity, zeros
+from improv_core.player.setpoints import Velocity, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import SIMULATED, FromStage, Play
@@ -37,11 +36,6 @@ from improv_core.score.senses import CUE, RobotSense
 
 MEASURE_PERIOD = 0.05
 """Seconds between two measurements of a simulated robot."""
-
-
-def _computed(setpoints: Iterator[Setpoint]) -> Iterator[Setpoint]:
-    """Return the same setpoints, the first of which is known at once."""
-    return chain([*islice(setpoints, 1)], setpoints)
 
 
 class Tracks:
@@ -84,7 +78,7 @@ class Tracks:
         self.unseen: list[str] = []
         """Robots to check once everything that is due has been sent."""
         self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and the next thing to decide in it
-        self._computed: tuple[Run, dict[str, Iterator[Setpoint]]] = self.run, {}  # setpoints from beat 0 of a run
+        self.beginning = ComputedBeginning(self.run)
         self.wall = wall
 
     # Sending in time
@@ -159,18 +153,6 @@ class Tracks:
             poses = [each for each in self.sink.poses().items() if each[0] in self.odometry.robots]
             self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
 
-    def compute_beginning(self) -> None:
-        """Compute the first setpoints of parts that no sense decides, so that beat 0 doesn't wait for them."""
-        run = self.run
-        if not self._begins_as_computed:
-            closed = [robot for robot, part in run.score.parts.items() if not part.of_scene(run.scene).open]
-            self._computed = run, {robot: _computed(closed_part(run, robot, 0)) for robot in closed}
-
-    @property
-    def _begins_as_computed(self) -> bool:
-        run, known = self.run, self._computed[0]
-        return run.score is known.score and (run.scene, run.tempo) == (known.scene, known.tempo)
-
     def begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
         self.queue.begin(robots)
@@ -192,8 +174,7 @@ class Tracks:
         if open_part := self.active_parts.begin(self.run, mover, movement, beat, whole.body_words.has_poses):
             self.queue.begin_open(mover, self.run.transport.end(open_part.due))
         elif not mover.part:
-            known = self._computed[1].pop(mover.robot, None) if beat == 0 and self._begins_as_computed else None
-            self.queue.add(mover, known or closed_part(self.run, mover.robot, beat), performed)
+            self.queue.add(mover, self.beginning.part(self.run, mover.robot, beat), performed)
 
     def _begin_limbs(self, robot: str, beat: Exact, performed: float) -> list[Mover]:
         """Have a robot's body parts play. Return those that have nothing to do now, but may still move."""

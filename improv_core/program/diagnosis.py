@@ -37,10 +37,10 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
     hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone))
-    hides = any(program.as_read(index).diagnostics for index in program.faulty)  # perhaps of a definition
+    hides = any(program.placed(index).statement.diagnostics for index in program.faulty)  # perhaps of a definition
     found = []
     for index, each in islice(reported, MOST_SHOWN):
-        is_form = each.code in [problem.code for problem in program.as_read(index).diagnostics]
+        is_form = each.code in [problem.code for problem in program.placed(index).statement.diagnostics]
         found.append((_as_guess(each) if hides and not is_form else each).shifted(program.offsets[index]))
     if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
         found = [each if each.severity is Severity.ERROR else _as_guess(each) for each in found]
@@ -57,7 +57,7 @@ def diagnose_statement(
 
     If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote.
     """
-    statement = program.as_read(index)
+    statement = program.placed(index).statement
     form = statement.diagnostics
     for each in _diagnosed(program, index, idle, alone):
         is_form = each.code in [problem.code for problem in form]
@@ -82,7 +82,7 @@ def _as_guess(problem: Diagnostic) -> Diagnostic:
 
 def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None) -> Iterator[Diagnostic]:
     checkpoint()
-    statement, meaning = program.as_read(index), program.meanings[index]
+    statement, meaning = program.placed(index).statement, program.meanings[index]
     for each in meaning.diagnostics:
         yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
@@ -280,7 +280,7 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
 
 def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
     """Add to a diagnostic of a statement what other statements know."""
-    statement = program.as_read(index)
+    statement = program.placed(index).statement
     if problem.code == "misplaced-canon":
         return _misplaced(program, index, problem)
     if not statement.sign and statement.body and problem is statement.diagnostics[0]:

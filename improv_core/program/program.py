@@ -167,11 +167,8 @@ class Program:
         return self.lines.number(self.offsets[index])
 
     def placed(self, index: int) -> Placed:
-        return Placed(index, self.offsets[index], self.as_read(index), self.meanings[index])
-
-    def as_read(self, index: int) -> Statement:
-        """Return a statement as its names let it be read: one may be called `radius`."""
-        return as_read(self.statements[index], self.meanings[index].scope)
+        meaning = self.meanings[index]
+        return Placed(index, self.offsets[index], as_read(self.statements[index], meaning.scope), meaning)
 
     def definition(self, name: str, before: int) -> Definition | None:
         """Return the definition of a name that applies at the statement `before`."""

@@ -93,7 +93,8 @@ class Playback:
         self._reaching: dict[StageKey, asyncio.Task[None]] = {}  # the hosts that are tried again
         self._ending = False
         self._opening = asyncio.Lock()
-        self._starting: dict[StageKey, asyncio.Task[bool]] = {}
+        self.starting: dict[StageKey, asyncio.Task[bool]] = {}
+        """The first starts of its stages: those that are done, too."""
         self._show: Path | None = None  # the path with which the names of the stages' stop sockets begin
         with suppress(StopSocketError):  # then real robots have no `improv stop` either, and don't move
             self._show = new_show()
@@ -106,11 +107,6 @@ class Playback:
         self._hosts: frozenset[Host] = frozenset()  # the hosts whose stages have been started
         self._token = secrets.token_urlsafe()
         self._port = options.port
-
-    @property
-    def starting(self) -> list[Output]:
-        """The outputs whose stages here are starting for the first time."""
-        return [key.output for key, task in self._starting.items() if key.host == HERE and not task.done()]
 
     def link(self, *, own: bool = False) -> str | None:
         """Return a new URL that opens the page once. A URL for starting a browser has to be this user's `own`, since
@@ -139,7 +135,7 @@ class Playback:
             away = sorted(host.name for host in hosts)
             self.state = self.state.opening([HERE, *away] if away else [])
             keys = [*(StageKey(HERE, output) for output in outputs), *(StageKey(host, "ros") for host in away)]
-            self._starting = starting = {key: asyncio.create_task(self._start_stage(key)) for key in keys}
+            self.starting = starting = {key: asyncio.create_task(self._start_stage(key)) for key in keys}
             try:
                 # Wait for all even if one fails, so that no stage is left running unnoticed.
                 for key in await wait_for_stages(starting, lambda: bool(self.state.alive), self._warn):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from improv_core.player.active_parts import ComputedBeginning
 from improv_core.player.player import Player
 from improv_core.player.start_rules import FEW
-from improv_core.player.tracks import Tracks
 from improv_core.protocol.commands import Speed
 from tests.player.plays import to_play
 from tests.player.test_player import Memory, score
@@ -29,7 +29,7 @@ def check(monkeypatch: pytest.MonkeyPatch, program: str, *meanwhile: Speed) -> N
         return list(sink.sent)
 
     computed = sent()
-    monkeypatch.setattr(Tracks, "compute_beginning", lambda tracks: None)
+    monkeypatch.setattr(ComputedBeginning, "compute", lambda beginning, run: None)
     assert len(computed) > len(ROBOTS)
     assert computed == sent()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
 from itertools import islice
 
@@ -21,6 +22,7 @@ MOST_ROWS = 3_100
 
 @pytest.mark.parametrize("text", [*CHAINS.values(), *LONG.values()], ids=[*CHAINS, *LONG])
 def test_huge_programs_take_little_memory(text: str) -> None:
+    gc.set_threshold(700, 10, 10)  # a stage on a thread of this process collects its garbage more rarely
     analyze("y (m) = m\nr $ choose (y left right)")  # allocate everything that is allocated only once
     tracemalloc.start()
     try:

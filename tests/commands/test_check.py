@@ -81,12 +81,15 @@ def test_check_as_json_has_its_last_beat(tmp_path: Path) -> None:
 
 
 def test_check_and_plot_show_what_robots_do_where_they_sense_walls(tmp_path: Path) -> None:
-    program = written(tmp_path, "room 6 4\nr $ repeat (until near (repeat forward) left)\n", "walk.improv")
+    program = written(tmp_path, "room 6 4\nr $ repeat 3 (until near (repeat forward) left)\n", "walk.improv")
     done = run("check", program)
-    sensed = "checked to the end of beat 120, with what robots sense in the simulator"
-    assert (done.stdout, done.stderr) == ("", f"{program}: the robots' meetings are {sensed}\n")
+    end = "after which everything has ended or repeats, with what robots sense in the simulator"
+    assert (done.stdout, done.stderr) == (
+        "",
+        f"{program}: the robots' meetings are checked to the end of beat 6, {end}\n",
+    )
     assert run("plot", program, "-o", tmp_path / "walk.svg").returncode == 0
-    assert 'width="400.0"' not in (tmp_path / "walk.svg").read_text()
+    assert "stroke-dasharray" not in (tmp_path / "walk.svg").read_text(), "nothing is assumed"
 
 
 ROBOTS = "[robots.r]\ntopic = 1\n"

@@ -57,8 +57,9 @@ def _blocks(kind: str, text: str) -> list[str]:
 
 def _plot(analysis: Analysis, file: str) -> str:
     timeline = file.endswith("-timeline.svg")
-    prediction = prediction_of(analysis, predict)
-    return plot(score_of(analysis), timeline=timeline, size=SIZE, prediction=prediction) + "\n"
+    score = score_of(analysis)
+    prediction = prediction_of(analysis, score, predict)
+    return plot(score, timeline=timeline, size=SIZE, prediction=prediction) + "\n"
 
 
 if __name__ == "__main__":

@@ -35,8 +35,8 @@ def command(file: Path, output: Path, timeline: bool) -> None:
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    prediction = prediction_of(analysis, predict)
     score = score_of(analysis)
+    prediction = prediction_of(analysis, score, predict)
     meetings = check_room(prediction.score if prediction else score).meetings
     picture = plot(score, timeline, meetings=meetings, prediction=prediction)
     try:

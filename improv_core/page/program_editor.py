@@ -108,10 +108,10 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        wanted = partial(
+        predict = partial(
             dry_run.predict, touches=self._touches, wanted=lambda: self._text(page, ask["number"]) is not None
         )
-        report = room.check(analysis, self._known, wanted)
+        report = room.check(analysis, self._known, predict)
         found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
         self._known = report.known if report else self._known
         if not found or not self._text(page, ask["number"]):

@@ -79,7 +79,7 @@ def check(
     if not needs_check(analysis):
         return None
     score = score_of(analysis)
-    prediction = prediction_of(analysis, predict)
+    prediction = prediction_of(analysis, score, predict)
     found = check_room(prediction.score if prediction else score, before=before)
     room = _Room(analysis, prediction.score if prediction else pictured(score), _assumed(score, prediction))
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
@@ -99,13 +99,13 @@ def check(
     )
 
 
-def prediction_of(analysis: Analysis, predict: Predict) -> Prediction | None:
-    """Return what simulated robots sense in a program without errors. None if neither the program nor `improv.toml`
-    places anything, or if they sense nothing."""
+def prediction_of(analysis: Analysis, score: Score, predict: Predict) -> Prediction | None:
+    """Return what simulated robots sense in a program without errors, which has this score. None if neither the program
+    nor `improv.toml` places anything, or if they sense nothing."""
     opening = analysis.opening
     placed = bool(opening.places or opening.config.formation or opening.config.world.has_obstacles)
     placed = placed or any(opening.config.robot(robot).start for robot in analysis.all_robots)
-    return predict(score_of(analysis)) if placed else None
+    return predict(score) if placed else None
 
 
 def _assumed(score: Score, prediction: Prediction | None) -> str:

@@ -74,7 +74,7 @@ def bound_of(component: Component) -> Bound:
 
 
 def larger(one: Bound, other: Bound) -> Bound:
-    """Return a bound of what is within one bound or the other."""
+    """Return a bound of all that either bound holds."""
     if not (isinstance(one, Measure) or isinstance(other, Measure)):
         return max(one, other)
     pairs = zip(_whole(one), _whole(other), strict=True)

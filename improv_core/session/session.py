@@ -93,8 +93,7 @@ class Playback:
         self._reaching: dict[StageKey, asyncio.Task[None]] = {}  # the hosts that are tried again
         self._ending = False
         self._opening = asyncio.Lock()
-        self.starting: dict[StageKey, asyncio.Task[bool]] = {}
-        """The first starts of its stages: those that are done, too."""
+        self.starting: dict[StageKey, asyncio.Task[bool]] = {}  # the first starts of its stages, done or not
         self._show: Path | None = None  # the path with which the names of the stages' stop sockets begin
         with suppress(StopSocketError):  # then real robots have no `improv stop` either, and don't move
             self._show = new_show()

@@ -174,7 +174,8 @@ def _songs() -> Mapping[str, bytes]:
 def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
     text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
     analysis = analyze(text, read_robots(toml))
-    picture = plot(score_of(analysis), prediction=prediction_of(analysis, predict))
+    score = score_of(analysis)
+    picture = plot(score, prediction=prediction_of(analysis, score, predict))
     return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
 
 

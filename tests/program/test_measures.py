@@ -62,7 +62,7 @@ def test_programs_compile_to_their_segments() -> None:
             assert [*found["room"]] == case["room"]
 
 
-def test_codes_and_preferred_fixes() -> None:
+def test_codes_and_preferred_fixes_are_those_of_the_law() -> None:
     for case in SUITE["codes"]:
         assert case["code"] in [each.code for each in analyze(case["program"]).diagnostics], case["program"]
     for case in SUITE["fixes"]:

@@ -175,8 +175,9 @@ class Settling:
 
     def _show(self, uri: str) -> None:
         document = self._documents[uri]
-        self._publish(document)
-        self._shown[uri] = document.analysis.diagnostics
+        if document.analysis.diagnostics:  # none would mean that nothing is wrong, which nobody knows yet
+            self._publish(document)
+            self._shown[uri] = document.analysis.diagnostics
 
     def _done(self, work: Future[None], uri: str) -> None:
         if not work.cancelled():

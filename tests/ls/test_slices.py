@@ -192,6 +192,14 @@ def test_a_request_about_an_older_text_is_dropped() -> None:
         assert errors[old] == -32801
 
 
+def test_no_empty_list_is_published_about_a_text_that_was_not_analyzed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("improv_ls.slices.SLICE", 0)  # as on a machine that is far too slow
+    with Client({"onSave": "off"}, hurries=True) as client:
+        client.open(OTHER, "r $ forwrd\n")
+        published = client.wait("textDocument/publishDiagnostics")
+        assert [each["code"] for each in published["diagnostics"]] == ["unknown-name"]
+
+
 def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -> None:
     turns, documents, told = Turns(), dict[str, Document](), list[str]()
 

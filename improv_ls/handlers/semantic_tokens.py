@@ -32,6 +32,9 @@ def semantic_tokens_delta(
 def semantic_tokens_range(
     ls: Session, document: Document, params: types.SemanticTokensRangeParams
 ) -> types.SemanticTokens:
+    # Neovim 0.12 asks for a range and for the difference at once, and applies the difference to the range. So the next
+    # answer has all tokens.
+    ls.sent_tokens.pop(document.uri, None)
     seen = to_span(document.lines, params.range, ls.editor.encoding)
     return types.SemanticTokens(encoded(chunks(document.analysis, ls.editor.encoding, *seen)))
 

@@ -78,8 +78,9 @@ class Session:
             item = next(each for each in items if each["label"] == label)
             assert self.client.request("completionItem/resolve", item)["documentation"]
         assert self.request("textDocument/signatureHelp", position=plane)["signatures"]
+        ranged = self.request("textDocument/semanticTokens/range", range=whole)
         full = self.request("textDocument/semanticTokens/full")
-        assert self.request("textDocument/semanticTokens/range", range=whole)["data"] == full["data"]
+        assert ranged["data"] == full["data"]
         assert self.request("textDocument/semanticTokens/full/delta", previousResultId=full["resultId"])["edits"] == []
         assert len(self.request("textDocument/definition", position=name)) == 1
         assert len(self.request("textDocument/declaration", position=name)) == 1

@@ -50,6 +50,7 @@ def test_full_range_and_delta() -> None:
         ranged = client.request("textDocument/semanticTokens/range", {**asked, "range": seen})
         assert read(ranged["data"], options["legend"]) == rest
 
+        full = client.request("textDocument/semanticTokens/full", asked)
         client.change(URI, 2, {"text": PROGRAM.replace("left", "repeat left")})
         asked["previousResultId"] = full["resultId"]
         delta = client.request("textDocument/semanticTokens/full/delta", asked)
@@ -57,6 +58,18 @@ def test_full_range_and_delta() -> None:
         again = client.request("textDocument/semanticTokens/full", asked)
         assert data == again["data"]
         assert "data" in client.request("textDocument/semanticTokens/full/delta", {**asked, "previousResultId": "?"})
+
+
+def test_a_delta_after_a_range_has_all_tokens() -> None:
+    """Neovim 0.12 asks for both at once, and applies the edits of the second answer to the tokens of the first."""
+    with Client() as client:
+        client.open(URI, PROGRAM)
+        asked: dict[str, Any] = {"textDocument": {"uri": URI}}
+        full = client.request("textDocument/semanticTokens/full", asked)
+        client.change(URI, 2, {"text": "r $ left\n"})
+        client.request("textDocument/semanticTokens/range", {**asked, "range": span(0, 0, 5)})
+        delta = client.request("textDocument/semanticTokens/full/delta", asked | {"previousResultId": full["resultId"]})
+        assert delta["data"] == client.request("textDocument/semanticTokens/full", asked)["data"]
 
 
 def test_an_editor_that_was_sent_colors_too_early_asks_again(monkeypatch: pytest.MonkeyPatch) -> None:

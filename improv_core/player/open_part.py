@@ -35,6 +35,7 @@ class OpenPart:
         self._movement, self._begins, self._has_poses = movement, begins, has_poses
         self._performer = Performer(movement, begins)
         self._sensed = sensed
+        self._has_skipped = False  # to where it has yet to be performed
         self.due: Duration = begins
         """The beat at which to perform it next."""
         self.has_begun = False
@@ -62,6 +63,7 @@ class OpenPart:
 
     def skip(self, beat: Exact, budget: Budget) -> None:
         """Move to a beat as if no sense was true until then. If that takes too long to compute, begin there."""
+        self._has_skipped = True
         try:
             self._performer = performer_at(self._movement, self._begins, beat, budget)
         except TooLongError:
@@ -69,12 +71,13 @@ class OpenPart:
 
     def plan(self, transport: Transport, performed: float, limit_at: float = math.inf) -> float:
         """Return when to perform it next, after this performance time: at its next change or when a joint reaches its
-        limit, but not too soon. Prepares for that, if possible."""
+        limit, but not too soon, except after a jump. Prepares for that, if possible."""
         if not self._has_poses:
             self._performer.foresee()
         self.due = self._performer.until
         changes = transport.end(self.due)
-        due = max(min(changes, limit_at), performed + float(SHORTEST))
+        due = max(min(changes, limit_at), performed + (0.0 if self._has_skipped else float(SHORTEST)))
+        self._has_skipped = False
         if due != changes:
             at = transport.beat(transport.clock(due), ENDLESS)
             self.due = min(at, self.due) if due < changes else max(at, self.due)

@@ -14,8 +14,8 @@ from improv_core.score.score import twist
 from improv_core.score.walk import walk
 
 SHORTEST = Fraction(1, 1000)
-"""Seconds. Faster changes are sampled at this interval, so no program can flood a robot."""
-
+"""Seconds. Faster changes are sampled at this interval, so no program can flood a robot. Only a seek may lead closer to
+the next change."""
 
 Velocity = Twist | Mapping[str, float]
 """The velocity of a base, or of the joints of a body part, by name, in rad/s or m/s. A zero twist stops either."""
@@ -40,7 +40,7 @@ def setpoints(profile: Profile, movement: Movement, tempo: Fraction, start: Exac
         return
     moments = walk(movement, start, merge=True)
     while moment := next(moments, None):
-        if moment.duration < shortest:
+        if moment.duration < shortest and (moment.start > start or not start):
             end = moment.start + shortest
             if end >= duration:
                 end = Fraction(duration)

@@ -76,7 +76,7 @@ def test_a_seek_leads_to_what_playing_leads_to(text: str, beat: float) -> None:
 
 
 @pytest.mark.slow("tries many programs")
-@settings(max_examples=10 * settings().max_examples)
+@settings(max_examples=3 * settings().max_examples)
 @given(programs(NEVER_TRUE, 3), BEATS)
 def test_many_seeks_lead_to_what_playing_leads_to(text: str, beat: float) -> None:
     check(text, beat)
@@ -96,6 +96,9 @@ def test_many_seeks_lead_to_what_playing_leads_to(text: str, beat: float) -> Non
         pytest.param("a $ down down up", 2.5, id="on the ground"),
         pytest.param("a $ repeat (up scale 2 down fast 3/2 up)", 7.5, id="on the ground again and again"),
         pytest.param("a $ down\n---\na $ up left", 1.5, id="on the ground in the scene before"),
+        pytest.param("a $ forward left", 0.9996, id="just before a change"),
+        pytest.param("a $ until near (forward left)", 0.9996, id="just before a change that is performed"),
+        pytest.param("a $ head left head down", 0.9996, id="just before a change of a body part"),
     ],
 )
 def test_a_seek_that_once_failed_leads_to_what_playing_leads_to(text: str, beat: float) -> None:

@@ -41,7 +41,7 @@ settings.register_profile(
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],  # it counts 30 s of a busy machine as a fault of the test
     derandomize=IN_CI,
-    max_examples=50 if IN_CI else 20,
+    max_examples=30 if IN_CI else 20,
 )
 settings.load_profile("improv")
 

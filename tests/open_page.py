@@ -16,7 +16,7 @@ CALMLY = """{
   window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 60)
 }"""
 """Has a page draw about 15 times a second, which is a quarter of the work."""
-LIMIT = 30
+LIMIT = 60
 
 
 def token_behind(url: str) -> str:

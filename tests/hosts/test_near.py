@@ -11,7 +11,7 @@ from typing import Any, cast
 from improv_core.hosts.near import MOST_DIRECT, NearEnd
 from improv_core.safety.stage_stops import StageSocket, stop_stages
 
-LIMIT = 30.0
+LIMIT = 60.0
 HOST = "pi@pi.local"
 OBEYED = {"type": "obeyed", "mark": "p 1", "waits_for": []}
 

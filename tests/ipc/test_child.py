@@ -15,7 +15,7 @@ import pytest
 from improv_core.ipc.child import Child, Policy
 from tests.processes import descendants, wait_until_gone
 
-LIMIT = 30.0
+LIMIT = 60.0
 PATIENT = Policy(LIMIT)
 AT_ONCE = Policy(0.0)
 SPEAK = "import os, subprocess, sys; from improv_core.protocol.json_lines import own_output; say = own_output()"

@@ -13,7 +13,7 @@ from improv_core.ipc import helper
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 
-LIMIT = 30.0
+LIMIT = 60.0
 PATIENT = Policy(LIMIT, errors=subprocess.PIPE)
 SAY = 'import sys; say = lambda line: print(\'{"type": "said", "line": \' + line.strip() + \'}\', flush=True)\n'
 

@@ -24,7 +24,7 @@ from tests.processes import ours, wait_until_gone
 from tests.session.story import at
 from tests.stage_on_thread import USED
 
-LIMIT = 30.0
+LIMIT = 60.0
 SIMULATOR = "page\0--simulate"
 """A part of the command of its process."""
 HANG = 0.4

@@ -26,7 +26,7 @@ from improv_ls.asking import Answerer
 from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]
-LIMIT = 60.0
+LIMIT = 120.0
 """Seconds to wait for anything, on a busy machine."""
 TURNS = 20
 """Requests after which all earlier requests have had their effect, which can take a few turns."""

@@ -13,8 +13,8 @@ from tests.ls.client import LIMIT, QUIET, TOLD, Client, Message, ProcessClient
 from tests.open_page import connected, heard, live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
-HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 60_000)) + "r $ forwrd\n"
-"""It takes seconds to analyze, and only then is the error in its last line known."""
+HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 15_000)) + "r $ forwrd\n"
+"""It takes seconds to analyze, a hundred times as long as a stop, and only then is the error in its last line known."""
 STOP, HUSH, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
     for name in ("stop", "hush", "pause")

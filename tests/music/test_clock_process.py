@@ -22,7 +22,7 @@ from improv_core.music.clock_process import ClockProcess
 from improv_core.score.score import Follow, OutsideClock
 from tests.needs import lacking, need
 
-LIMIT = 30.0
+LIMIT = 60.0
 TICK = 1 / 48
 """Seconds, at 120 beats per minute."""
 

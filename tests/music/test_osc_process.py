@@ -28,7 +28,7 @@ from tests.safety.stages import Stages
 from tests.session.story import at
 
 WALL = 1_800_000_000.0
-LIMIT = 30.0
+LIMIT = 60.0
 SCORE = open_score(senses={"drop": OscName("kick")}, anna=pause(repeat(FORWARD), CUE))
 
 

@@ -57,7 +57,7 @@ SERVER_IS_GONE = re.compile(
 
 That is an error to the browser, not to us. Each was seen with a server that closes at that moment.
 """
-LIMIT = 60.0
+LIMIT = 120.0
 """Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
 Keep = Callable[[Page, str], None]
@@ -121,12 +121,14 @@ class Show:
 
     def play(
         self, program: str, robots: str = "", when: When = "restart", folder: Path | None = None, **how: Any
-    ) -> None:
-        """Play a program; `robots` is its improv.toml, which is in that folder if it has to be in one."""
+    ) -> bool:
+        """Play a program, and return whether it was sent; `robots` is its improv.toml, which is in that folder if it
+        has to be in one."""
         analysis = analyze(program, read_robots(robots, folder and folder / "improv.toml"))
         assert analysis.ok
         score = score_of(analysis)
-        self._run(lambda: self._playback.play(PlayScore(score, "dance", self._playback.stops.count, when, **how)))
+        play = PlayScore(score, "dance", self._playback.stops.count, when, **how)
+        return self._run(lambda: self._playback.play(play)) is not None
 
     def tell(self, message: ToStage) -> None:
         """Send the stage a message, as if a stage of real robots led."""
@@ -157,8 +159,8 @@ class Show:
         self._thread.join()
         self._loop.close()
 
-    def _run(self, what: Callable[[], Any]) -> None:
-        asyncio.run_coroutine_threadsafe(what(), self._loop).result(LIMIT)
+    def _run(self, what: Callable[[], Any]) -> Any:
+        return asyncio.run_coroutine_threadsafe(what(), self._loop).result(LIMIT)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.score import Score
 from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited
 
-LIMIT = 30.0
+LIMIT = 60.0
 APART = "ada at 0 0\nbo at 3 0 facing 180\nada $ repeat (forward backward)\nbo $ rest\n"
 
 

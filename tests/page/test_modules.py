@@ -26,7 +26,7 @@ def test_the_modules_of_the_page() -> None:
     all_in_one = "".join(f"import {json.dumps(test.as_uri())};" for test in TESTS)  # with --test, each is a process
     options = ["--experimental-default-type=module", "--no-warnings", "--test-reporter=spec", "--input-type=module"]
     done = subprocess.run(
-        ["node", *options, "-e", all_in_one], capture_output=True, text=True, timeout=110, check=False
+        ["node", *options, "-e", all_in_one], capture_output=True, text=True, timeout=290, check=False
     )
     assert done.returncode == 0, done.stdout
     (passed,) = re.findall(r"pass (\d+)", done.stdout)

@@ -158,7 +158,7 @@ def test_a_stage_lives_whatever_happens(text: str, story: Sequence[tuple[Any, fl
 
 
 @pytest.mark.slow("tries many stories")
-@settings(max_examples=5 * settings().max_examples)
+@settings(max_examples=2 * settings().max_examples)
 @given(PROGRAMS, STORIES)
 def test_a_stage_lives_through_many_stories(text: str, story: Sequence[tuple[Any, float]]) -> None:
     live(text, story)

@@ -65,7 +65,6 @@ def test_nobody_is_outside_and_nobody_overlaps_where_there_is_room(width: float,
         assert all(math.dist(one, other) > 0.599 for one, other in combinations(placed, 2))
 
 
-@pytest.mark.timeout(20)
 def test_a_full_floor_is_not_searched_forever() -> None:
     toml = """
         [world]

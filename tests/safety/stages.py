@@ -11,7 +11,7 @@ from improv_core.protocol.commands import Stop
 from improv_core.safety.stage_stops import OBEYED, StageSocket, socket_of
 from improv_core.safety.stop_server import Answer
 
-LIMIT = 30.0
+LIMIT = 60.0
 
 
 class Stages:

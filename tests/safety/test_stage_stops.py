@@ -29,7 +29,7 @@ from improv_core.safety.stop_server import MOST_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
 from tests.safety.stages import Stages, die
 
-LIMIT = 30.0
+LIMIT = 60.0
 SHORT = 0.3
 STOP: Stop = {"type": "stop", "direct": "p 1", "by": "osc"}
 PI = "pi@pi.local:22"

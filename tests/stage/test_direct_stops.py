@@ -153,7 +153,7 @@ def show() -> Iterator[Path]:
 def test_a_stage_in_place_of_a_dead_one_answers_once_it_has_stopped_or_moves_its_robots(show: Path) -> None:
     dead = Reachable(show)
     assert stop_stages(show, X, 0.0) == ["the real robots"], "it has not obeyed yet"
-    assert isinstance(dead.inbox.get(timeout=30), DirectStop)
+    assert isinstance(dead.inbox.get(timeout=60), DirectStop)
     assert dead.socket._server
     dead.socket._server._server.close()
     new = Reachable(show)
@@ -162,6 +162,6 @@ def test_a_stage_in_place_of_a_dead_one_answers_once_it_has_stopped_or_moves_its
         assert new.socket._server is None, message
     new.stops.after(at("ended", 5, 0.0, 0.0))
     stop_stages(show, X, 0.0)
-    arrived = new.inbox.get(timeout=30)
+    arrived = new.inbox.get(timeout=60)
     assert arrived.stop == X
     new.stops.close()

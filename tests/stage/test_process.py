@@ -23,7 +23,7 @@ from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.score.score_json import to_json
 
-LIMIT = 30
+LIMIT = 60
 COMMAND = [sys.executable, str(Path(page.__file__).parent), "--simulate"]
 DEEP = 100_000
 SITE = Path(__file__).parents[1] / "ros" / "site"

@@ -74,7 +74,9 @@ def _published(topic: str) -> bytes:
     if not found:
         raise CommandError(f"there is no ROS 2 to read {topic} with: {SETUP} installs it")
     try:
-        said = json.loads(output([found.python, str(FOLDER), "graph", "text", topic], LIMIT, limited(found.env)))
+        said = json.loads(
+            output([found.python, str(FOLDER), "outputs.ros.graph", "text", topic], LIMIT, limited(found.env))
+        )
     except (OSError, subprocess.SubprocessError):
         raise CommandError("ROS 2 does not start: `improv doctor` says why") from None
     if said is None:

@@ -106,7 +106,7 @@ def reach(env: Mapping[str, str]) -> Finding:
 
 def standby(found: Interpreter) -> Finding:
     """Report whether a standby process can start: its input is empty, so it ends as soon as it could watch a stage."""
-    command = [found.python, str(FOLDER), "standby", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
+    command = [found.python, str(FOLDER), "outputs.ros.standby.process", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
     if isinstance(problem := _output(command, limited(found.env)), str):
         return broken(f"{what}, does not start ({problem})", _repair(found))
@@ -230,7 +230,7 @@ OURS = "/improv"
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
-    done = _output([found.python, str(FOLDER), "graph", "look", *topics], env)
+    done = _output([found.python, str(FOLDER), "outputs.ros.graph", "look", *topics], env)
     if isinstance(done, str):
         return broken(f"ROS 2 does not start ({done})", _repair(found))
     graph: Graph = json.loads(done)

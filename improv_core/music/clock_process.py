@@ -36,7 +36,7 @@ class ClockProcess:
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = self._explained = False
-        command = helper_command(clock.follow, clock.port, f"{tempo:g}")
+        command = helper_command(f"music.{clock.follow}", clock.port, f"{tempo:g}")
         self._process = Helper(command, POLICY, FromClock, self._pass_on, self._end)
 
     def close(self) -> None:

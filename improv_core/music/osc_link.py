@@ -148,7 +148,9 @@ class OscLink:
 
 
 def _start(show: Path | None, hear: Hear) -> OscProcess:
-    return Helper(helper_command("osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None))
+    return Helper(
+        helper_command("music.osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None)
+    )
 
 
 def _json(peer: tuple[str, int]) -> PeerJson:

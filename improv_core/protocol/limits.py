@@ -34,6 +34,5 @@ own socket (safety/stage_stops.py)."""
 
 
 def helper_command(name: str, *arguments: str) -> list[str]:
-    """Return the command that starts a helper process of a stage, such as the `standby`, or one that listens to a
-    clock."""
+    """Return the command that starts a helper process of a stage: the module of this name, such as `music.osc`."""
     return [sys.executable, str(FOLDER), name, *arguments]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from improv_core.score.motion import Pose, Twist
 
 if TYPE_CHECKING:  # a standby needs nothing of a score, and little memory
+    from improv_core.protocol.messages import FromStage
     from improv_core.score.joints import JointMotion
     from improv_core.score.score import Score
     from improv_core.score.senses import Key, RobotSense
@@ -94,6 +95,17 @@ class RawJoints(NamedTuple):
     at: float
 
 
+class ZeroRetries(Protocol):
+    """Zeros that robots may not have received (safety/pending_zeros.py)."""
+
+    @property
+    def due(self) -> float:
+        """The time at which `retry` is due, in monotonic seconds; infinite if no zero is pending."""
+
+    def retry(self, now: float) -> None:
+        """Send them again, or find out that robots have received them."""
+
+
 class Sink:
     """Something that moves robots. The stage's loop calls it from one thread only.
 
@@ -108,6 +120,23 @@ class Sink:
 
     period: float | None = None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
+
+    pending_zeros: ZeroRetries | None = None
+    """The zeros that robots may not have received, if it knows."""
+
+    @property
+    def description(self) -> str:
+        """Its name and its reach, in words."""
+        return self.name
+
+    def show(self, message: FromStage) -> None:
+        """Pass a message of the stage on to others who watch, if it has any."""
+
+    def announce(self, score: Score, generation: int) -> None:
+        """Tell others who watch of a score before it plays."""
+
+    def guard(self, topics: Collection[str]) -> None:
+        """Listen for the release of these emergency stops, which are on, even if no score names them."""
 
     def preload(self, score: Score) -> Iterator[None]:
         """Get to know the robots of a score that will be prepared soon, so that new ones can be sent commands at once.

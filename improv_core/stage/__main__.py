@@ -21,41 +21,28 @@ if __name__ == "__main__":
     sys.path.insert(0, str(here.parent.parent))
     import_module("improv_core")
     sys.path.append(sys.path.pop(0))
-    helpers = {
-        "standby": "outputs.ros.standby.process",
-        "reader": "outputs.ros.sensors.process",
-        "publisher": "outputs.ros.publisher.process",
-        "graph": "outputs.ros.graph",
-        **{name: f"music.{name}" for name in ("osc", "midi", "link")},
-    }
-    if module := helpers.get(sys.argv[1] if sys.argv[1:] else ""):
-        del sys.argv[1]
+    if sys.argv[1:] and not sys.argv[1].startswith("-"):  # a helper, by the name of its module
+        module = sys.argv.pop(1)
         sys.exit(import_module(f"improv_core.{module}").main())
-
-from improv_core.outputs.ros.standby.client import start_standby
 
 
 def main() -> int:
     """Play what standard input requests until it ends. Returns exit code 1 after a failure, 2 if the sink can't be
     opened."""
-    options = options_in(sys.argv[1:])
-    arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
-    standby = start_standby(options.discovery, arguments, not options.no_standby)  # it loads while we do
+    options, theirs = options_in(sys.argv[1:])
+    open_sink = import_module(f"improv_core.outputs.{options.sink}.opening").prepare(theirs)
     from improv_core.stage.robots import play
 
-    return play(standby, options.node, arguments, reports=options.report_sent)
+    return int(play(open_sink, options.name, reports=options.report_sent))
 
 
-def options_in(arguments: Sequence[str]) -> argparse.Namespace:
-    """Return the options from the arguments of the command line."""
-    parser = argparse.ArgumentParser(prog="improv stage")
-    parser.add_argument("--sink", choices=["ros"], required=True)
-    parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
-    parser.add_argument("--no-standby", action="store_true", help="no second process to stop robots if this one dies")
+def options_in(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Return the options from the arguments of the command line, and the arguments of the output."""
+    parser = argparse.ArgumentParser(prog="improv stage", allow_abbrev=False)
+    parser.add_argument("--sink", required=True, help="the package in `outputs` whose `opening` opens the output")
+    parser.add_argument("--name", default="ros", help="the name of this stage in a performance")
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
-    parser.add_argument("--node", help="the name of the node in ROS 2, if it is not to be unique")
-    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS's own arguments, to the end")
-    return parser.parse_args(arguments)
+    return parser.parse_known_args(arguments)
 
 
 if __name__ == "__main__":

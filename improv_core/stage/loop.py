@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import queue
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -59,27 +59,13 @@ class Clock(Protocol):
         """Return at this monotonic time, as precisely as the system can."""
 
 
-class ZeroRetries(Protocol):
-    """Zeros that robots may not have received (safety/pending_zeros.py)."""
-
-    @property
-    def due(self) -> float:
-        """The time at which `retry` is due, in monotonic seconds; infinite if no zero is pending."""
-
-    def retry(self, now: float) -> None:
-        """Send them again, or find out that robots have received them."""
-
-
 @dataclass(frozen=True, slots=True)
 class OpenedOutput:
-    """A sink, and functions that send a message to the parent, announce a score that is about to play, and listen for
-    the release of emergency stops that are on."""
+    """A sink, and functions that send a message to the parent and announce a score that is about to play."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     announce: Callable[[Score, int], None] = lambda score, generation: None
-    guard: Callable[[Collection[str]], None] = lambda topics: None
-    pending_zeros: ZeroRetries | None = None
 
 
 def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int:
@@ -144,7 +130,7 @@ class Loop:
         """The time at which `advance` must be called if nothing arrives."""
         deadline = now if self._commands.is_busy else self.player.deadline(now)
         held = min(self._held.values(), default=math.inf)
-        zeros = self._opened.pending_zeros.due if self._opened.pending_zeros else math.inf
+        zeros = self._opened.sink.pending_zeros.due if self._opened.sink.pending_zeros else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
         playing = math.inf if deadline is None else deadline
         return min(silent, held, zeros, self._commands.due, playing)
@@ -166,8 +152,8 @@ class Loop:
         due = self.player.deadline(now) if self._commands.is_busy else now
         if due is not None and now >= due:
             self.player.advance(now)
-        if self._opened.pending_zeros and now >= self._opened.pending_zeros.due:
-            self._opened.pending_zeros.retry(now)
+        if (zeros := self._opened.sink.pending_zeros) and now >= zeros.due:
+            zeros.retry(now)
         self._do_next()
 
     def take(
@@ -341,7 +327,7 @@ class Loop:
                 self.player.take(message, now)
             case "pressed":
                 self.player.take(message, now)
-                self._opened.guard(self.player.run.stops.on)
+                self._opened.sink.guard(self.player.run.stops.on)
             case "load" | "page":  # the thread that reads makes a `Play` of one, and hands the other to pages
                 raise AssertionError(message)
             case _:

@@ -25,7 +25,7 @@ from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.halts import asleep
 from improv_core.safety.parent_heartbeat import Parent
-from improv_core.safety.stage_stops import HERE, OBEYED, SIMULATOR, StageSocket
+from improv_core.safety.stage_stops import OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
@@ -50,11 +50,11 @@ class Job(NamedTuple):
     """False if there are no robots that a stop would have to reach."""
 
 
-def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "") -> int:
+def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = SIMULATOR) -> int:
     """Do what standard input requests until it ends. Returns exit code 1 after a failure, and 2 if `begin` raises.
 
     `begin` gets the functions that send the parent a message and that put an arrival into the inbox. `signaled` is the
-    problem if a signal ends the process; without one, that is no failure.
+    problem if a signal ends the process; without one, that is no failure. `name` is that of the stage, for its socket.
     """
     say = own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -70,7 +70,7 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "") -> int:
     try:
         job = begin(lambda message: tell(reached.after(message)), inbox.put)
         if show and job.moves:
-            reached.listen(Path(show), HERE if job.ready["real"] else SIMULATOR)
+            reached.listen(Path(show), name)
     except Exception as error:  # whatever a sink's libraries raise, the one line about it must get out
         tell({"type": "error", "message": one_line(error)})
         code = 2

@@ -18,7 +18,7 @@ from tests.test_architecture import name, ours
 BEGIN = ("improv_core.hosts.__main__", "improv_core.hosts.far", "improv_core.stage.__main__")
 STARTED = tuple(
     f"improv_core.outputs.ros.{helper}"
-    for helper in ("standby.process", "sensors.process", "publisher.process", "graph", "output")
+    for helper in ("standby.process", "sensors.process", "publisher.process", "graph", "opening")
 )
 
 
@@ -62,7 +62,7 @@ def test_old_pythons_can_read_the_first_line_and_the_bootstrap() -> None:
     [
         (["hosts", "far", "--look"], b'"python"'),
         (["stage", "--sink", "ros", "--no-standby"], b"No module named 'rclpy'"),
-        (["stage", "standby", "improv_standby"], b"No module named 'rclpy'"),
+        (["stage", "outputs.ros.standby.process", "improv_standby"], b"No module named 'rclpy'"),
     ],
     ids=lambda command: command[0] if isinstance(command, list) else "",
 )

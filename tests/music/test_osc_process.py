@@ -128,7 +128,7 @@ def test_only_senses_wait_until_they_are_due() -> None:
 
 @contextmanager
 def running(*messages: ToOsc) -> Iterator[Child]:
-    child = Child(helper_command("osc"), Policy(LIMIT))
+    child = Child(helper_command("music.osc"), Policy(LIMIT))
     try:
         for message in messages:
             child.write(dumps(message) + b"\n")
@@ -210,7 +210,7 @@ def test_a_port_that_is_taken_is_tried_again_for_two_seconds_and_then_reported()
 
 
 def test_a_failure_is_reported() -> None:
-    child = Child(helper_command("osc"), Policy(LIMIT))
+    child = Child(helper_command("music.osc"), Policy(LIMIT))
     child.write(b'{"type": "plays", "generation": 1, "score": {}}\n')
     *_, said = said_by(child, 2)
     assert said == {"type": "warning", "message": "OSC fails: KeyError: 'known'"}

@@ -85,7 +85,7 @@ class RosSink(Sink):
         self._buttons = Buttons(self._node, hear, now)
         self._reader = RosReader(node_name() + READER, hear, now)
         self._publisher = PublisherClient(node_name() + PUBLISHER, arguments, now)
-        self.pending_zeros = PendingZeros(self._standby, self._clock, self._others, tell, now)
+        self.pending_zeros: PendingZeros = PendingZeros(self._standby, self._clock, self._others, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731
         self._controllers = RosControllers(self._node, self._advertise_for, where, self.pending_zeros, tell, now)

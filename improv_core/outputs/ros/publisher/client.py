@@ -31,7 +31,7 @@ class PublisherClient:
     """
 
     def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float]) -> None:
-        self._command = helper_command("publisher", node, *arguments)
+        self._command = helper_command("outputs.ros.publisher.process", node, *arguments)
         self._clock = clock
         self._due = 0.0  # when the next report of health is due
         self._measured: dict[str, float] = {}  # when each robot's next pose is due

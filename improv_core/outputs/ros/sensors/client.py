@@ -139,7 +139,7 @@ class RosReader:
         while not self._closing.is_set():
             urgent = [URGENT] if self._wanted.period == PROMPT else []
             try:
-                child = Child(helper_command("reader", self._node, *urgent), POLICY)
+                child = Child(helper_command("outputs.ros.sensors.process", self._node, *urgent), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:

@@ -58,7 +58,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER), "graph", "receive", proof.topic], POLICY, env)
+    receiver = Child([python, str(FOLDER), "outputs.ros.graph", "receive", proof.topic], POLICY, env)
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())

@@ -56,7 +56,7 @@ class Standby:
         wanted: bool,
         alarm: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._command = helper_command("standby", node, *arguments)
+        self._command = helper_command("outputs.ros.standby.process", node, *arguments)
         self._clock = clock
         self.wanted = wanted
         """True if there is to be a standby; one that is lost is replaced."""

@@ -42,6 +42,7 @@ NOT_PURE = {
     "robots/test_schema.py",
     "outputs/test_publisher_client.py",
     "outputs/test_sensors_client.py",
+    "outputs/test_thymio.py",
     "music/test_osc_process.py",
     "stage/test_process.py",
     "outputs/test_standby_process.py",

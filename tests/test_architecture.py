@@ -39,6 +39,8 @@ ROWS: dict[str, Sequence[str]] = {
     "outputs.cdr": ["score"],
     "outputs.recording": ["outputs.cdr", "protocol", "score"],
     "outputs.simulator": ["outputs.recording", "protocol", "score"],
+    "outputs.devices": ["ipc", *PLAYING, "plain"],
+    "outputs.thymio": ["outputs.devices", "score"],
     "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],
     "stage": ["outputs", "ipc", "player", *PLAYING, "plain", "slices"],
     "page": ["stage", "outputs.simulator", "ipc", "safety", "preview", "protocol", "ide", "program", *BELOW_PROGRAM],
@@ -96,6 +98,7 @@ LIBRARIES = {
     "mcap": ["outputs/recording/recorder.py"],
     "pythonosc": ["music/osc_wire.py"],
     "resvg_py": ["commands/plot.py"],
+    "serial": ["outputs/thymio/bus.py"],
 }
 SERVERS = {
     "improv_core.classroom.student_server",

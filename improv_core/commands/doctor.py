@@ -21,13 +21,13 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark, absent, broken, good
 from improv_core.diagnostics import Severity
-from improv_core.hosts.allowed import HostError
 from improv_core.page.browser import has_browser
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
+from improv_core.safety.allowed import HostError
 from improv_core.safety.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
@@ -82,7 +82,8 @@ def examine(path: Path | None) -> Iterator[Finding]:
 
 def elsewhere(examined: Mapping[str, Robot], path: Path | None) -> Iterator[Finding]:
     """Report robots whose own machines have to be checked."""
-    if far := [f"{name} on {robot.host.name}" for name, robot in examined.items() if robot.host]:
+    machines = {name: robot.host for name, robot in examined.items() if robot.host and not robot.host.output}
+    if far := [f"{name} on {host.name}" for name, host in machines.items()]:
         command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
         yield absent(f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
 

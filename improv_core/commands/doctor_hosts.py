@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from improv_core.commands.finding import Finding, absent, broken, good
-from improv_core.hosts.allowed import HostError, approved
 from improv_core.hosts.connect import ConnectError
 from improv_core.hosts.probe import SeenHost, look
 from improv_core.hosts.texts import of_far
 from improv_core.robots.config import Robots
-from improv_core.score.score import Host
+from improv_core.safety.allowed import HostError, approved
+from improv_core.score.score import Host, is_host
 
 GOOD_ERROR = 0.005
 """Seconds. A larger error of a clock lets robots be out of step with each other."""
@@ -20,8 +20,8 @@ GOOD_ERROR = 0.005
 def hosts_of(robots: Robots | None) -> list[Host]:
     """Return the hosts of these robots, or without robots, all that a person has allowed. Raises HostError."""
     if robots is None:
-        return [Host(name) for name in approved()]
-    return [*dict.fromkeys(robot.host for robot in robots.robots.values() if robot.host)]
+        return [Host(name) for name in approved() if is_host(name)]
+    return [*dict.fromkeys(robot.host for robot in robots.robots.values() if robot.host and not robot.host.output)]
 
 
 def examine_hosts(hosts: Sequence[Host], config: str | None = None) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""`improv hosts`: the machines on which Improv may start stages with a person's ssh keys. Only a person allows one."""
+"""`improv hosts`: the machines, serial ports, and addresses that Improv may use. Only a person allows one."""
 
 from __future__ import annotations
 
@@ -10,21 +10,25 @@ import click
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.group import Group
-from improv_core.hosts.allowed import HostError, approve, approved, approved_file, withdraw
+from improv_core.safety.allowed import HostError, approve, approved, approved_file, withdraw
+from improv_core.score.score import is_address
 
 T = TypeVar("T")
 
 
 @click.group("hosts", cls=Group)
 def command() -> None:
-    """Allow Improv to start stages on other machines, with your ssh keys."""
+    """Allow Improv to start stages on other machines, with your ssh keys, and to open robots' addresses."""
 
 
 @command.command()
 @click.argument("host")
 def allow(host: str) -> None:
-    """Allow Improv to use a host that an `improv.toml` names."""
+    """Allow Improv to use a host or an address that an `improv.toml` names."""
     _tried(lambda: approve(host))
+    if is_address(host):
+        echo(f"Improv may move robots at {host}.")
+        return
     echo(f"Improv may start stages on {host}. Check it with `improv doctor --hosts`.")
 
 
@@ -45,7 +49,7 @@ def remove(host: str) -> None:
     """Remove a host from this list. Robots that play there keep playing until you stop them."""
     if not _tried(lambda: withdraw(host)):
         raise CommandError(f"{host} was not allowed")
-    echo(f"Improv may no longer start stages on {host}.")
+    echo(f"Improv may no longer use {host}.")
 
 
 def _tried(work: Callable[[], T]) -> T:

@@ -11,11 +11,11 @@ from contextlib import suppress
 from typing import Any
 
 from improv_core.hosts import texts
-from improv_core.hosts.allowed import HostError
 from improv_core.hosts.bundle import boot_line, bundle
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame
 from improv_core.hosts.ssh import ssh_command
 from improv_core.ipc.child import Child, Policy
+from improv_core.safety.allowed import HostError
 
 BEGIN_LIMIT = 45.0
 """Seconds that the far end may take to begin, on a slow network."""

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, cast
 
 from improv_core.hosts import texts
-from improv_core.hosts.allowed import who
 from improv_core.hosts.clock_queries import RESTING, Asking, asked, estimated, lag, period, told, translation
 from improv_core.hosts.connect import ConnectError, connect
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
@@ -31,6 +30,7 @@ from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, 
 from improv_core.protocol.messages import DIRECT, TransportMessage, read_first, read_from_stage, read_to_stage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
+from improv_core.safety.allowed import who
 from improv_core.safety.halts import asleep
 from improv_core.safety.stage_stops import OBEYED, StageSocket
 from improv_core.safety.stop_server import Answer

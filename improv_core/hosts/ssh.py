@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from improv_core.hosts.allowed import HostError, checked, is_approved, refusal, split
+from improv_core.safety.allowed import HostError, checked, is_approved, refusal, split
 
 THERE = """exec python3 -I -c "exec(open(0,'rb',0,closefd=False).readline())\""""
 """The command that runs on any host: it reads the rest as its first line. All usual shells understand it alike."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from improv_core.hosts.allowed import split
 from improv_core.plain import message as in_plain_text
+from improv_core.safety.allowed import split
 
 _OF_SSH = (
     ("HOST IDENTIFICATION HAS CHANGED", "its host key has changed. If you know why, run `{forget}`, then `{connect}`"),

@@ -60,6 +60,7 @@ def score_of(analysis: Analysis) -> Score:
             battery=robot.battery,
             namespace=config.namespace_of(name),
             host=robot.host,
+            device=robot.device,
         )
     score = Score(
         analysis.tempo,

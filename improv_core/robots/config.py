@@ -14,7 +14,7 @@ from typing import Any
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import with_offsets
 from improv_core.robots.formation import Formation, read_formation
-from improv_core.robots.hosts import host_of, read_hosts
+from improv_core.robots.hosts import device_of, host_of, read_hosts
 from improv_core.robots.music import read_music
 from improv_core.robots.osc import read_osc
 from improv_core.robots.profiles import read_profiles
@@ -32,6 +32,7 @@ from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, Profile
 from improv_core.score.score import (
     BASE_FRAME,
+    DeviceAddress,
     Host,
     OdomFrame,
     OutsideClock,
@@ -52,7 +53,7 @@ class Robot:
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
     `odom_frame` is the frame of these. `battery` is the topic of its charge. `frame` is the frame of its velocities.
     With `follow`, it returns to its ideal path. `namespace` is the prefix of its topics, if the file sets it. `host` is
-    the machine whose stage moves it, if that is another one.
+    the place of the stage that moves it, if that isn't the one to ROS 2 here; an output finds it at its `device`.
     """
 
     profile: Profile
@@ -67,6 +68,7 @@ class Robot:
     battery: str | None = None
     namespace: str | None = None
     host: Host | None = None
+    device: DeviceAddress | None = None
 
     @property
     def has_profile(self) -> bool:
@@ -172,6 +174,8 @@ class Robots:
         Then only a simulated robot has it. A profile that sets `near` is a source for `near`. People give the cue.
         """
         if robot not in self.robots or name == CUE or not isinstance(self.sense(robot, name), BuiltIn):
+            return False
+        if self.robots[robot].device:  # its output may have it
             return False
         return name != NEAR or self.robots[robot].profile.near is None
 
@@ -329,6 +333,15 @@ class _Listed:
             if (other := namespaces.setdefault(inside[name], name)) != name:
                 message = f"`{other}` has this namespace too: give each its own"
                 self.reading.at_value(("robots", name, "namespace"), message, given=(("robots", other),))
+        devices: dict[tuple[Host, DeviceAddress], str] = {}
+        machines = {each.host.name for each in robots.values() if each.host and not each.host.output}
+        for name, each in robots.items():
+            if each.host and each.device and (other := devices.setdefault((each.host, each.device), name)) != name:
+                message = f"`{other}` is the robot at this address, too: give each its own `address` or `node`"
+                self.reading.at_value(("robots", name, "address"), message, given=(("robots", other),))
+            if each.host and each.host.output and each.host.name in machines:
+                message = f"`{each.host.name}` is also a host: give that another name in ~/.ssh/config"
+                self.reading.at_value(("robots", name, "output"), message)
         for name in sorted(robots, key=own.__contains__):
             if (other := topics.setdefault(robots[name].topic, name)) != name and name in own:
                 message = f"`{other}` listens on this topic too: give each its own"
@@ -367,6 +380,7 @@ class _Listed:
             battery=ros_name(reading, (*keys, "battery"), table, inside) or by_default,
             namespace=own,
             host=host_of(reading, keys, table, self.hosts, values.get("link_patience")),
+            device=device_of(reading, keys, table, values.get("node")),
         )
 
 

@@ -1,4 +1,4 @@
-"""Reads from an `improv.toml` the robots whose stages run on other machines."""
+"""Reads from an `improv.toml` the stages that move robots: those on other machines, and those of other outputs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.score.score import Host, is_host
+from improv_core.score.installed import outputs_installed
+from improv_core.score.score import DeviceAddress, Host, is_address, is_host
 
 _PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
 
@@ -32,6 +33,10 @@ def host_of(
 ) -> Host | None:
     """Return the machine whose stage moves a robot; None if that is this one."""
     name = reading.text((*keys, "host"), table)
+    if output := reading.text((*keys, "output"), table):
+        if name is not None:
+            reading.at_key((*keys, "host"), "`output` moves this robot from here: remove one of the two")
+        return _output(reading, keys, table, output)
     if name is None:
         if "link_patience" in table:
             reading.at_key(
@@ -43,3 +48,27 @@ def host_of(
         return None
     host = hosts.get(name, Host(name))
     return host if patience is None else replace(host, patience=patience)
+
+
+def device_of(reading: TomlReading, keys: Keys, table: Mapping[str, Any], node: int | None) -> DeviceAddress | None:
+    """Return the place where a robot's output finds it; None if it has no output."""
+    for name in ("address", "node"):
+        if name in table and "output" not in table:
+            reading.at_key((*keys, name), f"`{name}` is about a robot with an `output`: add it", given=(keys,))
+    if "output" not in table:
+        return None
+    address = reading.text((*keys, "address"), table)
+    if address is None or not is_address(address):
+        message = "an `output` needs an `address`, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`"
+        (reading.at_key if address is None else reading.at_value)(
+            (*keys, "output" if address is None else "address"), message, given=(keys,)
+        )
+        return None
+    return DeviceAddress(address, node)
+
+
+def _output(reading: TomlReading, keys: Keys, table: Mapping[str, Any], name: str) -> Host | None:
+    known = outputs_installed()
+    if known and reading.one_of((*keys, "output"), table, known) is None:
+        return None
+    return Host(name, output=True)

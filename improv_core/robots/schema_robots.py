@@ -163,6 +163,21 @@ ROBOT = {
         default="this machine",
         example='"pi@anna.local"',
     ),
+    "output": Key(
+        "the output that moves it without ROS 2: `thymio`, or that of a package which you have installed",
+        default="ROS 2",
+    ),
+    "address": Key(
+        "the place where its output finds it: `serial:PORT` or `tcp:HOST:PORT`; `improv hosts allow` has to approve it"
+        " once",
+    ),
+    "node": Key(
+        "its number at that address, if several robots share it",
+        "integer",
+        default="the only one there, or the one with its name",
+        least=0,
+        most=65535,
+    ),
     "link_patience": number(
         "how long it dances on when its host hears nothing from this machine", "seconds", 0.5, 10, "0.5"
     ),

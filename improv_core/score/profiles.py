@@ -267,6 +267,20 @@ def _puppet() -> Body:
 # No machine either: a body for a first dance, in the simulator only. All of its numbers are our choice.
 PUPPET = Profile("puppet", step=1.0, body=_puppet())
 
+# Wheels: 9.4 cm apart, at most 16.6 cm/s (Enki, robots/thymio2/Thymio2.cpp); the angular limit is that of both wheels.
+# It reaches 8 cm ahead of its axle. The output's own program stops its motors after 0.5 s without a command.
+THYMIO2 = Profile(
+    "thymio2",
+    0.1,
+    max_linear=0.166,
+    max_angular=3.53,
+    motions=_WHEELS,
+    radius=0.08,
+    command_rate=10.0,
+    near=0.1,
+    stops_after=0.5,
+)
+
 BUILT_IN: Mapping[str, Profile] = {
     profile.name: profile
     for profile in (
@@ -281,5 +295,6 @@ BUILT_IN: Mapping[str, Profile] = {
         HOLONOMIC,
         QUADROTOR,
         PUPPET,
+        THYMIO2,
     )
 }

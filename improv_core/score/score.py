@@ -45,15 +45,37 @@ def is_host(name: str) -> bool:
     return form is not None and (form[1] is None or 0 < int(form[1]) < 65_536)
 
 
+_ADDRESS = re.compile(r"(?:serial|tcp|udp|usb|ble):[A-Za-z0-9_./:@-]{1,200}")
+
+
+def is_address(text: str) -> bool:
+    """Return whether a text has the form of a robot's address, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`.
+    No host that ssh may be given has it."""
+    return _ADDRESS.fullmatch(text) is not None and not is_host(text)
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceAddress:
+    """The place where an output finds a robot: the address that a person has to allow, and its number there, if several
+    robots share that."""
+
+    address: str
+    node: int | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Host:
-    """Another machine, whose stage moves a robot: its name for ssh, and ROS's domain and middleware there (None: as
-    they are set there). After `patience` seconds without a message from us, that stage stops its robots."""
+    """The place of a stage that moves some robots: another machine, or an `output` on this one.
+
+    A machine has its name for ssh, and ROS's domain and middleware there (None: as they are set there); an output has
+    its own name. After `patience` seconds without a message from us, that stage stops its robots.
+    """
 
     name: str
     domain: int | None = None
     rmw: str | None = None
     patience: float = LINK_PATIENCE
+    output: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +85,8 @@ class Part:
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame that
     they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic of its battery's charge.
-    `namespace` is that of the robot's own topics. `host` runs its stage; None stands for this machine. It is
+    `namespace` is that of the robot's own topics. `host` has its stage; None stands for the one to ROS 2 here. `device`
+    is the place where the output of its `host` finds it. It is
     `elsewhere` if another stage than the one that plays it moves the robot; then it has no `odom`, and the other stage
     reports its pose if its poses are in the world. With `use_sim_time`, its messages are stamped with the time on
     /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a number
@@ -95,6 +118,7 @@ class Part:
     battery: str | None = None
     namespace: str = ""
     host: Host | None = None
+    device: DeviceAddress | None = None
     elsewhere: bool = False
     movement: Movement = field(init=False, compare=False)
 

@@ -49,7 +49,7 @@ _KINDS: Mapping[str, type[Movement]] = {
 
 _OF_A_PART = (
     *("profile", "start", "topic", "reset", "use_sim_time", "frame", "odom", "follow", "odom_frame"),
-    *("battery", "namespace", "host", "senses", "editions"),
+    *("battery", "namespace", "host", "device", "senses", "editions"),
 )
 """The fields of a part that are sent besides its scenes."""
 _OF_A_SCORE = ("safety", "publish", "bar", "count_in", "clock", "scene_names", "music", "text")

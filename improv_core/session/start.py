@@ -198,7 +198,11 @@ async def _start_by(found: RosPython, options: Options, hear: Hear, stops: Stops
 
 
 async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -> Stage:
-    """Return the stage of a host's robots: the near end of the link to it works like any stage."""
+    """Return the stage of a host's robots: the near end of the link to it works like any stage. That of an output runs
+    here, in our own Python."""
+    if host.output:
+        named = ["--sink", "devices", "--name", host.name, *_reporting(options), host.name]
+        return await Stage.start([sys.executable, str(FOLDER), *named], _with_sockets(os.environ, options), hear, stops)
     domain = [] if host.domain is None else ["--domain", str(host.domain)]
     rmw = ["--rmw", host.rmw] if host.rmw else []
     command = [sys.executable, str(REMOTE), "near", host.name, *domain, *rmw, *_reporting(options)]

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.hosts.allowed import checked
 from improv_core.hosts.bundle import boot_line, bundle
 from improv_core.hosts.ssh import ssh_command
+from improv_core.safety.allowed import checked
 from tests.hosts.sshd import LIMIT, NAME, Host, a_host
 from tests.processes import descendants, wait_until_gone
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.score.score import Host
+from improv_core.score.score import DeviceAddress, Host
 from tests.robots.drawing import check
 
 
@@ -41,7 +41,7 @@ def test_errors_in_hosts_are_reported() -> None:
 
 
 def test_names_unsafe_for_ssh_or_a_shell_are_no_hosts() -> None:
-    """tests/hosts/test_allowed.py has these names."""
+    """tests/safety/test_allowed.py has these names."""
     plain = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
     found = check(f"""
         [robots.anna]
@@ -54,3 +54,60 @@ def test_names_unsafe_for_ssh_or_a_shell_are_no_hosts() -> None:
                ^^^^^ robots: {plain}
     """)
     assert (found.robots["anna"].host, found.robots["bob"].host) == (None, None)
+
+
+def test_an_output_moves_a_robot_at_its_address() -> None:
+    found = check("""
+        [robots.ada]
+        output = "thymio"
+        address = "serial:/dev/ttyACM0"
+        node = 1
+        [robots.bob]
+        output = "thymio"
+        address = "serial:/dev/ttyACM0"
+        node = 2
+    """)
+    places = [(robot.host, robot.device) for robot in found.robots.values()]
+    assert places == [(Host("thymio", output=True), DeviceAddress("serial:/dev/ttyACM0", node)) for node in (1, 2)]
+    assert not found.lacks("ada", "near")
+
+
+def test_errors_in_outputs_are_reported() -> None:
+    needs = "an `output` needs an `address`, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`"
+    twice = "`dora` is the robot at this address, too: give each its own `address` or `node`"
+    check(f"""
+        [robots.ada]
+        output = "thimyo"
+                 ^^^^^^^^ robots: `thimyo` is not valid here: did you mean `thymio`?
+        address = "tcp:localhost:33333"
+        [robots.bob]
+        output = "thymio"
+        ^^^^^^ robots: {needs}
+        [robots.carla]
+        output = "thymio"
+        address = "localhost:33333"
+                  ^^^^^^^^^^^^^^^^^ robots: {needs}
+        [robots.dora]
+        output = "thymio"
+        address = "tcp:localhost:33334"
+        host = "dora"
+        ^^^^ robots: `output` moves this robot from here: remove one of the two
+        [robots.emil]
+        output = "thymio"
+        address = "tcp:localhost:33334"
+                  ^^^^^^^^^^^^^^^^^^^^^ robots: {twice}
+        [robots.fred]
+        node = 3
+        ^^^^ robots: `node` is about a robot with an `output`: add it
+    """)
+
+
+def test_an_output_and_a_host_with_one_name_are_told_apart() -> None:
+    check("""
+        [robots.ada]
+        host = "thymio"
+        [robots.bob]
+        output = "thymio"
+                 ^^^^^^^^ robots: `thymio` is also a host: give that another name in ~/.ssh/config
+        address = "tcp:localhost:33335"
+    """)

@@ -1,7 +1,8 @@
-"""The machines on which a person lets Improv start stages through ssh. Standard library only.
+"""The machines and robots that a person lets Improv reach. Standard library only.
 
-A program's `improv.toml` names the host of a robot, and may be a stranger's. So no host is contacted with a person's
-keys until that person has allowed it once, in a file outside all projects.
+A program's `improv.toml` names the host or the address of a robot, and may be a stranger's. So no host is contacted
+with a person's keys, and no serial port or TCP address opened, until that person has allowed it once, in a file outside
+all projects.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from improv_core.score.score import is_host
+from improv_core.score.score import is_address, is_host
 
 
 class HostError(Exception):
@@ -58,7 +59,9 @@ def is_approved(host: str) -> bool:
 
 def approve(host: str) -> None:
     """Remember that a person has allowed a host. Raises HostError."""
-    if not is_approved(checked(host)):
+    if not is_address(host):
+        checked(host)
+    if not is_approved(host):
         _write([*approved(), host])
 
 

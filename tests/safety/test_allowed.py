@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.hosts.allowed import HostError, approve, approved, approved_file, checked, is_approved, withdraw
+from improv_core.safety.allowed import HostError, approve, approved, approved_file, checked, is_approved, withdraw
 
 
 @pytest.fixture(autouse=True)

@@ -106,7 +106,8 @@ class PageOutbox:
 def bumps_message(bumps: Iterable[Bump], past: bool) -> str:
     """Build the `bumps` message; `past` is for bumps from before the page was opened."""
     rows: list[BumpJson] = [
-        {"at": round(bump.at, 4), "x": round(bump.x, 4), "y": round(bump.y, 4), "robots": bump.robots} for bump in bumps
+        {"at": round(at, 4), "x": round(x, 4), "y": round(y, 4), "robots": robots, "thing": thing}
+        for at, x, y, robots, thing in bumps
     ]
     message: Bumps = {"type": "bumps", "past": past, "bumps": rows}
     return json.dumps(message)

@@ -6,10 +6,9 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from itertools import islice
 from typing import TypeGuard
 
-from improv_core.diagnostics import Diagnostic, Edit, Fix
+from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
@@ -159,7 +158,7 @@ class PageEditor:
             "type": "analyze",
             "number": number,
             "colors": list(_colors(analysis)),
-            "problems": list(islice(_problems(found, analysis.lines, self.robots), MOST_PROBLEMS)),
+            "problems": _problems(found, analysis.lines, self.robots)[:MOST_PROBLEMS],
             "count": len(found) + len(self.robots.diagnostics),
             "starts": _starts(analysis),
         }
@@ -236,14 +235,18 @@ def _colors(analysis: Analysis) -> Iterator[int]:
 _colored = lru_cache(maxsize=10_000)(colored)
 
 
-def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> Iterator[TextProblem]:
-    """Yield the problems of the program, then those of `improv.toml`, in which the page can fix nothing."""
-    for each in found:
-        yield _problem(each, lines)
-    robot_lines = LineIndex(robots.text)
-    for each in robots.diagnostics:
-        file = robots.path.name if robots.path else FILE_NAME
-        yield {**_problem(each, robot_lines), "start": 0, "end": 0, "file": file, "fixes": []}
+def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> list[TextProblem]:
+    """Return the problems of the program and those of `improv.toml`, in which the page can fix nothing: the most severe
+    first, in the order of their lines."""
+    file, robot_lines = robots.path.name if robots.path else FILE_NAME, LineIndex(robots.text)
+    problems = [_problem(each, lines) for each in found]
+    problems += [
+        {**_problem(each, robot_lines), "start": 0, "end": 0, "file": file, "fixes": []} for each in robots.diagnostics
+    ]
+    return sorted(problems, key=lambda each: (_ORDER.index(each["severity"]), each["file"], each["line"]))
+
+
+_ORDER = [severity.value for severity in Severity]
 
 
 def _kind(problem: Diagnostic, fix: Fix) -> str:

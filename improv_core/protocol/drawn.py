@@ -17,13 +17,14 @@ class Lengthening(Protocol):
 
 
 class Bump(NamedTuple):
-    """A collision of two robots, or of a robot with an obstacle: the time (seconds), the place (meters), and the
-    names."""
+    """A collision of two robots, or of one robot with a `thing` of the world, in words: the time (seconds), the place
+    (meters), and the names."""
 
     at: float
     x: float
     y: float
     robots: tuple[str, ...]
+    thing: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -190,11 +190,12 @@ class BumpJson(TypedDict):
     x: float
     y: float
     robots: Sequence[str]
+    thing: str
 
 
 class Bumps(TypedDict):
-    """Robots have bumped into each other or into something. Each bump is sent once; those of the `past` are from before
-    the page was opened."""
+    """Robots have bumped into each other or into a `thing`, in words. Each bump is sent once; those of the `past` are
+    from before the page was opened."""
 
     type: Literal["bumps"]
     past: bool

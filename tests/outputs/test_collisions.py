@@ -36,23 +36,24 @@ def drive(simulator: Simulator, seconds: float, **twists: Twist) -> dict[str, Po
 
 
 @pytest.mark.parametrize(
-    ("world", "stops_at"),
+    ("world", "stops_at", "thing"),
     [
-        (World(size=(6, 6)), 3 - RADIUS),
-        (World(walls=(Wall(2, -1, 2, 1),)), 2 - RADIUS),
-        (World(circles=(Circle(2, 0, 0.5),)), 1.5 - RADIUS),
-        (World(boxes=(Box(2, 0, 1, 2),)), 1.5 - RADIUS),
-        (World(boxes=(Box(2, 0, 2, 1, math.pi / 2),)), 1.5 - RADIUS),
-        (World(walls=(Wall(-2, -1, -2, 1),)), None),
+        (World(size=(6, 6)), 3 - RADIUS, "the edge of the floor"),
+        (World(walls=(Wall(2, -1, 2, 1),)), 2 - RADIUS, "a wall"),
+        (World(circles=(Circle(2, 0, 0.5),)), 1.5 - RADIUS, "an obstacle"),
+        (World(boxes=(Box(2, 0, 1, 2),)), 1.5 - RADIUS, "an obstacle"),
+        (World(boxes=(Box(2, 0, 2, 1, math.pi / 2),)), 1.5 - RADIUS, "an obstacle"),
+        (World(walls=(Wall(-2, -1, -2, 1),)), None, ""),
     ],
 )
-def test_robots_pass_no_wall_or_obstacle(world: World, stops_at: float | None) -> None:
+def test_robots_pass_no_wall_or_obstacle(world: World, stops_at: float | None, thing: str) -> None:
     simulator = stage(world, a=Pose())
     pose = drive(simulator, 3.0, a=FORWARD)["a"]
     assert pose.x == pytest.approx(6.0 if stops_at is None else stops_at, abs=0.002)
     assert pose.y == pytest.approx(0.0, abs=1e-6)
     assert pose.heading == 0.0
-    assert [bump.robots for bump in simulator.snapshot().bumps] == ([] if stops_at is None else [("a",)])
+    found = [(bump.robots, bump.thing) for bump in simulator.snapshot().bumps]
+    assert found == ([] if stops_at is None else [(("a",), thing)])
 
 
 def test_a_bump_has_its_time_and_place() -> None:
@@ -61,7 +62,7 @@ def test_a_bump_has_its_time_and_place() -> None:
     (bump,) = simulator.snapshot().bumps
     assert bump.at == pytest.approx((2 - RADIUS) / 2, abs=2 / 240)
     assert (bump.x, bump.y) == pytest.approx((2.0, 0.0), abs=0.01)
-    assert simulator.warnings() == {"a": "a bumped into an obstacle: change its start or its path"}
+    assert simulator.warnings() == {"a": "a bumped into a wall: change its start or its path"}
     assert simulator.warnings({"b"}) == {}
 
 

@@ -179,13 +179,13 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
     expect(two.locator("#completions")).to_be_hidden()  # they were about another text
     versions = one.locator("#versions")
-    expect(versions).to_contain_text("Another program has changed dance.improv")
+    expect(versions).to_contain_text("dance.improv was changed in another tab or program")
     keep(one, "edit-versions.png")
     one.keyboard.press("Control+Enter")  # asks first
     expect(one.get_by_role("button", name="Use the version on disk")).to_be_focused()
     assert edited.file.read_text() == f"{SQUARE}# theirs\n"
     one.reload()
-    expect(versions).to_contain_text("Another program has changed dance.improv")
+    expect(versions).to_contain_text("dance.improv was changed in another tab or program")
     one.get_by_role("button", name="Keep mine").click()
     expect(one.get_by_role("button", name="Keep mine")).to_be_hidden()
     expect(versions).to_contain_text("Another text, from")

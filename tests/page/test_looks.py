@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
@@ -151,6 +152,24 @@ def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page
     assert page.evaluate("improv.view") == view
 
 
+APART = """() => {
+  const [one, other] = ["notice", "start-poses"].map(id => document.getElementById(id).getBoundingClientRect())
+  return one.right <= other.left || other.right <= one.left || one.bottom <= other.top || other.bottom <= one.top
+}"""
+"""True if the notice and the card of start poses cover no part of each other."""
+
+
+def test_no_card_covers_the_notice_of_a_lost_connection(still: Callable[..., Page], viewer: PageServer) -> None:
+    page = still(PROGRAM)
+    page.get_by_role("button", name="Starts").click()
+    viewer.close()
+    expect(page.locator("#notice")).to_have_text("Disconnected. Trying again…")
+    for width, height in WIDTHS[1:-1]:
+        page.set_viewport_size({"width": width, "height": height})
+        next_frame(page)
+        assert page.evaluate(APART), f"at {width} pixels"
+
+
 @pytest.mark.slow("records a video")
 def test_the_paths_and_a_video_can_be_downloaded(shared: tuple[Show, Page], tmp_path: Path) -> None:
     show, page = shared
@@ -163,7 +182,15 @@ def test_the_paths_and_a_video_can_be_downloaded(shared: tuple[Show, Page], tmp_
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
     width, height = struct.unpack(">II", png[16:24])
     assert max(width, height) == 2400
+    page.keyboard.press("Escape")  # which closes the card
+    page.keyboard.press("Escape")
+    wait(page, "improv.transport.state === 'stopped'")
+    page.get_by_role("button", name="Save").click()
     page.get_by_role("button", name="Record a video").click()
+    expect(page.locator("#record")).to_have_text("Recording begins with the dance")
+    assert page.evaluate("document.body.dataset.recording") != "true"
+    page.get_by_role("button", name="Play", exact=True).click()
+    expect(page.locator("#record")).to_have_text("Stop and save the video")
     beat = page.evaluate("improv.beat")
     wait(page, f"improv.beat > {beat} + 1")
     video = downloaded(page, "Stop and save the video", tmp_path / "dance.webm").read_bytes()

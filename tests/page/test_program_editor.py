@@ -62,7 +62,7 @@ def test_meetings_come_later_with_all_other_problems(editor: PageEditor) -> None
     assert len(at_once["problems"]) == at_once["count"] == 1
     later = in_room(editor, text)
     assert later is not None
-    hint, meeting = later["problems"]
+    meeting, hint = later["problems"]
     assert (later["number"], later["count"], hint) == (1, 2, at_once["problems"][0])
     assert (later["colors"], meeting["line"], meeting["severity"]) == (at_once["colors"], 4, "warning")
     assert "`ada` and `bo` meet" in meeting["message"]
@@ -80,6 +80,15 @@ def test_nothing_is_added_without_meetings_or_after_an_edit(editor: PageEditor) 
 def test_of_many_problems_the_first_are_listed_and_all_are_counted(editor: PageEditor) -> None:
     answer = ask(editor, "r $ x\n" * 200)
     assert (len(answer["problems"]), answer["count"]) == (MOST_PROBLEMS, 200)
+
+
+def test_many_hints_hide_no_collision(editor: PageEditor) -> None:
+    program = "".join(f"unused{number} = left\n" for number in range(2 * MOST_PROBLEMS)) + HEAD_ON
+    ask(editor, program)
+    answer = in_room(editor, program)
+    assert answer
+    assert [each["severity"] for each in answer["problems"]] == ["warning", *["hint"] * (MOST_PROBLEMS - 1)]
+    assert [each["line"] for each in answer["problems"][1:4]] == [1, 2, 3]
 
 
 def test_fixes_that_may_be_made_together_are_of_one_kind(editor: PageEditor) -> None:

@@ -327,7 +327,7 @@ def test_each_bump_is_reported_once_even_in_a_replayed_dance() -> None:
         nonlocal shown
         async with aiohttp.ClientSession() as session:
             first = await connected(viewer, session)
-            told = {"at": 1.5, "x": 0.25, "y": 0.0, "robots": ["ada", "bo"]}
+            told = {"at": 1.5, "x": 0.25, "y": 0.0, "robots": ["ada", "bo"], "thing": ""}
             assert await until(first, is_bumps) == {"type": "bumps", "past": True, "bumps": [told]}
             shown = Snapshot(bumps=(bump, Bump(2.0, 1.0, 1.0, ("ada",))))
             assert await times(first) == (False, [2.0])

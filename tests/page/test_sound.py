@@ -97,6 +97,7 @@ def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: Br
         page = edit.page()
         page.get_by_role("button", name="Save and play").click()
         page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+        expect(page.locator("#did")).to_have_text("Writing first_beat = 0.01 into improv.toml")
         end = time.monotonic() + LIMIT
         while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
             next_frame(page)

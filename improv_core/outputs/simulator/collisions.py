@@ -84,9 +84,9 @@ class Collisions(NoCollisions):
         self._space.collision_slop = OVERLAP
         self._space.on_collision(pre_solve=self._touch)
         self._empty = world == EMPTY
-        self._add_obstacles(world)
+        self._things = self._add_obstacles(world)
         self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
-        self._names: dict[pymunk.Shape, str] = {}
+        self._names: dict[pymunk.Shape, str] = {}  # of robots
         self._paths: Mapping[str, tuple[Pose, Pose]] = {}
         self._touched: dict[tuple[str, ...], float] = {}  # when each pair that has bumped touched last
         self._above: dict[tuple[str, ...], float] = {}  # when one robot of a pair was last above the other
@@ -144,22 +144,25 @@ class Collisions(NoCollisions):
         self._pressed, self._touching = set(), set()
         return contacts
 
-    def _add_obstacles(self, world: World) -> None:
+    def _add_obstacles(self, world: World) -> dict[pymunk.Shape, str]:
+        """Add what no robot can move. Return what each is, in words."""
         import pymunk
 
         ground = self._space.static_body
-        shapes: list[pymunk.Shape] = [
-            pymunk.Segment(ground, (x1, y1), (x2, y2), 0.0) for x1, y1, x2, y2 in world.all_walls()
-        ]
-        shapes += [pymunk.Circle(ground, radius, (x, y)) for x, y, radius in world.circles]
+        things: dict[pymunk.Shape, str] = {}
+        for number, (x1, y1, x2, y2) in enumerate(world.all_walls()):
+            kind = "a wall" if number < len(world.walls) else "the edge of the floor"
+            things[pymunk.Segment(ground, (x1, y1), (x2, y2), 0.0)] = kind
+        things |= {pymunk.Circle(ground, radius, (x, y)): "an obstacle" for x, y, radius in world.circles}
         for x, y, width, height, heading in world.boxes:
             turned = pymunk.Transform.translation(x, y).rotated(heading)
             corners = [(sx * width / 2, sy * height / 2) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-            shapes.append(pymunk.Poly(ground, corners, turned))
-        for shape in shapes:
+            things[pymunk.Poly(ground, corners, turned)] = "an obstacle"
+        for shape in things:
             shape.friction = 1.0  # only the grip of the robot that touches it matters
             shape.filter = pymunk.ShapeFilter(categories=_OBSTACLES)
-        self._space.add(*shapes)
+        self._space.add(*things)
+        return things
 
     def _add_robot(self, name: str, disc: Disc) -> tuple[pymunk.Body, pymunk.Circle, Disc]:
         import pymunk
@@ -194,7 +197,8 @@ class Collisions(NoCollisions):
         elif closing > BUMP:
             self._touched[names] = self._end
             point = arbiter.contact_point_set.points[0].point_a
-            self._bumps.append(Bump(self._end, point.x, point.y, names))
+            thing = next((self._things[shape] for shape in arbiter.shapes if shape in self._things), "")
+            self._bumps.append(Bump(self._end, point.x, point.y, names, thing))
 
     def _is_above(self, one: str, other: str) -> bool:
         """Return whether one robot flies above the other."""

@@ -90,7 +90,7 @@ class Simulator(Sink):
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """The bumps so far, as one line per robot, under the robot whose name comes first."""
         return {
-            name: f"{name} bumped into {_listed(met)}: {_advice(met)}"
+            name: f"{name} bumped into {_listed(met)}: {_advice(met, self._robots)}"
             for name in (self._met if robots is None else robots)
             if (met := self._met.get(name))
         }
@@ -226,7 +226,7 @@ class Simulator(Sink):
         for bump in self._collisions.take_bumps():
             self._bumps.append(bump)
             first, *others = bump.robots
-            self._met.setdefault(first, {}).update(dict.fromkeys(others or [_OBSTACLE]))
+            self._met.setdefault(first, {}).update(dict.fromkeys(others or [bump.thing]))
         pressed, touching = self._collisions.take_contacts()
         for name in self._awake:
             robot = self._robots[name]
@@ -305,11 +305,8 @@ def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, st
                     yield one, other
 
 
-_OBSTACLE = "an obstacle"
-
-
-def _advice(met: Collection[str]) -> str:
-    if _OBSTACLE not in met:
+def _advice(met: Collection[str], robots: Collection[str]) -> str:
+    if all(name in robots for name in met):
         return "start them farther apart or change their paths"
     return "change its start or its path" if len(met) == 1 else "change their starts or their paths"
 

@@ -11,7 +11,7 @@ import { Figures } from "./bodies/figures.js"
 import { editing, showBeat, showCount, showTransport as showControls, spoken } from "./controls/controls.js"
 import { Deadman } from "./controls/deadman.js"
 import { showHint, showProblems } from "./controls/empty-state.js"
-import { finishRecording, offerFiles } from "./controls/export.js"
+import { offerFiles, recordDance } from "./controls/export.js"
 import { Panels } from "./controls/panels.js"
 import { showScene, showScenes } from "./controls/scenes.js"
 import { seek } from "./controls/seek.js"
@@ -64,7 +64,7 @@ const sound = new Sound()
 const senses = new Senses()
 const formation = new Formation()
 const timeline = new Timeline()
-const meetings = new Meetings(find("meetings"), seek, () => clock.beat())
+const meetings = new Meetings(find("meetings"), seek, () => (clock.atStart ? 0 : clock.beat()))
 const editor = new Editor()
 const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
@@ -162,7 +162,7 @@ function takeTransport(message) {
   sound.run()
   if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
   if (begins || message.state !== state) announce(spoken())
-  if (message.state === "ended" || message.state === "stopped") finishRecording()
+  recordDance(stage)
   showTransport()
 }
 
@@ -246,6 +246,7 @@ function showTransport() {
 }
 
 function showPosition() {
+  meetings.showAhead()
   timeline.showPosition()
   showScene()
 }

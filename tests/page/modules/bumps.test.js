@@ -5,7 +5,7 @@ import test from "node:test"
 
 import { Bumps } from "../../../improv_core/page/static/floor/bumps.js"
 
-const bump = (at, ...robots) => ({ at, x: 1, y: 2, robots })
+const bump = (at, ...robots) => ({ at, x: 1, y: 2, robots, thing: robots[1] ? "" : "the edge of the floor" })
 
 test("a bump is shown for a moment once the stage shows its time, and counted at once", () => {
   const counter = {}
@@ -37,5 +37,5 @@ test("many bumps are announced together, so that everything else can be heard to
     return bumps.news(100 + at)
   })
   assert.deepEqual(heard, ["ada and bo bumped into each other", "", ""])
-  assert.equal(bumps.news(104), "2 bumps, most recently bo bumped into an obstacle")
+  assert.equal(bumps.news(104), "2 bumps, most recently bo bumped into the edge of the floor")
 })

@@ -30,6 +30,17 @@ test("they are said in their order, in beats or bars that count from 1", () => {
   assert.deepEqual([page.button.hidden, page.button.textContent], [false, "2 meetings ahead"])
 })
 
+test("the button counts only those that are still ahead, and the robots being where they meet counts", () => {
+  const page = meetings()
+  page.meetings.show(3, null)
+  const texts = [2.25, 2.3, 6.5, 6.6, 0].map((beat) => {
+    page.beat = beat
+    page.meetings.showAhead()
+    return page.button.hidden ? "" : page.button.textContent
+  })
+  assert.deepEqual(texts, ["2 meetings ahead", "1 meeting ahead", "1 meeting ahead", "", "2 meetings ahead"])
+})
+
 test("those of another score are not shown", () => {
   const page = meetings()
   assert.deepEqual(page.meetings.show(4, null), [])

@@ -13,6 +13,8 @@ const NOTICES = {
   refused:
     "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
 }
+const BRIEF_TIME = 2500 // milliseconds for which it is shown what a key did
+
 /** @param {string} who has yet to obey it, if that is known */
 const unconfirmed = (who) => `Stop is not confirmed yet${who && ` by ${who}`}. Trying again…`
 const OVER = "The performance is over. Play again from your editor or terminal."
@@ -82,6 +84,17 @@ export class Notices {
 /** Tells screen readers. @param {string} text */
 export function announce(text) {
   if (find("news").textContent !== text) find("news").textContent = text
+}
+
+let briefly = 0 // the timer that hides what was done
+
+/** Shows for a while what a key or a hand did. @param {string} line */
+export function showBriefly(line) {
+  find("did").textContent = line
+  find("did").hidden = false
+  announce(line)
+  clearTimeout(briefly)
+  briefly = window.setTimeout(() => (find("did").hidden = true), BRIEF_TIME)
 }
 
 export const notices = new Notices()

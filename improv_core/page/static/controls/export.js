@@ -4,6 +4,7 @@
 import { element, find, svgAddress } from "../base/elements.js"
 import { announce } from "../base/notices.js"
 import { penOn } from "../base/pen.js"
+import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
 
 const PNG_WIDTH = 2400 // pixels of the longer side
@@ -38,7 +39,12 @@ async function drawPng(svg) {
 export function offerFiles(canvas) {
   find("save-svg").addEventListener("click", () => savePaths(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })))
   find("save-png").addEventListener("click", () => savePaths(".png", drawPng))
-  find("record").addEventListener("click", () => (recording ? finishRecording() : beginRecording(canvas)))
+  find("record").addEventListener("click", () => {
+    if (recording) finishRecording()
+    else if (isWaiting) showRecording("Record a video")
+    else showRecording("Recording begins with the dance", true)
+    recordDance(canvas)
+  })
 }
 
 /**
@@ -53,28 +59,31 @@ async function savePaths(ending, make) {
 
 /** @type {(() => Promise<Blob>) | null} */
 let recording = null // ends it
+let isWaiting = false // for the dance, to record it
 
-/** @param {HTMLCanvasElement} canvas */
-function beginRecording(canvas) {
+/** Begins the video that somebody has asked for once the dance plays, and saves it once that ends. @param {HTMLCanvasElement} canvas */
+export function recordDance(canvas) {
+  if (recording && ["ended", "stopped"].includes(clock.transport.state)) finishRecording()
+  if (!isWaiting || !clock.playing) return
   recording = record(canvas)
-  if (recording) showRecording("Stop and save the video", true)
-  else announce((find("record").textContent = "This browser can't record video"))
+  showRecording(recording ? "Stop and save the video" : "This browser can't record video")
+  if (!recording) announce("This browser can't record video")
 }
 
-/** Saves the video that is being recorded, if one is: the dance may be over. */
-export async function finishRecording() {
+/** Saves the video that is being recorded. */
+async function finishRecording() {
   const end = recording
-  if (!end) return
   recording = null
-  showRecording("Record a video", false)
-  download(`${program.stem}.webm`, await end())
+  showRecording("Record a video")
+  if (end) download(`${program.stem}.webm`, await end())
 }
 
-/** @param {string} text @param {boolean} on */
-function showRecording(text, on) {
+/** @param {string} text @param {boolean} [waits] */
+function showRecording(text, waits = false) {
+  isWaiting = waits
   find("record").textContent = text
-  find("record").setAttribute("aria-pressed", String(on))
-  document.body.dataset.recording = String(on)
+  find("record").setAttribute("aria-pressed", String(waits || recording !== null))
+  document.body.dataset.recording = String(recording !== null)
 }
 
 /**

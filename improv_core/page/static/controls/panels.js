@@ -4,7 +4,7 @@
 import { find, findA } from "../base/elements.js"
 import { redraw, refit } from "../base/frames.js"
 import { listen } from "../base/keys.js"
-import { announce } from "../base/notices.js"
+import { showBriefly } from "../base/notices.js"
 import { settings } from "../base/storage.js"
 import { faster, playOrPause, restart, slower, step, stop } from "./controls.js"
 import { seek, seekBy } from "./seek.js"
@@ -16,11 +16,9 @@ const SMALL_SCREEN = matchMedia("(max-width: 720px), (max-height: 520px)")
 const CARDS = { help: "show-help", guide: "show-guide", save: "save-button", sound: "sound-button", "start-poses": "start-poses-button", wall: "show-wall" }
 const PAN_STEP = 60 // pixels
 const ZOOM_STEP = 1.25
-const NOTICE_TIME = 2500 // milliseconds for which it is shown what a key did
 
 export class Panels {
   #camera
-  #saying = 0 // the timer that hides what a key did
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
@@ -80,15 +78,6 @@ export class Panels {
     return isOn
   }
 
-  /** Shows for a while what a key did. @param {string} line */
-  #say(line) {
-    find("did").textContent = line
-    find("did").hidden = false
-    announce(line)
-    clearTimeout(this.#saying)
-    this.#saying = window.setTimeout(() => (find("did").hidden = true), NOTICE_TIME)
-  }
-
   /** Shows the program, which can be written. */
   openScore() {
     this.#open("score", true)
@@ -145,7 +134,7 @@ export class Panels {
       Home: () => seek(0),
     }
     const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
-    listen({ stop: stopOrClose, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
+    listen({ stop: stopOrClose, keys, shifted, lettersWork: letters, say: showBriefly })
   }
 
   /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */

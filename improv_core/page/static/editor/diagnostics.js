@@ -7,7 +7,6 @@ import { button, element, find } from "../base/elements.js"
 /** @typedef {{ title: string, kind: string, edits: Edit[] }} Fix those of one kind may be made together */
 /** @typedef {Span & { file: string, line: number, severity: string, message: string, fixes: Fix[] }} Diagnostic */
 
-const ORDER = ["error", "warning", "information", "hint"]
 const MOST_KINDS = 2
 
 /**
@@ -40,7 +39,6 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
     reach(item, index === 0)
     return item
   }
-  const sorted = [...diagnostics].sort((one, two) => ORDER.indexOf(one.severity) - ORDER.indexOf(two.severity))
   find("diagnostics").hidden = !diagnostics.length
   const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : count === 1 ? "1 message" : `${count} messages`
   find("diagnostics-title").textContent = all
@@ -49,7 +47,7 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
     ...kinds.map(({ title, edits, times }) => button({ className: "fix-all", textContent: `${title}: all ${times}` }, () => fix(edits))),
   )
   find("diagnostics-head").hidden = count < 2
-  find("diagnostics-list").replaceChildren(...sorted.map(row))
+  find("diagnostics-list").replaceChildren(...diagnostics.map(row))
 }
 
 /**

@@ -174,7 +174,7 @@ export class Saving {
     const other = draft.other(work)
     find("versions").hidden = !changed && !other
     find("versions-text").textContent = changed
-      ? `Another program has changed ${find("file-name").textContent}, and your text is not saved. Choose one: the other is kept here.`
+      ? `${find("file-name").textContent} was changed in another tab or program, and your text is not saved. Choose one: the other is kept here.`
       : other && `Another ${called(work, other)}, from ${when(other.time)}, is kept in this browser until you forget it.`
     for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
     for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)

@@ -13,7 +13,7 @@ export class Bumps {
   #coming = [] // not shown yet
   /** @type {{ x: number, y: number, since: number }[]} */
   #shown = []
-  /** @type {string[][]} */
+  /** @type {Bump[]} */
   #untold = []
   #told = -Infinity
   #count = 0
@@ -58,7 +58,7 @@ export class Bumps {
     if (begun.length) {
       this.#coming = this.#coming.filter((bump) => bump.at > at)
       this.#shown.push(...begun.map(({ x, y }) => ({ x, y, since: now })))
-      this.#untold.push(...begun.map(({ robots }) => robots))
+      this.#untold.push(...begun)
     }
     if (this.#shown.length) this.#shown = this.#shown.filter(({ since }) => now - since < SHOW_TIME)
     return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOW_TIME }))
@@ -70,14 +70,14 @@ export class Bumps {
    */
   news(now) {
     if (!this.#untold.length || now - this.#told < ANNOUNCE_PERIOD) return ""
-    const [count, latest] = [this.#untold.length, inWords(this.#untold.at(-1) ?? [])]
+    const [count, latest] = [this.#untold.length, inWords(this.#untold[this.#untold.length - 1])]
     this.#untold = []
     this.#told = now
     return count === 1 ? latest : `${count} bumps, most recently ${latest}`
   }
 }
 
-/** @param {string[]} robots */
-function inWords([one, other]) {
-  return other ? `${one} and ${other} bumped into each other` : `${one} bumped into an obstacle`
+/** @param {Bump} bump */
+function inWords({ robots: [one, other], thing }) {
+  return other ? `${one} and ${other} bumped into each other` : `${one} bumped into ${thing}`
 }

@@ -2,6 +2,7 @@
 // Meetings of robots with each other, or with something in the world: marks that lead to their beats.
 
 import { colors } from "../base/colors.js"
+import { write } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
 import { formatPosition } from "../score/clock.js"
 
@@ -24,18 +25,20 @@ export class Meetings {
   #all = []
   #button
   #seek
+  #now
   /** @type {Meeting | null} */
   pointed = null
 
   /**
-   * `button` says how many there are, and seeks to the next one.
+   * `button` says how many are ahead, and seeks to the next one.
    * @param {HTMLElement} button
    * @param {(beat: number) => void} seek
-   * @param {() => number} now the present beat
+   * @param {() => number} now the present beat, or the one at which the next performance begins
    */
   constructor(button, seek, now) {
     this.#button = button
     this.#seek = seek
+    this.#now = now
     button.addEventListener("click", () => {
       const next = this.#all.find(({ beat }) => beat > now() + SEEK_TOLERANCE) ?? this.#all[0]
       if (next) seek(next.beat)
@@ -59,11 +62,17 @@ export class Meetings {
       .sort((one, other) => one.beat - other.beat)
       .map((each) => ({ ...each, words: `${formatPosition(Math.floor(each.beat), bar)}: ${each.words}` }))
     this.pointed = null
-    const count = this.#all.length
-    this.#button.hidden = !count
-    this.#button.textContent = count === 1 ? "1 meeting ahead" : `${count} meetings ahead`
-    this.#button.title = [...this.#all.slice(0, MOST_DRAWN).map(({ words }) => words), ...(count > MOST_DRAWN ? ["…"] : [])].join("\n")
+    this.showAhead()
     return this.#all
+  }
+
+  /** Shows how many are still ahead. */
+  showAhead() {
+    const ahead = this.#all.filter(({ beat }) => beat >= this.#now())
+    const count = ahead.length
+    this.#button.hidden = !count
+    write(this.#button, count === 1 ? "1 meeting ahead" : `${count} meetings ahead`)
+    this.#button.title = [...ahead.slice(0, MOST_DRAWN).map(({ words }) => words), ...(count > MOST_DRAWN ? ["…"] : [])].join("\n")
   }
 
   /**

@@ -164,7 +164,7 @@ const MESSAGES = {
     meetings: listOf(shape({ robots: listOf(text), beat: number, distance: number, more: count, poses: listOf(numbers(4)) })),
     hits: listOf(shape({ robot: text, thing: text, beat: number, pose: numbers(4) })),
   }),
-  bumps: shape({ past: flag, bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
+  bumps: shape({ past: flag, bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text), thing: text })) }),
   sensed: shape({ generation: count, robot: text, sense: text, value: nullOr(flag), beat: number }),
   fault: shape({ generation: count, robot: text, fault: text, over: flag, response: text, message: text, line: text }),
   why_still: shape({ line: text }),

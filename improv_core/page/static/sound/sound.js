@@ -2,7 +2,7 @@
 // The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
 
 import { find, findA } from "../base/elements.js"
-import { announce, notices } from "../base/notices.js"
+import { announce, notices, showBriefly } from "../base/notices.js"
 import { settings } from "../base/storage.js"
 import { fetchSong } from "../net/backend.js"
 import { keepAsking } from "../net/server-time.js"
@@ -205,8 +205,10 @@ export class Sound {
   /** Has that written, or shows the line to copy. */
   #tellFirstBeat() {
     if (this.#dropped) settings.set(`first beat of ${this.#dropped.name}`, this.#firstBeat)
-    if (changes.write && this.#music && !this.#dropped) changes.write({ type: "tune", key: "first_beat", value: this.#firstBeat })
-    else this.#showLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
+    if (changes.write && this.#music && !this.#dropped) {
+      changes.write({ type: "tune", key: "first_beat", value: this.#firstBeat })
+      showBriefly(`Writing first_beat = ${this.#firstBeat} into improv.toml`)
+    } else this.#showLines("To keep this, copy these lines into improv.toml.", `[music]\nfirst_beat = ${this.#firstBeat}`)
   }
 
   #tap() {

@@ -49,7 +49,17 @@ ROWS: dict[str, Sequence[str]] = {
     "session": ["music", "ipc", *PLAYING],
     "storage": ["protocol", "safety.stops", "program", *BELOW_PROGRAM],
     "routines": ["protocol", "robots", "score", "slices"],
-    "website": ["page", "session", "stage", "outputs.simulator", "ipc", *PLAYING, "program", *BELOW_PROGRAM],
+    "website": [
+        "page",
+        "storage.program_file",
+        "session",
+        "stage",
+        "outputs.simulator",
+        "ipc",
+        *PLAYING,
+        "program",
+        *BELOW_PROGRAM,
+    ],
     "classroom": ["website.build", "page", "session", "ipc", "protocol", "ide.merging", "program", *BELOW_PROGRAM],
 }
 ALL = list(ROWS)

@@ -172,6 +172,7 @@ class _Desk:
                 "path": str(absolute(self._path)),
                 "text": self._version.text,
                 "revision": self._version.revision,
+                "toml": self._robots.text,
             }
         )
 

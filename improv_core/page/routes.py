@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from html import escape
+from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,7 +62,7 @@ CONTENT_POLICY = (
 
 class Application:
     """Serves the page on a socket: with the token if the URL has a valid ticket. Every request except for the page's
-    files needs the token.
+    files, the tutorial, and the dances to begin with needs the token.
 
     `command` gets each command from a page, and `watched` when a page is opened, or closed in a frame. `music` returns
     the song that plays. A stop also goes straight to the stages of the `show`, if their sockets are known.
@@ -99,6 +100,9 @@ class Application:
         application.router.add_get("/path.svg", self._show_path)
         application.router.add_get("/song", self._play_song)
         application.router.add_get("/time", self._tell_time)
+        application.router.add_get("/examples.json", self._show_examples)
+        for path in ("/guide.json", "/images/{name:.+}"):
+            application.router.add_get(path, self._show_guide)
         application.router.add_get("/live", self._live)
         application.router.add_post("/stop", self._stop)
         add_files(application, FOLDER)
@@ -127,6 +131,23 @@ class Application:
         if picture is None:
             raise web.HTTPNotFound
         return web.Response(text=picture, content_type="image/svg+xml")
+
+    async def _show_examples(self, request: web.Request) -> web.Response:
+        """Return the dances that need no `improv.toml`: the program on the page has its own."""
+        from improv_core.page.gallery import examples  # no page needs them at first
+
+        found = await self._answers.compute(partial(examples, alone=True))
+        return web.Response(body=found, content_type="application/json")
+
+    async def _show_guide(self, request: web.Request) -> web.Response:
+        """Return the tutorial or one of its pictures. All are read at once: no path ever comes from a URL."""
+        from improv_core.page.gallery import guide_files
+
+        name = request.path.removeprefix("/")
+        found = guide_files().get(name)
+        if found is None:
+            raise web.HTTPNotFound
+        return web.Response(body=found, content_type=guess_type(name)[0] or "application/json")
 
     async def _play_song(self, request: web.Request) -> web.StreamResponse:
         self._access.check(request)

@@ -10,12 +10,13 @@ from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime
 
 class ProgramSource(TypedDict):
     """The program as it is in its file at `path`, which pages may edit. `revision` names this version of it. Its lines
-    end in \\n here, whatever the line ends in the file are."""
+    end in \\n here, whatever the line ends in the file are. `toml` is the text of its `improv.toml`."""
 
     type: Literal["source"]
     path: str
     text: str
     revision: str
+    toml: str
 
 
 class Analyze(TypedDict):

@@ -42,9 +42,12 @@ LARGE = 720.0
 _MARGIN = 26.0  # room for names
 
 
-def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
-    """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
-    drawn = paths(score, most_moments)
+def picture(
+    score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS, prediction: Prediction | None = None
+) -> str:
+    """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot. Senses are as
+    the prediction says."""
+    drawn = paths(score, most_moments, prediction)
     seen = sides(drawn, _FEW_PIECES)
     frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _heights(seen))
     below, height = _from_the_side(seen, frame)

@@ -173,7 +173,13 @@ class BrowserBackend:
     def _show(self) -> None:
         """Send the page its program."""
         self._playback.ask(
-            {"type": "source", "path": str(PROGRAM), "text": self._text, "revision": str(self._revision)}
+            {
+                "type": "source",
+                "path": str(PROGRAM),
+                "text": self._text,
+                "revision": str(self._revision),
+                "toml": self._editor.robots.text,
+            }
         )
 
     def _answer(self, answer: EditorAnswer | None) -> None:

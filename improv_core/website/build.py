@@ -5,7 +5,6 @@ from __future__ import annotations
 import gzip
 import io
 import json
-import re
 import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -15,15 +14,11 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from improv_core.page.files import FOLDER, page_files
+from improv_core.page.gallery import examples, guide_files, songs
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.program.files import ENDING
-from improv_core.program.room import prediction_of
-from improv_core.robots.config import FILE_NAME, read_robots
-from improv_core.score.music import is_song
 from improv_core.score.svg import plot
-from improv_core.stage.dry_run import predict
-from improv_core.website.guide import guide
+from improv_core.storage.program_file import TEMPLATE
 
 MARK = "improv-site.json"
 """The file that marks a folder as a website that we have built, so that it may be built again."""
@@ -37,9 +32,10 @@ PACKAGES = {
         "hosts/",
         "ide/robots_file/",
         "outputs/ros/",
-        "website/docs/",
-        "website/examples/",
-        "website/guide.py",
+        "page/docs/",
+        "page/examples/",
+        "page/gallery.py",
+        "page/guide.py",
         "website/build.py",
     ),
     "lark": ("tools/", "__pyinstaller/"),
@@ -53,8 +49,6 @@ NOT_IMPORTED = (
 )
 """Parts of Python's own library that nothing here imports: terminals, tests, mail, and servers."""
 CODE = (".py", ".lark", ".json")
-LEFT_OUT = ("senses/bump",)
-"""Programs of the gallery that can't play there, because robots don't bump into anything."""
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
@@ -98,14 +92,10 @@ def build(folder: Path, pyodide: Path) -> Mapping[str, int]:
 def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     for name, path in page_files().items():
         yield name, path.read_bytes()
-    yield "examples.json", json.dumps(_examples()).encode()
-    yield from _songs().items()
-    docs = _repository_folder("docs")
-    texts = [(docs / name).read_text(encoding="utf-8") for name in ("tutorial.md", "lesson.md")]
-    pages = guide(*texts)
-    yield "guide.json", json.dumps(pages).encode()
-    for picture in sorted({name for page in pages for name in re.findall(r'src="([^"]+)"', page["html"])}):
-        yield picture, docs.joinpath(*picture.split("/")).read_bytes()
+    yield "examples.json", examples()
+    yield from songs().items()
+    yield from guide_files().items()
+    yield "first.svg", plot(score_of(analyze(TEMPLATE))).encode()
     loaded = {"improv.zip": _archive(), **dict(_packed(pyodide / name) for name in PYODIDE)}
     yield from loaded.items()
     yield "worker.js", _own("worker.js")
@@ -140,49 +130,16 @@ def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
 
 
 def _index(loaded: Mapping[str, bytes]) -> str:
-    """Return the page, which tells its worker the number of bytes to load, and a hash of them."""
+    """Return the page, which tells its worker the bytes of what it loads, those of `improv.zip`, and a hash of all."""
     code = sha256(b"".join(sha256(data).digest() for data in loaded.values())).hexdigest()[:16]
-    asked = f"worker.js?bytes={sum(map(len, loaded.values()))}&amp;code={code}"
+    fetched = sum(len(data) for name, data in loaded.items() if not name.endswith(".mjs"))  # a script imports those
+    asked = f"worker.js?bytes={fetched}&amp;source={len(loaded['improv.zip'])}&amp;code={code}"
     page = (FOLDER / "index.html").read_text(encoding="utf-8")
     assert page.count(HEAD) == 1
     policy = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-    songs = " ".join(sorted(name.removeprefix("songs/") for name in _songs()))
-    metas = f'<meta name="improv-worker" content="{asked}">\n    <meta name="improv-songs" content="{songs}">'
+    names = " ".join(sorted(name.removeprefix("songs/") for name in songs()))
+    metas = f'<meta name="improv-worker" content="{asked}">\n    <meta name="improv-songs" content="{names}">'
     return page.replace(HEAD, f"{HEAD}\n    {policy}\n    {metas}")
-
-
-def _examples() -> list[Mapping[str, str]]:
-    """Return the programs of the gallery: those without an `improv.toml` first, starting with the simplest."""
-    root = _repository_folder("examples")
-    folders = {"": root, **{each.name: each for each in root.iterdir() if each.is_dir()}}
-    found = [
-        (folder, each, (inside / FILE_NAME).read_text(encoding="utf-8") if folder else "")
-        for folder, inside in folders.items()
-        for each in inside.iterdir()
-        if each.name.endswith(ENDING) and f"{folder}/{each.name.removesuffix(ENDING)}" not in LEFT_OUT
-    ]
-    return [_example(*each) for each in sorted(found, key=lambda each: (each[2], len(each[1].read_bytes())))]
-
-
-def _songs() -> Mapping[str, bytes]:
-    """Return the songs of the gallery, by the paths at which the page looks for songs that an `improv.toml` names."""
-    root = _repository_folder("examples")
-    inside = [each for folder in root.iterdir() if folder.is_dir() for each in folder.iterdir()]
-    return {f"songs/{each.name}": each.read_bytes() for each in inside if is_song(each.name)}
-
-
-def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
-    text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
-    analysis = analyze(text, read_robots(toml))
-    score = score_of(analysis)
-    picture = plot(score, prediction=prediction_of(analysis, score, predict))
-    return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": picture}
-
-
-def _repository_folder(name: str) -> Traversable:
-    """Return a folder of the repository that the wheel contains."""
-    ours = resources.files("improv_core.website") / name
-    return ours if ours.is_dir() else Path(__file__).parents[2] / name
 
 
 def _own(name: str) -> bytes:

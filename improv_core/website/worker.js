@@ -5,12 +5,13 @@
 import { loadPyodide } from "./pyodide/pyodide.mjs"
 
 const FOLDER = "/lib/improv"
-const of = Number(new URL(import.meta.url).searchParams.get("bytes")) // of all that is loaded
+const asked = new URL(import.meta.url).searchParams
+let of = Number(asked.get("bytes")) // of all that is loaded
 let loaded = 0
 let told = 0
 
 const COMPILED = `improv compiled ${new URL(".", import.meta.url)}`
-const kept = `compiled-${new URL(import.meta.url).searchParams.get("code")}.zip`
+const kept = `compiled-${asked.get("code")}.zip`
 
 const plainly = self.fetch
 self.fetch = async (what, ...how) => {
@@ -25,10 +26,12 @@ self.fetch = async (what, ...how) => {
 function count(piece, onward) {
   onward.enqueue(piece)
   loaded += piece.length
-  if (loaded < told + of / 50) return
-  told = loaded
-  say({ loaded, of: Math.max(of, loaded) })
+  if (loaded >= 0.98 * of) say({ stage: "Starting Python" })
+  else if (loaded >= told + of / 50) say({ stage: `Loading Improv: ${megabytes((told = loaded))} of ${megabytes(of)} MB` })
 }
+
+/** @param {number} bytes */
+const megabytes = (bytes) => (bytes / 1e6).toFixed(1)
 
 /** @param {import("../page/static/net/worker-backend.js").FromWorker} said */
 const say = (said) => postMessage(said)
@@ -99,11 +102,13 @@ async function imported(python, archive, isCompiled) {
 async function begin(program) {
   try {
     const compiled = await findCompiled()
+    if (compiled) of -= Number(asked.get("source"))
     const [python, improv] = await Promise.all([
       loadPyodide({ indexURL: new URL("pyodide/", import.meta.url).href, fullStdLib: false }),
       compiled ?? load(),
     ])
     python.runPython(`import sys; sys.path.append("${FOLDER}"); sys.dont_write_bytecode = False`)
+    say({ stage: compiled ? "Starting Improv" : "Preparing Improv: the first time takes longest" })
     const { BrowserBackend } = await imported(python, improv, compiled !== null)
     if (!compiled) keepCompiled(python.pyimport("improv_core.website.compile_cache").compiled(FOLDER).toJs())
     const own = /** @type {BrowserBackend} */ (BrowserBackend((/** @type {string} */ text) => say({ message: text }), (/** @type {number} */ number) => say({ obeyed: number })))

@@ -183,7 +183,7 @@ def test_the_simulator_needs_no_emergency_stop() -> None:
 
 def test_pages_get_the_source_and_ros_does_not() -> None:
     tell(Story(), [
-        ({"type": "source", "path": "/d", "text": "", "revision": "1"}, ["simulator: source"]),
+        ({"type": "source", "path": "/d", "text": "", "revision": "1", "toml": ""}, ["simulator: source"]),
         ({"type": "answer", "page": 1, "answer": {"type": "write", "number": 1, "revision": "", "problem": ""}},
          ["simulator: answer"]),
         ({"type": "program", "name": "d", "folder": "/", "problems": [], "count": 0},

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.page.gallery import examples
+from improv_core.page.guide import guide
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from improv_core.website.build import _examples
-from improv_core.website.guide import guide
 from tests.axe import violations
 from tests.page.conftest import Keep, wait
 from tests.website.conftest import open_site
@@ -68,7 +69,7 @@ def test_all_steps_and_exercises_are_there_with_their_programs_and_pictures() ->
     assert not re.search(r"\*\*|```|\]\(", html)
 
 
-@pytest.mark.parametrize("example", _examples(), ids=lambda example: example["name"])
+@pytest.mark.parametrize("example", json.loads(examples()), ids=lambda example: example["name"])
 def test_a_program_of_the_gallery_plays_there(example: dict[str, str]) -> None:
     assert analyze(example["text"], read_robots(example["toml"])).ok
     assert example["picture"].startswith("<svg")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -204,6 +205,31 @@ def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) 
     page.locator("#examples").get_by_role("button", name="waltz (music)").click()
     wait(page, "Math.abs(improv.song - (0.25 + (improv.beat * 60) / 144)) < 0.25")
     expect(page.locator("#song-line")).to_be_hidden()
+
+
+def test_a_page_that_still_loads_shows_its_program_with_its_paths_and_what_is_wrong_with_its_link(
+    built: Path, tmp_path: Path, page: Page
+) -> None:
+    shutil.copytree(built, tmp_path / "site")
+    (tmp_path / "site" / "worker.js").write_text("postMessage({ stage: 'Starting Python' })")
+    with served(tmp_path / "site") as address:
+        page.goto(address)
+        expect(page.locator("#notice")).to_have_text("Starting Python")
+        expect(page.locator("#state-word")).to_have_text("loading…")
+        wait(page, "document.getElementById('still').naturalWidth > 100")
+        expect(page.locator("#still")).to_be_visible()
+        page.goto("about:blank")
+        page.goto(f"{address}#dance=q1YqU7Iy")
+        expect(page.locator("#notice")).to_have_text(re.compile(r"^this link is broken.* \(Starting Python\)$"))
+
+
+def test_a_page_tells_its_worker_how_much_it_loads(built: Path) -> None:
+    sizes = {name: len(data) for name, data in content(built).items()}
+    fetched = [name for name in sizes if name.startswith("pyodide/") and not name.endswith(".mjs")]
+    told = re.search(r"bytes=(\d+)&amp;source=(\d+)", (built / "index.html").read_text())
+    assert told
+    assert int(told[2]) == sizes["improv.zip"]
+    assert int(told[1]) == sum(sizes[name] for name in fetched) + sizes["improv.zip"]
 
 
 def test_a_broken_link_says_so_and_the_page_works(address: str, page: Page) -> None:

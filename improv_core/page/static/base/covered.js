@@ -12,7 +12,7 @@ const BESIDE = 0.6 // of the stage's width: a card or list that is wider lies ab
  */
 export function insets(presenting) {
   const hall = box("hall")
-  const card = document.querySelector(".card[open]")?.getBoundingClientRect()
+  const card = document.querySelector("#hall .card[open]")?.getBoundingClientRect()
   const senses = box("senses")
   const tools = find(presenting ? "presenting" : "tools")
   const foot = Math.max(tools.offsetHeight + 20, FOOT)

@@ -3,6 +3,7 @@
 
 import { element, find } from "../base/elements.js"
 import { notices } from "../base/notices.js"
+import { isWebsite } from "../net/backend.js"
 import { LIMITS } from "../net/requests.js"
 import { send } from "../net/send.js"
 import { clock } from "../score/clock.js"
@@ -78,7 +79,9 @@ export function showTransport() {
   document.body.dataset.state = clock.armed ? "armed" : state
   const playing = state === "playing"
   const plays = playing ? "Pause" : clock.armed ? "Begin" : "Play"
-  find("state-word").textContent = open || (connection === "over" && played) ? (clock.armed ? armedWord() : played ? state : "ready") : "offline"
+  const begun = clock.armed ? armedWord() : played ? state : "ready"
+  const before = isWebsite ? "loading…" : "connecting…"
+  find("state-word").textContent = open || (connection === "over" && played) ? begun : connection === "opening" ? before : "offline"
   find("beat").hidden = !played
   const { bar } = program
   const bars = whole(Math.ceil(clock.lastBeat / (bar ?? 1)))

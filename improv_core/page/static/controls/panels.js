@@ -100,7 +100,7 @@ export class Panels {
       this.showFit()
     }
     const stopOrClose = (/** @type {KeyboardEvent} */ event) => {
-      const over = document.querySelector("dialog:modal")
+      const over = document.querySelector("dialog[open]:not(.card)")
       const isOpen = document.querySelector(".card[open], #show-more[aria-expanded=true]")
       if (event.key !== "Escape" || (!over && !isOpen)) return stop()
       if (over instanceof HTMLDialogElement) return over.close()
@@ -180,6 +180,7 @@ export class Panels {
       this.#showMore(false)
       this.#card(card).show() // not modal, so that Stop stays reachable
       find(CARDS[card]).setAttribute("aria-expanded", "true")
+      if (card === "guide") this.openScore()
       if (card === "start-poses") this.#fit() // the rings have to be in view
     }
     refit()

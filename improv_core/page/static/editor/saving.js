@@ -31,6 +31,7 @@ export class Saving {
   #writing = null // the text that is being saved
   #again = false // save again as soon as that is done
   #problem = "" // why the text could not be saved
+  #toml = "" // of the file
   /** @type {Work | null} */
   #brought = null // the text that replaced the one on the page
 
@@ -70,6 +71,11 @@ export class Saving {
     return this.#page.getText()
   }
 
+  /** The improv.toml with which that text plays. */
+  get toml() {
+    return keptToml.get() ?? this.#toml
+  }
+
   /** That text and, on a website, its improv.toml. */
   get #work() {
     return { text: this.text, toml: keptToml.get() }
@@ -101,6 +107,7 @@ export class Saving {
 
   /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
+    this.#toml = source.toml
     if (this.#draft) {
       const text = this.#draft.take(source, this.text, this.#writing?.text ?? null)
       if (text !== null) this.#page.set(text)

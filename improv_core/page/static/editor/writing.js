@@ -7,7 +7,6 @@ import { offerExamples } from "../website/examples.js"
 import { offerGuide } from "../website/guide.js"
 import { isWebsite } from "../net/backend.js"
 import { offerSharing } from "../website/share.js"
-import { offerStarters } from "../website/starters.js"
 import { offerWords } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
@@ -18,14 +17,13 @@ import { offerWords } from "./word-row.js"
  */
 export function offerHelp(saving, getBeat) {
   offerWords(findA("text", HTMLTextAreaElement))
-  if (isWebsite) {
-    const play = (/** @type {string} */ text, toml = "") => {
-      saving.replace(text, toml)
-      saving.write()
-    }
-    offerExamples(play)
-    offerGuide(play)
-    offerSharing(saving, getBeat)
-  } else offerStarters(saving)
+  // On a website, that plays at once. Elsewhere, real robots may play, and a file is written: that takes another press.
+  const take = (/** @type {string} */ text, toml = "") => {
+    saving.replace(text, isWebsite ? toml : undefined)
+    if (isWebsite) saving.write()
+  }
+  offerExamples(take)
+  offerGuide(take)
+  offerSharing(saving, getBeat)
   if (isClass) joinClass(saving)
 }

@@ -8,6 +8,8 @@ import * as server from "./resources.js"
 /** True if this page is a website that has all of Improv with it. */
 export const isWebsite = document.querySelector('meta[name="improv-worker"]') !== null
 
+document.body.classList.toggle("website", isWebsite)
+
 export const connect = isWebsite ? connectToWorker : connectToServer
 
 /** Promises the paths as SVG; null if there are none, or nobody can draw them. */
@@ -20,4 +22,4 @@ export const fetchSong = isWebsite ? server.fetchFromGallery : server.fetchSong
 export const fetchTime = isWebsite ? server.ownTime : server.fetchTime
 
 /** The improv.toml that this browser keeps with the program: none behind a server, which has a file. */
-export const keptToml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: () => false }
+export const keptToml = isWebsite ? { get: getToml, set: setToml } : { get: () => undefined, set: (/** @type {string} */ _) => false }

@@ -173,7 +173,7 @@ const MESSAGES = {
   joints: shape({ generation: count, robot: text, positions: mapOf(number) }),
   decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),
-  source: shape({ path: text, text, revision: text }),
+  source: shape({ path: text, text, revision: text, toml: text }),
   analyze: shape({ number: count, colors: listOf(count), problems: listOf(problem), count, starts: mapOf(shape({ x: number, y: number, heading: number })) }),
   complete: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
   explain: shape({ number: count, start: count, end: count, text, picture: text }),

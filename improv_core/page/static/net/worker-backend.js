@@ -2,14 +2,14 @@
 // Improv in a worker of this browser, in place of a server. If it hangs, it is ended, and another one begins.
 
 import { isClass } from "../website/class.js"
-import { openProgram, path, storeProgram } from "../website/local-program.js"
+import { openProgram, path, showStill, storeProgram, storeStill } from "../website/local-program.js"
 import { notices } from "../base/notices.js"
 import { read } from "./messages.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
 /** @import { Program } from "../website/local-program.js" */
-/** @typedef {{ message: string } | { ready: true } | { loaded: number, of: number } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
+/** @typedef {{ message: string } | { ready: true } | { stage: string } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
 const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
@@ -36,7 +36,7 @@ export function connect(onMessage, onChange) {
   let obeyed = 0
   let timers = /** @type {number[]} */ ([])
   let ready = false
-  let problem = ""
+  let problem = "" // with the link
   let isKept = true
 
   function begin() {
@@ -64,7 +64,7 @@ export function connect(onMessage, onChange) {
       if (!isClass) keepSite() // the server of a class has it only as long as the class
       onChange("open")
       if (problem) notices.load(problem)
-    } else if ("loaded" in said) notices.load(`Loading Improv: ${megabytes(said.loaded)} of ${megabytes(said.of)} MB`)
+    } else if ("stage" in said) notices.load(problem ? `${problem} (${said.stage})` : said.stage)
     else if ("obeyed" in said) confirm(said.obeyed)
     else if ("drawn" in said) waiting.shift()?.(said.drawn)
     else notices.load(said.problem)
@@ -95,8 +95,10 @@ export function connect(onMessage, onChange) {
   openProgram().then((opened) => {
     program = opened.program
     beat = opened.beat
-    onMessage({ type: "source", path, text: program.text, revision: program.revision })
+    onMessage({ type: "source", path, text: program.text, revision: program.revision, toml: program.toml })
     problem = opened.problem
+    if (problem) notices.load(problem)
+    showStill(program)
     begin()
   })
   return (request) => {
@@ -126,7 +128,11 @@ async function keepSite() {
 }
 
 /** Promises the paths as SVG; null if there are none. */
-export const drawPaths = () => draw({ paths: true })
+export async function drawPaths() {
+  const drawn = await draw({ paths: true })
+  if (drawn) storeStill(program, drawn)
+  return drawn
+}
 
 /** Promises a QR code that holds a text, as SVG. @param {string} text */
 export const drawCode = (text) => draw({ code: text })
@@ -147,9 +153,4 @@ function draw(what) {
     waiting.push(done)
     worker?.postMessage({ draw: what })
   })
-}
-
-/** @param {number} bytes */
-function megabytes(bytes) {
-  return (bytes / 1e6).toFixed(1)
 }

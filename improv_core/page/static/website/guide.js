@@ -1,13 +1,14 @@
 // @ts-check
-// The tutorial and exercises, page by page, on a card beside the stage. Only on a website: it brings them along.
+// The tutorial and exercises, page by page, on a card beside the stage.
 
 import { button, element, find, findA } from "../base/elements.js"
+import { isWebsite } from "../net/backend.js"
 import { settings } from "../base/storage.js"
 
-/** @typedef {{ part: string, title: string, html: string }} Page its HTML is a file of this website */
+/** @typedef {{ part: string, title: string, html: string }} Page its HTML comes with Improv */
 
-/** @param {(text: string) => void} play takes a program of the guide, which plays at once */
-export function offerGuide(play) {
+/** @param {(text: string) => void} take takes a program of the guide */
+export function offerGuide(take) {
   const menu = findA("guide-page", HTMLSelectElement)
   const text = find("guide-text")
   /** @type {Page[]} */
@@ -23,11 +24,10 @@ export function offerGuide(play) {
     text.replaceChildren(...body.childNodes)
     text.scrollTop = 0
     for (const program of text.querySelectorAll("pre.program")) {
-      program.after(button({ textContent: "Play this" }, () => play(program.textContent ?? "")))
+      program.after(button({ textContent: isWebsite ? "Play this" : "Take this" }, () => take(program.textContent ?? "")))
     }
   }
 
-  find("show-guide").hidden = false
   find("show-guide").addEventListener("click", async () => {
     if (pages.length) return
     try {

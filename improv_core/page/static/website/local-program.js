@@ -1,11 +1,14 @@
 // @ts-check
 // The program of a website's page: there is no file, so this browser keeps it. A link may bring another one.
 
+import { find, svgAddress } from "../base/elements.js"
 import { store, stored } from "../base/storage.js"
 import { REPLACED } from "../editor/draft.js"
 import { workIn } from "./link.js"
 
 const KEY = "improv.program"
+const STILL = "improv.still" // the picture of its paths
+const LONGEST_STILL = 200_000 // characters
 const FIRST = `# A robot, a dollar sign, and what the robot does. Change it and play it again.
 beat 60
 turtle1 $ repeat 4 (forward left)
@@ -48,6 +51,18 @@ export async function openProgram() {
 /** Stores what was saved. Returns whether this browser had room for it. @param {Program} saved */
 export function storeProgram(saved) {
   return store(KEY, saved)
+}
+
+/** Shows a picture of the paths while the page loads what draws them, if one is known. @param {Program} program */
+export function showStill({ text, toml }) {
+  const kept = stored(STILL)
+  const picture = kept?.text === text && kept.toml === toml ? svgAddress(kept.drawn) : text === FIRST && !toml ? "first.svg" : ""
+  Object.assign(find("still"), { src: picture, hidden: !picture })
+}
+
+/** @param {Program} program @param {string} drawn its paths as SVG */
+export function storeStill({ text, toml }, drawn) {
+  if (drawn.length < LONGEST_STILL) store(STILL, { text, toml, drawn })
 }
 
 /** @returns {Program | null} */

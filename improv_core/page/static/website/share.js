@@ -1,13 +1,16 @@
 // @ts-check
-// Passes a program on: as a link, as a QR code, or as a file. Only on a website, which anybody can open.
+// Passes a program on: as a link to a website, which anybody can open, as a QR code, or as a file.
 
 import { find, findA, svgAddress } from "../base/elements.js"
 import { chooseFile, saveText, textOf } from "./files.js"
 import { TOO_LONG, UNFIT, fragmentOf, isTooLong, workIn } from "./link.js"
-import { drawCode, getToml, setToml } from "../net/worker-backend.js"
+import { settings } from "../base/storage.js"
+import { isWebsite, keptToml } from "../net/backend.js"
+import { drawCode } from "../net/worker-backend.js"
 
 /** @import { Saving } from "../editor/saving.js" */
 
+const NO_SITE = "For a link, write the address of a website with Improv above."
 const MOST_IN_CODE = 2_900 // characters: a QR code of this size can still be read from a screen
 
 /**
@@ -19,29 +22,33 @@ export function offerSharing(saving, getBeat) {
   const address = findA("link", HTMLInputElement)
   const toml = findA("toml", HTMLTextAreaElement)
   const code = findA("code", HTMLImageElement)
+  const site = findA("site", HTMLInputElement)
   const say = (/** @type {string} */ line) => (find("sharing-line").textContent = line)
 
   async function showLink() {
-    const { origin, pathname } = location
-    const work = { text: saving.text, toml: getToml(), beat: getBeat() }
+    const work = { text: saving.text, toml: saving.toml, beat: getBeat() }
     const fragment = await fragmentOf(work)
-    const link = `${origin}${pathname}${fragment}`
-    const problem = isTooLong(link) ? TOO_LONG : typeof (await workIn(fragment)) === "string" ? UNFIT : ""
+    const link = `${isWebsite ? location.origin + location.pathname : site.value}${fragment}`
+    const problem = !isWebsite && (!site.value || !site.validity.valid) ? NO_SITE : isTooLong(link) ? TOO_LONG : typeof (await workIn(fragment)) === "string" ? UNFIT : ""
     find("linked").hidden = problem !== ""
     address.value = problem ? "" : link
     say(problem)
     const begins = work.beat ? `; it begins at beat ${Math.floor(work.beat) + 1}, where it is paused` : ""
     find("link-length").textContent = `${link.length.toLocaleString("en")} characters; all of the dance is in it${begins}`
-    const drawn = !problem && link.length <= MOST_IN_CODE ? await drawCode(link) : null
+    const drawn = isWebsite && !problem && link.length <= MOST_IN_CODE ? await drawCode(link) : null
     code.hidden = !drawn
     if (drawn) code.src = svgAddress(drawn)
   }
 
-  find("share").hidden = false
+  site.value = String(settings.get("site", ""))
+  site.addEventListener("input", () => {
+    settings.set("site", site.value)
+    showLink()
+  })
   find("share").addEventListener("click", async () => {
-    toml.value = getToml()
+    toml.value = saving.toml
     findA("toml-part", HTMLDetailsElement).open = toml.value !== ""
-    dialog.showModal()
+    dialog.show()
     await showLink()
   })
   find("copy-link").addEventListener("click", async () => {
@@ -65,7 +72,7 @@ export function offerSharing(saving, getBeat) {
     }
   })
   find("use-toml").addEventListener("click", async () => {
-    const kept = setToml(toml.value)
+    const kept = keptToml.set(toml.value)
     await showLink()
     say(kept ? "This holds from the next time on that you play." : "This browser has no room to keep it.")
   })

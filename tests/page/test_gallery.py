@@ -1,0 +1,62 @@
+"""The tutorial, the dances to begin with, and links, on a page that a server shows."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import BrowserContext, expect
+
+from improv_core.page.gallery import guide_files
+from improv_core.page.server import PageServer
+from tests.page.conftest import LIMIT
+from tests.page.editing import Edit
+
+PROGRAM = "ada $ forward\n"
+
+
+def ask(viewer: PageServer, path: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.address).port or 0, timeout=LIMIT)
+    connection.request("GET", path)
+    return connection.getresponse()
+
+
+def test_a_server_has_the_tutorial_its_pictures_and_dances_without_robots_of_their_own(viewer: PageServer) -> None:
+    examples = json.loads(ask(viewer, "/examples.json").read())
+    assert {"square", "puppets"} <= {example["name"] for example in examples}
+    assert [example for example in examples if example["toml"] or not example["picture"].startswith("<svg")] == []
+    for name, content in guide_files().items():
+        answer = ask(viewer, f"/{name}")
+        assert (answer.status, answer.read()) == (200, content), name
+    assert ask(viewer, "/guide.json").headers["Content-Type"] == "application/json"
+    assert [ask(viewer, path).status for path in ("/images/none.svg", "/images/../../README.md")] == [404, 404]
+
+
+@pytest.mark.slow("edits on a page")
+def test_a_dance_is_taken_from_the_tutorial_and_the_gallery_and_passed_on(
+    tmp_path: Path, window: BrowserContext
+) -> None:
+    (tmp_path / "dance.improv").write_text(PROGRAM, encoding="utf-8")
+    (tmp_path / "improv.toml").write_text("[robots.ada]\n", encoding="utf-8")
+    edit = Edit(tmp_path / "dance.improv", window)
+    try:
+        page = edit.page()
+        page.get_by_role("button", name="Tutorial").click()
+        page.get_by_role("button", name="Take this").first.click()
+        expect(page.locator("#text")).not_to_have_value(PROGRAM)
+        page.get_by_role("button", name="Close").click()
+        page.get_by_role("button", name="Examples").click()
+        page.get_by_role("button", name="Stop").click(trial=True)  # nothing lies over it
+        page.locator("#examples").get_by_role("button", name="square", exact=True).click()
+        expect(page.locator("#file-state")).to_have_text("not saved yet")
+        assert page.evaluate("improv.transport.generation") == 0  # real robots might dance: that takes another press
+        page.get_by_role("button", name="Share").click()
+        expect(page.locator("#link")).to_be_hidden()
+        page.get_by_label("Website").fill("https://example.org/improv/")
+        expect(page.locator("#link")).to_have_value(re.compile("^https://example.org/improv/#dance="))
+    finally:
+        edit.close()

@@ -10,7 +10,8 @@ async function opened(frame) {
   globalThis.window = globalThis
   globalThis.requestAnimationFrame = (then) => asked.push(then)
   globalThis.document = { hidden: false }
-  globalThis.setTimeout = (then) => timers.set(timers.size + 1, then).size
+  const delays = []
+  globalThis.setTimeout = (then, delay = 0) => (delays.push(delay), timers.set(timers.size + 1, then).size)
   globalThis.clearTimeout = (timer) => timers.delete(timer)
   const frames = await import(`../../../improv_core/page/static/base/frames.js?${Math.random()}`)
   frames.showFrames(frame)
@@ -18,7 +19,7 @@ async function opened(frame) {
   const draw = () => asked.splice(0).map((then) => then()).length
   /** Lets the time pass that a page at rest waits. */
   const rest = () => [...timers].map(([timer, then]) => timers.delete(timer) && then()).length
-  return { ...frames, draw, rest }
+  return { ...frames, draw, rest, delays }
 }
 
 test("a page asks for another frame while something moves, and for none at rest", async (context) => {
@@ -35,4 +36,26 @@ test("a page asks for another frame while something moves, and for none at rest"
   assert.deepEqual([due.draw, draw(), looks, due.draw], [true, 1, 6, false])
   globalThis.document.hidden = true
   assert.deepEqual([rest(), rest(), looks], [1, 0, 6]) // a hidden page does not even look
+})
+
+test("while somebody writes, a frame that takes long is followed by a break of twice that", async (context) => {
+  const { setTimeout, clearTimeout } = globalThis
+  context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
+  let now = 5000
+  context.mock.method(performance, "now", () => now)
+  const { draw, rest, redraw, makeWay, delays } = await opened(() => ((now += 30), false))
+  draw()
+  makeWay()
+  redraw()
+  assert.equal(draw(), 1)
+  redraw() // during the break
+  assert.deepEqual([draw(), rest(), delays.at(-1), draw(), rest()], [0, 1, 60, 0, 1])
+  assert.equal(draw(), 1)
+  now += 2000 // nobody writes any more
+  redraw()
+  rest()
+  rest()
+  draw()
+  redraw()
+  assert.equal(draw(), 1)
 })

@@ -3,11 +3,15 @@
 // while something changes, so that a page at rest costs next to nothing, and a hidden one nothing.
 
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
+const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
+const KEYS_SHARE = 2 // times as long as they take it
 
 /** What the next frame has to do: draw the stage, and before that fit it to what covers it. */
 export const due = { draw: true, fit: true }
 
 let isAsked = false // for the next frame
+let isWanted = false // another one, during a break
+let written = -Infinity // when somebody wrote last
 let rest = 0 // the timer that asks for it
 /** @type {() => boolean} */
 let show = () => false
@@ -20,8 +24,14 @@ export function showFrames(frame) {
 
 /** Asks for a frame. */
 export function wake() {
+  isWanted = isAsked
   if (!isAsked) requestAnimationFrame(next)
   isAsked = true
+}
+
+/** Somebody writes: for a while, frames take breaks in which keys are shown. On a fast machine, these are too short to be seen. */
+export function makeWay() {
+  written = performance.now()
 }
 
 /** Has the next frame draw the stage. */
@@ -37,10 +47,18 @@ export function refit() {
 }
 
 function next() {
-  isAsked = false
   clearTimeout(rest)
-  if (show()) wake()
-  else rest = window.setTimeout(look, REST_PERIOD)
+  isAsked = true // for the break, too
+  isWanted = false
+  const begun = performance.now()
+  const more = show()
+  const end = () => {
+    isAsked = false
+    if (more || isWanted) wake()
+    else rest = window.setTimeout(look, REST_PERIOD)
+  }
+  if (begun > written + WRITING_TIME) end()
+  else setTimeout(() => setTimeout(end, KEYS_SHARE * (performance.now() - begun))) // once it is painted, too
 }
 
 /** Looks whether something has changed by itself. To ask the browser for a frame would cost more. */

@@ -4,6 +4,7 @@
 
 import { CodePoints } from "../base/code-points.js"
 import { find, findA } from "../base/elements.js"
+import { makeWay } from "../base/frames.js"
 import { notices } from "../base/notices.js"
 import { whenReleased } from "../base/pressing.js"
 import { startPoses } from "../floor/start-poses.js"
@@ -137,6 +138,7 @@ export class Editor {
   /** @param {InputEvent | null} event */
   #take(event) {
     this.#edited = performance.now()
+    makeWay()
     this.#refresh()
     // A phone's keyboard composes every word.
     const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")

@@ -63,6 +63,13 @@ def test_a_save_keeps_the_song_which_is_not_sent_again(dance: Page, shared: tupl
     wait(dance, RIGHT)
 
 
+DROP = """({ name, content }) => {
+  const dataTransfer = new DataTransfer()
+  dataTransfer.items.add(new File(content ? [content] : [], name, { type: name.endsWith("wav") ? "audio/wav" : "" }))
+  document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }))
+}"""
+
+
 @pytest.mark.slow("a browser on a busy machine")
 def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
     watch(page, show, PROGRAM)
@@ -74,16 +81,17 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     expect(page.locator("#song-name")).to_have_text("own.wav")
     page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
     expect(page.locator("#sound-toml-lines")).to_have_text("[music]\nfirst_beat = 0.01")
-    page.evaluate(
-        """() => {
-          const dataTransfer = new DataTransfer()
-          dataTransfer.items.add(new File(["text"], "notes.txt"))
-          document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }))
-        }"""
-    )
-    line = "notes.txt can't be played: this browser doesn't know its format."
-    expect(page.locator("#song-line")).to_have_text(line)
+    long = "can't be played: it is damaged, or so long that this browser has no room for its sound"
+    for name, content, problem in (
+        ("notes.txt", "text", "can't be played: this browser doesn't know its format"),
+        ("silence.wav", "", "is empty"),
+        ("long.wav", "text", long),
+    ):
+        page.evaluate(DROP, {"name": name, "content": content})
+        expect(page.locator("#song-line")).to_have_text(f"{name} {problem}.")
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
+    page.get_by_role("button", name="Remove").click()
+    wait(page, "improv.song === null")
     assert set(sent) == {"GET"}
 
 

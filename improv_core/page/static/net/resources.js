@@ -3,7 +3,10 @@
 
 import { withToken } from "./token.js"
 
-/** @typedef {{ bytes: ArrayBuffer | null, tag: string, same: boolean, problem: string }} SongAnswer */
+/** @typedef {{ bytes: ArrayBuffer | null, tag: string, same: boolean, problem: string, type: string }} SongAnswer */
+
+/** @type {SongAnswer} */
+const NONE = { bytes: null, tag: "", same: false, problem: "", type: "" }
 
 /**
  * The song that the server has; `same` if it is the one with this tag. `problem` says why there is none.
@@ -24,7 +27,7 @@ export async function fetchSong(file, tag) {
 export async function fetchFromGallery(file, tag) {
   const songs = document.querySelector('meta[name="improv-songs"]')?.getAttribute("content")?.split(" ") ?? []
   if (songs.includes(file)) return answerOf(new URL(`songs/${file}`, location.href), file, tag)
-  return { bytes: null, tag: "", same: false, problem: `This website doesn't have ${file}: drop it onto this page.` }
+  return { ...NONE, problem: `This website doesn't have ${file}: drop it onto this page.` }
 }
 
 /**
@@ -37,13 +40,13 @@ async function answerOf(address, file, tag) {
   const problem = `${file} did not arrive: reload this page.`
   try {
     const answer = await fetch(address, { headers: tag ? { "If-None-Match": tag } : {} })
-    if (answer.status === 304) return { bytes: null, tag, same: true, problem: "" }
-    if (!answer.ok) return { bytes: null, tag: "", same: false, problem }
-    const isLine = answer.headers.get("Content-Type")?.startsWith("text/plain")
-    if (isLine) return { bytes: null, tag: "", same: false, problem: await answer.text() }
-    return { bytes: await answer.arrayBuffer(), tag: answer.headers.get("ETag") ?? "", same: false, problem: "" }
+    if (answer.status === 304) return { ...NONE, tag, same: true }
+    if (!answer.ok) return { ...NONE, problem }
+    const type = answer.headers.get("Content-Type") ?? ""
+    if (type.startsWith("text/plain")) return { ...NONE, problem: await answer.text() }
+    return { ...NONE, bytes: await answer.arrayBuffer(), tag: answer.headers.get("ETag") ?? "", type }
   } catch {
-    return { bytes: null, tag: "", same: false, problem }
+    return { ...NONE, problem }
   }
 }
 

@@ -1,7 +1,7 @@
 // @ts-check
 // The sound of a dance: its song, from the server or from a file that somebody drops onto the page, and a click.
 
-import { find, findA } from "../base/elements.js"
+import { element, find, findA } from "../base/elements.js"
 import { announce, notices, showBriefly } from "../base/notices.js"
 import { settings } from "../base/storage.js"
 import { fetchSong } from "../net/backend.js"
@@ -51,6 +51,17 @@ export class Sound {
       if (!file) return
       event.preventDefault()
       this.#take(file)
+    })
+    find("remove-song").addEventListener("click", () => {
+      this.#dropped = null
+      this.#showSong()
+      this.run()
+    })
+    const volume = findA("volume", HTMLInputElement)
+    volume.value = String(settings.get("volume", 1))
+    volume.addEventListener("input", () => {
+      settings.set("volume", Number(volume.value))
+      this.#loaded?.follow()
     })
     const chosen = findA("song-file", HTMLInputElement)
     find("choose-song").addEventListener("click", () => chosen.click())
@@ -102,7 +113,7 @@ export class Sound {
   /** @returns {Song | null} */
   get #song() {
     const buffer = (this.#dropped ?? this.#served)?.buffer
-    return buffer ? { buffer, firstBeat: this.#firstBeat, volume: this.#music?.volume ?? 1 } : null
+    return buffer ? { buffer, firstBeat: this.#firstBeat, volume: (this.#music?.volume ?? 1) * Number(settings.get("volume", 1)) } : null
   }
 
   get #name() {
@@ -121,10 +132,11 @@ export class Sound {
     const answer = await fetchSong(file, this.#served?.tag ?? "")
     if (this.#music?.file !== file || answer.same) return
     this.#served = null
+    const size = answer.bytes?.byteLength ?? 0
     const buffer = answer.bytes && (await decoded(audio, answer.bytes))
     if (this.#music?.file !== file) return
     if (buffer) this.#served = { file, tag: answer.tag, buffer }
-    this.#showLine(buffer ? "" : answer.problem || `${file} can't be played: this browser doesn't know its format.`)
+    this.#showLine(buffer ? "" : answer.problem || `${file} ${whyNot(size, answer.type)}.`)
     this.#showSong()
     this.run()
   }
@@ -139,8 +151,7 @@ export class Sound {
       const kept = settings.get(`first beat of ${file.name}`, null)
       this.#placed = typeof kept === "number" ? { name: file.name, firstBeat: kept, told: this.#music?.first_beat ?? 0 } : null
     }
-    const problem = file.size > MOST_BYTES ? `has more than ${MOST_BYTES / 1024 ** 2} MB` : "can't be played: this browser doesn't know its format"
-    this.#showLine(buffer ? "" : `${file.name} ${problem}.`)
+    this.#showLine(buffer ? "" : `${file.name} ${whyNot(file.size, file.type)}.`)
     this.#showSong()
     this.run()
   }
@@ -192,6 +203,7 @@ export class Sound {
   #showSong() {
     const { tempo = 60, bar = null } = program.current?.score ?? {}
     find("song-name").textContent = this.#name || "none: drop a file onto this page, or"
+    find("remove-song").hidden = !this.#dropped
     this.#waveform.show(this.#song?.buffer ?? null, this.#name, { firstBeat: this.#firstBeat, tempo, bar })
   }
 
@@ -233,6 +245,18 @@ export class Sound {
     find("sound-toml-where").textContent = where
     this.#showToml(lines)
   }
+}
+
+/**
+ * Why a file can't be played.
+ * @param {number} size in bytes
+ * @param {string} type
+ */
+function whyNot(size, type) {
+  if (!size) return "is empty"
+  if (size > MOST_BYTES) return `has more than ${MOST_BYTES / 1024 ** 2} MB`
+  if (!element("audio").canPlayType(type)) return "can't be played: this browser doesn't know its format"
+  return "can't be played: it is damaged, or so long that this browser has no room for its sound"
 }
 
 /**

@@ -39,6 +39,7 @@ class SetpointQueue:
         self._zeros_left: dict[Mover, int] = {}  # zeros still to send to the movers of a muted robot
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
         self._next: dict[Mover, float] = {}  # the time of the next change of each body part
+        self._stops = False  # True while it stops robots
         self.repeats = Repeats()
         """The movers that hold a velocity."""
 
@@ -48,7 +49,9 @@ class SetpointQueue:
         return self._queue[0].at if self._queue else math.inf
 
     def next_of_limbs(self, robot: str, at: float) -> float:
-        """The time of the next change of a robot's body parts after a time."""
+        """The time of the next change of a robot's body parts after a time; in a stop, that time."""
+        if self._stops:
+            return at
         times = (self._next.get(mover, math.inf) for mover in self._limbs.get(robot, ()))
         return min((time for time in times if time > at), default=math.inf)
 
@@ -153,7 +156,7 @@ class SetpointQueue:
         """Stop robots at once. If one can't be stopped, the others still are. Return the exceptions."""
         movers = self.movers(parts)
         self.drop(movers)
-        problems = []
+        problems, self._stops = list[Exception](), True
         for mover in movers:
             burst = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
             try:
@@ -161,6 +164,7 @@ class SetpointQueue:
             except Exception as problem:  # a sink's library may raise anything
                 problems.append(problem)
             self.add(mover, burst, 0.0)
+        self._stops = False
         return problems
 
     def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:

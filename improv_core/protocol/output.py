@@ -178,8 +178,9 @@ class Sink:
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
     ) -> None:
         """Have some of a robot's joints move from performance time `at` on. One that reaches its limit gets a new
-        command then. They move like that `until` a performance time, at which the next command comes. Velocities are
-        by a time of which `pace` passes in a second, as in a simulation."""
+        command then. They move like that `until` a performance time, at which the next command comes. A stop lasts no
+        time: they brake as hard as they may. Velocities are by a time of which `pace` passes in a second, as in a
+        simulation."""
         raise NotImplementedError
 
     def place(self, poses: Mapping[str, Pose]) -> None:

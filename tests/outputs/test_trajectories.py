@@ -11,25 +11,27 @@ from itertools import pairwise
 import pytest
 
 from improv_core.outputs.cdr import numbers_message, trajectory_message
-from improv_core.outputs.ros.joints.trajectories import (
-    CRUISE,
+from improv_core.outputs.ros.joints.channels import (
     LONGEST_WINDOW,
     WINDOW,
     Channel,
-    Course,
     channels_of,
+    joint_states_of,
+    needs_base,
+    window_of,
+)
+from improv_core.outputs.ros.joints.trajectories import (
+    CRUISE,
+    SOONEST_STOP,
+    Course,
     current_course,
     homing_channel,
     homing_course,
-    joint_states_of,
     let_go,
     message_of,
-    needs_base,
-    standing,
     stopped,
     trajectory,
     turned,
-    window_of,
 )
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -37,36 +39,37 @@ from improv_core.robots.config import read_robots
 from improv_core.score.body import Joint
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
+from tests.outputs.dances import REPEAT, dance
 from tests.ros.controller import TrajectoryController
 
 YAW, PITCH = Joint("yaw", -2.0, 2.0, max_velocity=4.0), Joint("pitch", None, 1.0)
 HEAD = Channel((YAW, PITCH), "trajectory", "/ada/head")
 
 
-def course(*motions: tuple[float, float], since: float = 0.0) -> Course:
-    return Course(tuple(JointMotion(*motion) for motion in motions), since)
+def course(*motions: tuple[float, float], since: float = 0.0, until: float = math.inf) -> Course:
+    return Course(tuple(JointMotion(*motion) for motion in motions), since, until=until)
 
 
-def told(**motions: float) -> dict[str, JointMotion]:
-    """Velocities. The positions that the stage assumes make no difference."""
-    return {name: JointMotion(99.0, velocity) for name, velocity in motions.items()}
+def told(**motions: tuple[float, float]) -> dict[str, JointMotion]:
+    """The places of joints in the program, and their velocities."""
+    return {name: JointMotion(*motion) for name, motion in motions.items()}
 
 
 @pytest.mark.parametrize(
     ("before", "what", "at", "after"),
     [
-        (course((0, 0), (0, 0)), told(yaw=1), 5, course((0, 1), (0, 0), since=5)),
-        (course((0, 1), (0, 0)), told(yaw=0), 0.5, course((0.5, 0), (0, 0), since=0.5)),
-        (course((0, 1), (0, 0)), told(pitch=-1), 0.5, course((0.5, 1), (0, -1), since=0.5)),  # another part's joint
-        (course((0, 1), (0, -1)), told(yaw=-1, pitch=0), 1, course((1, -1), (-1, 0), since=1)),
-        (course((1.5, 1), (0, 0)), {}, 3, course((2, 0), (0, 0), since=3)),  # it reaches its limit without a command
-        (course((2, 0), (0, 0)), told(yaw=1), 1, course((2, 0), (0, 0), since=1)),
-        (course((2, 0), (0, 0)), told(yaw=-1), 1, course((2, -1), (0, 0), since=1)),
-        (course((2.5, 0), (0, 0)), told(yaw=-1), 1, course((2.5, -1), (0, 0), since=1)),  # beyond it: no jump back
-        (course((2.5, 0), (0, 0)), told(yaw=1), 1, course((2.5, 0), (0, 0), since=1)),
-        (course((0, 0), (0, 0)), told(yaw=9), 1, course((0, 4), (0, 0), since=1)),  # at most its highest speed
-        (course((0, 0), (0, 0)), told(yaw=-9, pitch=-9), 1, course((0, -4), (0, -9), since=1)),
-        (course((0, 1), (0, 0), since=8), told(yaw=1), 0, course((0, 1), (0, 0), since=0)),  # time starts over
+        (course((0, 0), (0, 0)), told(yaw=(0, 1)), 5, course((0, 1), (0, 0), since=5)),
+        (course((0, 1), (0, 0), until=0.1), told(yaw=(0.1, 0)), 0.1, course((0.1, 0), (0, 0), since=0.1)),
+        (course((0, 1), (0, 0)), told(pitch=(0, -1)), 0.1, course((0.1, 1), (0, -1), since=0.1)),  # another part's
+        (course((0, 1), (0, -1)), told(yaw=(0.2, -1)), 0.2, course((0.2, -1), (-0.2, -1), since=0.2)),
+        (course((1.9, 1), (0, 0)), {}, 0.2, course((2, 0), (0, 0), since=0.2)),  # it reaches its limit by itself
+        (course((2, 0), (0, 0)), told(yaw=(2, 1)), 1, course((2, 0), (0, 0), since=1)),
+        (course((2, 0), (0, 0)), told(yaw=(2, -1)), 1, course((2, -1), (0, 0), since=1)),
+        (course((2.5, 0), (0, 0)), told(yaw=(2, -1)), 1, course((2.5, -1.5), (0, 0), since=1)),  # no jump back
+        (course((2.5, 0), (0, 0)), told(yaw=(2, 1)), 1, course((2.5, 0), (0, 0), since=1)),
+        (course((0, 0), (0, 0)), told(yaw=(0, 9)), 1, course((0, 4), (0, 0), since=1)),  # at most its highest speed
+        (course((0, 0), (0, 0)), told(yaw=(0, -9), pitch=(0, -9)), 1, course((0, -4), (0, -9), since=1)),
+        (course((0, 1), (0, 0), since=8), told(yaw=(0, 1)), 0, course((0, 1), (0, 0), since=0)),  # time starts over
     ],
 )
 def test_commands_move_joints_within_their_limits(
@@ -94,13 +97,13 @@ def test_joints_that_stand_have_a_single_point_that_is_not_at_time_0() -> None:
     assert [seconds, *positions, *velocities] == pytest.approx([0.05, 0.1, 0.5, 0, 0])
 
 
-@pytest.mark.parametrize("until", [0.0, 0.003, 0.05, 0.2, 0.5])
+@pytest.mark.parametrize("until", [0.001, 0.003, 0.05, 0.2, 0.5])
 def test_no_point_lies_beyond_the_place_where_joints_change_next(until: float) -> None:
     """They may turn around there, even if that command is late or gets lost."""
-    now = turned(HEAD, turned(HEAD, course((0, 0), (0, 0)), told(yaw=1, pitch=-2), 0.0), {}, 1.0)
-    found = [*trajectory(HEAD, now, 1 + until)]
+    begun = turned(HEAD, course((0, 0), (0, 0)), told(yaw=(0, 1), pitch=(0, -2)), 0.0)
+    found = [*trajectory(HEAD, turned(HEAD, begun, {}, 0.15, until=0.15 + until))]
     assert found[0].seconds >= 0.02
-    end = 1 + min(until, CRUISE)
+    end = 0.15 + min(until, CRUISE)
     assert found[-1].positions == pytest.approx([end, -2 * end])
     assert all(each.positions[0] <= end + 1e-9 and each.positions[1] >= -2 * end - 1e-9 for each in found)
 
@@ -125,7 +128,7 @@ def test_between_its_points_a_trajectory_passes_no_limit_and_keeps_speeds_and_ac
     yaw: tuple[float, float], pitch: float, cruised: bool
 ) -> None:
     stood = course((yaw[0], 0), (0.95, 0))
-    moving = turned(HEAD, stood, told(yaw=yaw[1], pitch=pitch), 0.0)
+    moving = turned(HEAD, stood, told(yaw=yaw, pitch=(0.95, pitch)), 0.0)
     begin = turned(HEAD, moving, {}, 0.15) if cruised else moving
     made = TrajectoryController(["yaw", "pitch"], [each.position for each in stood.motions])
     if cruised:  # as it was sent before
@@ -157,30 +160,84 @@ def test_on_a_slower_clock_joints_are_faster_and_arrive_as_soon() -> None:
     assert message_of(Channel((YAW, PITCH), "velocity", "/t"), moving, 0.5) == numbers_message([1, 0])
 
 
-COMMANDS = [(1.0, told(yaw=1)), (1.05, {}), (1.1, told(pitch=-2)), (1.15, told(yaw=-3)), (1.3, told(yaw=0, pitch=0))]
+PROGRAM = [(1.0, (1.0, 0.0)), (1.05, (1.0, 0.0)), (1.1, (1.0, -2.0)), (1.15, (-3.0, -2.0)), (1.3, (0.0, 0.0))]
+"""The velocities of yaw and pitch from a time on. Their places at the end are -0.3 and -0.4."""
 
 
 @pytest.mark.parametrize("window", [WINDOW, 0.5])
 @pytest.mark.parametrize("late", [0.0, 0.004])
 @pytest.mark.parametrize("begin", [0.0, 4321.1, 777.777, 1e5 / 3])
 def test_joints_arrive_where_they_are_sent_within_their_accelerations(begin: float, late: float, window: float) -> None:
-    """Times are rounded, and every other command leaves late: for a moment, the controller has braked."""
-    channel, most = replace(HEAD, window=window), 2.0 if late else 1.01
-    made, now = TrajectoryController(["yaw", "pitch"], [0, 0]), standing(HEAD, {"yaw": 0, "pitch": 0})
-    passed, ends = list[list[tuple[float, float]]](), [at for at, _ in COMMANDS[1:]]
-    for number, ((at, what), end) in enumerate(zip(COMMANDS, [*ends, 3.0], strict=True)):
-        now, delay = turned(channel, now, what, begin + at), late * (number % 2)
-        passed += [made.states(begin + at + tick / 1000) for tick in range(round(delay * 1000))]
-        given = [*trajectory(channel, now, begin + end if end < 3 else math.inf, delay)]
-        made.take(["yaw", "pitch"], given, begin + at + delay)
-        passed += [
-            made.states(begin + at + tick / 1000) for tick in range(round(delay * 1000), round((end - at) * 1000))
-        ]
-    assert not made.refused
-    assert [position for position, _ in passed[-1]] == pytest.approx([-0.3, -0.4])
-    for before, after in pairwise(passed):
-        for (_, slower), (_, faster), change in zip(before, after, (4.0, 2.0), strict=True):
-            assert abs(faster - slower) * 1000 <= change / window * most
+    """Times are rounded, and every other command leaves late. Joints that state no acceleration catch up with more."""
+    danced = dance(replace(HEAD, window=window), PROGRAM, lambda number: late * (number % 2), begin)
+    assert [position for position, _ in danced.passed[-1]] == pytest.approx([-0.3, -0.4])
+    most = 2.0 if late else 1.01
+    assert danced.steepest(0) <= 4 / window * most
+    assert danced.steepest(1) <= 2 / window * most
+
+
+KEPT = Joint("yaw", max_velocity=1.0, max_acceleration=4.0)
+NOD = Channel((KEPT,), "trajectory", "/ada/head", window=0.25)
+"""It may reverse from 0.5 rad/s."""
+BACK_AND_FORTH = [(1.0, [0.5]), (2.0, [-0.5]), (3.0, [0.5]), (4.0, [-0.5]), (5.0, [0.0])]
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("period", [1, 2, 7])
+def test_late_messages_ask_for_no_larger_accelerations(delay: float, period: int) -> None:
+    """Joints have come to rest at the place where they turn, as they were sent. From there, they catch up."""
+    danced = dance(NOD, BACK_AND_FORTH, lambda number: delay * (number % period == 0), seconds=6.0)
+    assert danced.steepest(0) <= 4.0 * 1.05
+    assert danced.passed[-1][0][0] == pytest.approx(0.0, abs=1e-5)
+    assert all(-1e-6 <= position <= 0.5 + 1e-6 for ((position, _),) in danced.passed), "no farther than the program"
+
+
+def test_a_joint_is_back_on_the_program_soon_after_late_messages() -> None:
+    """Nothing leaves for 0.2 s after the joint has turned. It meets the program where it turns next."""
+    late = lambda number: max(0.2 - (number - 20) * REPEAT, 0.0) if number >= 20 else 0.0  # noqa: E731
+    danced, on_time = (dance(NOD, BACK_AND_FORTH, each, seconds=6.0) for each in (late, lambda number: 0.0))
+    off = [abs(one[0] - other[0]) for (one,), (other,) in zip(danced.passed, on_time.passed, strict=True)]
+    assert 0.05 < max(off[:2000]) < 0.11
+    assert max(off[2700:]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("channel", "stop", "seconds"),
+    [
+        (NOD, 1.5, 0.125),  # from 0.5 rad/s with 4 rad/s²
+        (NOD, 1.02, SOONEST_STOP),
+        (NOD, 2.05, 0.075),  # while it turns around
+        (replace(NOD, window=2.0), 1.9, 0.056),  # another joint of the controller needs that window
+        (replace(NOD, joints=(replace(KEPT, max_acceleration=None),)), 1.5, WINDOW),
+        (replace(NOD, joints=(replace(KEPT, max_acceleration=0.1),), window=2.0), 1.9, 1.0),
+    ],
+)
+def test_a_stop_brakes_as_fast_as_a_joint_may(channel: Channel, stop: float, seconds: float) -> None:
+    (_, before), *after = [
+        each[0] for each in dance(channel, BACK_AND_FORTH, stop=stop).passed[round(stop * 1000) - 1000 :]
+    ]
+    assert before
+    moving = sum(1 for _, velocity in after if velocity)
+    assert moving / 1000 == pytest.approx(seconds, abs=0.003)
+    assert all(abs(velocity) <= abs(before) + 1e-9 for _, velocity in after)
+    limit = channel.joints[0].max_acceleration or 0.5 / WINDOW
+    steepest = max(abs(one - other) * 1000 for (_, one), (_, other) in pairwise([(0.0, before), *after]))
+    assert steepest <= max(limit, 0.5 / seconds) * 1.05
+
+
+def test_a_joint_that_was_held_catches_up_while_it_moves_but_never_at_rest() -> None:
+    """A person has held it 0.5 rad below the program. Once the program lets it rest, people may be near."""
+    behind = course((0.0, 0.0), (0, 0))
+    up = turned(HEAD, behind, told(yaw=(0.5, 1.0)), 1.0, until=2.0)
+    assert up.velocities == [1.5, 0]
+    down = turned(HEAD, behind, told(yaw=(0.5, -1.0)), 1.0, until=2.0)
+    assert down.velocities == [-0.5, 0]
+    assert [each.since for each in turned(HEAD, behind, told(yaw=(0.05, -1.0)), 1.0, until=2.0).legs][-1] == 1.1
+    assert turned(HEAD, up, told(yaw=(0.8, 0.0)), 2.0).velocities == [0, 0], "far from there"
+    assert turned(HEAD, up, told(yaw=(0.35, 0.0)), 2.0).velocities == [1.5, 0], "it only has to arrive"
+    assert turned(HEAD, up, told(yaw=(0.35, 0.0)), 1.1, until=1.1).velocities == [0, 0], "a stop"
+    assert turned(HEAD, behind, told(yaw=(0.05, 0.0)), 1.0).velocities == [0, 0]
+    assert turned(replace(HEAD, interface="velocity"), behind, told(yaw=(0.5, 1)), 1.0).velocities == [1, 0]
 
 
 FAST = """
@@ -366,13 +423,16 @@ def test_joints_move_to_their_starts_at_a_fifth_of_their_speed_and_stop_there() 
     assert way
     now = homing_course(way, now, 7.0)
     assert now == course((0.3, -0.8), (0, 0), since=7)
-    now = turned(way, now, {}, 7.5)
-    assert [*now.motions[0]] == pytest.approx([-0.1, -0.8])
-    last = [*trajectory(way, turned(way, now, {}, 7.9))][-1]
+    for at in (7.2, 7.4, 7.6):
+        now = turned(way, now, {}, at)
+    assert [*now.motions[0]] == pytest.approx([-0.18, -0.8])
+    assert [*stopped(way, now, 0.1).motions[0]] == pytest.approx([-0.26, 0])
+    for at in (7.8, 7.9):
+        now = turned(way, now, {}, at)
+    last = [*trajectory(way, now)][-1]
     assert [*last.positions, *last.velocities] == pytest.approx([-0.5, 0, 0, 0])
     assert last.seconds < CRUISE + WINDOW
-    assert turned(way, now, {}, 9.0) == course((-0.5, 0), (0, 0), since=9)
-    assert [*stopped(way, now, 0.25).motions[0]] == pytest.approx([-0.3, 0])
+    assert turned(way, now, {}, 8.1) == course((-0.5, 0), (0, 0), since=8.1)
 
 
 def test_some_joints_have_no_way_home() -> None:

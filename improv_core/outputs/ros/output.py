@@ -15,8 +15,8 @@ from improv_core.outputs.ros.base import RosBase
 from improv_core.outputs.ros.buttons import Buttons
 from improv_core.outputs.ros.clock import SimulatedTime
 from improv_core.outputs.ros.discovery import described
+from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
-from improv_core.outputs.ros.joints.trajectories import Channel, needs_base
 from improv_core.outputs.ros.nodes import PUBLISHER, READER, Nodes, is_harmless, node_name, without_name
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests

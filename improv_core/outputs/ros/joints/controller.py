@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from improv_core.outputs.cdr import numbers_message
+from improv_core.outputs.ros.joints.channels import WINDOW, Channel, joint_states_of
 from improv_core.outputs.ros.joints.trajectories import (
-    WINDOW,
-    Channel,
     Course,
     current_course,
     homing_channel,
     homing_course,
-    joint_states_of,
     let_go,
     message_of,
     stopped,
@@ -131,13 +129,16 @@ class RosController:
         if before is None:
             return ""
         self._from_measured = self._from_measured and not begins
-        wanted = turned(self.channel, before, joints, at)
-        self._course = course = let_go(self.channel, before, wanted, self._recent())
+        wanted = turned(self.channel, before, joints, at, late, until)
+        course = let_go(self.channel, before, wanted, self._recent())
         self._watch(before, joints)
         is_repeated = course.moves and course.velocities == before.velocities
-        if not is_repeated or self._around.now() >= self._sent + OFTEN / self._part.profile.command_rate:
-            self._publish(message_of(self.channel, course, pace, until, late))
-        return "" if course.moves else self._off_line(course, joints)
+        if is_repeated and self._around.now() < self._sent + OFTEN / self._part.profile.command_rate:
+            self._course = replace(before, until=until)  # what was sent last still counts
+            return ""
+        self._course = course
+        self._publish(message_of(self.channel, course, pace))
+        return "" if course.moves or any(course.brakes) else self._off_line(course, joints)
 
     def steers_home(self) -> bool:
         """Update the course of joints that move to their starts, and return whether to `go_home` now. They try only

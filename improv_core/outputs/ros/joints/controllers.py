@@ -7,9 +7,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
+from improv_core.outputs.ros.joints.channels import Channel, channels_of, window_of
 from improv_core.outputs.ros.joints.controller import Measured, RosController, Surroundings
 from improv_core.outputs.ros.joints.parameters import ControllerJoints
-from improv_core.outputs.ros.joints.trajectories import Channel, channels_of, window_of
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
 from improv_core.protocol.output import Unfollowed

@@ -10,6 +10,7 @@ Machines and Robots*, 2008, section 4.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -31,6 +32,25 @@ class Stretch(NamedTuple):
         return self.position + self.velocity * (time - self.since)
 
 
+@dataclass(frozen=True, slots=True)
+class Brake:
+    """The way of a joint that brakes evenly from a velocity, and comes to `rest` after some seconds."""
+
+    since: float
+    rest: float
+    velocity: float
+    seconds: float
+
+    @property
+    def until(self) -> float:
+        return self.since + self.seconds
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Return its position and its velocity at a time."""
+        left = max(self.until - time, 0.0) / self.seconds
+        return self.rest - self.velocity * self.seconds * left**2 / 2, self.velocity * left
+
+
 class TrajectoryPoint(NamedTuple):
     """Positions and velocities of a controller's joints, this many seconds from now."""
 
@@ -39,15 +59,22 @@ class TrajectoryPoint(NamedTuple):
     velocities: list[float]
 
 
-def points(ways: Sequence[Sequence[Stretch]], window: float, now: float) -> Iterator[TrajectoryPoint]:
-    """Yield the points of joints on these ways, each of which ends in a stretch without velocity.
+def points(
+    ways: Sequence[Sequence[Stretch]], window: float, now: float, brakes: Sequence[Brake | None] = ()
+) -> Iterator[TrajectoryPoint]:
+    """Yield the points of joints on these ways, each of which ends in a stretch without velocity. Those with a brake
+    come to rest at the beginning of theirs.
 
     Between two points, accelerations are constant, and so are those of joint_trajectory_controller's cubic splines.
     """
     bends = {stretch.since for way in ways if len(way) > 1 for stretch in way}
-    *times, last = _spread(sorted(each for bend in bends for each in (bend, bend + window)), now)
+    ends = [brake.until for brake in brakes if brake]
+    *times, last = _spread(sorted([*(each for bend in bends for each in (bend, bend + window)), *ends]), now)
     for time in times:
-        found = [_smoothed(way, window, time) for way in ways]
+        found = [
+            brake.at(time) if brake and time < brake.until else smoothed(way, window, time)
+            for way, brake in zip(ways, brakes or [None] * len(ways), strict=True)
+        ]
         yield TrajectoryPoint(time - now, [each for each, _ in found], [each for _, each in found])
     # Exactly at rest: controllers refuse a trajectory that ends in motion, even by rounding.
     yield TrajectoryPoint(last - now, [way[-1].position for way in ways], [0.0] * len(ways))
@@ -63,7 +90,7 @@ def _spread(bends: Sequence[float], now: float) -> list[float]:
     return kept[::-1]
 
 
-def _smoothed(way: Sequence[Stretch], window: float, time: float) -> tuple[float, float]:
+def smoothed(way: Sequence[Stretch], window: float, time: float) -> tuple[float, float]:
     """Return the smoothed position and velocity of a joint at a time."""
     since, here = time - window, _at(way, time)
     if len(way) == 1:

@@ -1,75 +1,34 @@
 """Commands for the controllers of a robot's joints. It never reads a clock. Standard library only.
 
-Positions are in radians or meters, and times in seconds. A commanded position never jumps: it follows from the joint's
-last position at rest and the commanded velocities since then.
+Positions are in radians or meters, and times in seconds. A commanded position never jumps: it follows from what was
+sent before, also if that was late. A joint that is behind the program catches up while the program moves it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.outputs.cdr import numbers_message, trajectory_message
-from improv_core.outputs.ros.joints.smoothing import Stretch, TrajectoryPoint, points
-from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift
-from improv_core.score.body import Body, Controller, Interface, Joint
-from improv_core.score.joints import JointMotion, limbs_of, moved_parts
-from improv_core.score.movement import Velocity
-from improv_core.score.profiles import is_simulated
-from improv_core.score.score import Part, in_namespace
+from improv_core.outputs.ros.joints.channels import HOMING, WINDOW, Channel
+from improv_core.outputs.ros.joints.smoothing import Brake, Stretch, TrajectoryPoint, points, smoothed
+from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift, is_far
+from improv_core.score.body import Joint
+from improv_core.score.joints import JointMotion
 
 CRUISE = 0.2
 """Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
-WINDOW = 0.1
-"""Seconds over which the positions in a trajectory are smoothed, at least. If no command follows, it comes to rest in
-this time after it has cruised."""
-LONGEST_WINDOW = 2.0
-"""Seconds over which they are smoothed, at most."""
 LAG, LAST_LAG = 0.5, 0.2
 """Seconds by which joints may lag behind their commands: while they move, and when they are stopped. They still cover
 that distance."""
-HOMING = 5
-"""Joints move to their starts at their highest speed divided by this."""
-TOPICS: Mapping[Interface, str] = {"trajectory": "joint_trajectory", "position": "commands", "velocity": "commands"}
-"""The topic names of ros2_control's joint_trajectory_controller and forward_command_controller."""
-MESSAGES: Mapping[Interface, str] = {
-    "trajectory": "JointTrajectory",
-    "position": "Float64MultiArray",
-    "velocity": "Float64MultiArray",
-}
-"""The message types on these topics."""
-FOR_ALL = "joint_trajectory"
-"""The controller's name if the profile lists no controllers."""
-
-
-@dataclass(frozen=True, slots=True)
-class Channel:
-    """A controller of a robot: its joints in their order, its interface, and the full name of its topic.
-
-    No direction moves the joints that are `held`: they stay where they stand. The controller doesn't have those that
-    are `lacking`, although the settings list them. Positions in trajectories are smoothed over a `window` of seconds,
-    with which joints keep their highest accelerations.
-    """
-
-    joints: tuple[Joint, ...]
-    interface: Interface
-    topic: str
-    held: frozenset[str] = frozenset()
-    lacking: tuple[str, ...] = ()
-    window: float = field(default=WINDOW, compare=False)
-
-    @property
-    def message(self) -> str:
-        """The type of its messages."""
-        return MESSAGES[self.interface]
-
-    @property
-    def needs_positions(self) -> bool:
-        """True if its joints' positions must be known before it can get a command."""
-        return self.interface != "velocity"
+HURRY = 0.5
+"""A joint that is behind the program catches up faster or slower than the program by this share of its speed."""
+EXACT = 1e-6
+"""Radians or meters from the program at which a joint counts as being there."""
+SOONEST_STOP = 0.05
+"""Seconds in which a moving joint is stopped, at least, however fast it may brake: it lags by about as much."""
 
 
 class _Leg(NamedTuple):
@@ -81,12 +40,19 @@ class _Leg(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """The movement of a controller's joints, in their order, from a performance time on. `legs` are its latest ones,
-    with which it is smoothed, up to the present one."""
+    """The movement of a controller's joints, in their order, from a performance time on.
+
+    `legs` are those that were sent and still smooth it, the present one, and those with which joints that catch up
+    join the `program`, which has them there at this time. It moves them on `until` another time. Joints with a brake
+    have been stopped, at where they come to rest.
+    """
 
     motions: tuple[JointMotion, ...]
     since: float = 0.0
     legs: tuple[_Leg, ...] = field(default=(), compare=False)
+    program: tuple[JointMotion, ...] = field(default=(), compare=False)
+    until: float = field(default=math.inf, compare=False)
+    brakes: tuple[Brake | None, ...] = field(default=(), compare=False)
 
     @property
     def velocities(self) -> list[float]:
@@ -96,72 +62,16 @@ class Course:
     def moves(self) -> bool:
         return any(self.velocities)
 
+    @property
+    def end(self) -> float:
+        """The time at which the program's movement ends in its trajectory: joints may turn around `until` then."""
+        return max(min(self.since + CRUISE, self.until), self.since)
 
-Listed = Callable[[str], Sequence[str]]
-"""Returns the joints that the controller on a topic itself lists; none if they are unknown."""
-
-
-def channels_of(part: Part, listed: Listed = lambda topic: ()) -> list[Channel]:
-    """The controllers that move the body parts of a robot's part. Other controllers get no commands.
-
-    A controller has the joints that it lists itself, because it refuses commands for others, or for fewer.
-
-    For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
-    """
-    body = part.profile.body
-    if not body or is_simulated(part.profile):
-        return []
-    if not part.scenes:
-        endless = [each for each in controllers_of(body) if each.interface == "velocity"]
-        return [_channel(each, body, part.namespace, listed) for each in endless]
-    moved = {drive.joint for name in moved_parts(part) for drive in body.part[name].drives}
-    used = [each for each in controllers_of(body) if not moved.isdisjoint(each.joints)]
-    return [_channel(each, body, part.namespace, listed) for each in used]
-
-
-def controllers_of(body: Body) -> Sequence[Controller]:
-    """The controllers of a body. If it names none, one controller moves all its joints."""
-    return body.controllers or [Controller(FOR_ALL, tuple(body.joint))]
-
-
-def window_of(part: Part, channel: Channel, tempo: Fraction) -> float:
-    """The seconds over which a controller's joints are smoothed, so that each reverses from its highest speed in a part
-    within its highest acceleration."""
-    joints, found = {joint.name: joint for joint in channel.joints}, [WINDOW]
-    for limb in limbs_of(part, tempo):
-        drives = [drive for drive in limb.part.drives if drive.joint in joints and joints[drive.joint].max_acceleration]
-        for peak in [limb.performs(scene).bounds.peak for scene in part.scenes] if drives else ():
-            speeds = limb.velocities(Velocity(peak.x, peak.y, peak.z, peak.yaw))  # type: ignore[arg-type]
-            found += [_reversing(joints[drive.joint], abs(speeds[drive.joint]), part, tempo) for drive in drives]
-    return min(max(found), LONGEST_WINDOW)
-
-
-def _reversing(joint: Joint, speed: float, part: Part, tempo: Fraction) -> float:
-    """The seconds in which a joint reverses from a speed in a part."""
-    if part.movement.body_words.has_poses:  # its way there isn't known before
-        way = joint.max - joint.min if joint.max is not None and joint.min is not None else math.tau
-        speed = max(speed, way * float(tempo) / 60)
-    speed = min(speed, joint.max_velocity or math.inf)
-    homing = (joint.max_velocity or 0.0) / HOMING
-    return 2 * max(speed, homing) / (joint.max_acceleration or math.inf)
-
-
-def joint_states_of(part: Part) -> str | None:
-    """The full name of the topic with a robot's joint positions, if there is one."""
-    body = part.profile.body
-    return in_namespace(body.joint_states, part.namespace) if body and body.joint_states else None
-
-
-def needs_base(part: Part) -> bool:
-    """Return whether a robot needs a base. A robot that moves only its body parts doesn't."""
-    if is_simulated(part.profile):
-        return False
-    return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
-
-
-def topic_of(controller: Controller, namespace: str) -> str:
-    """The full name of a controller's topic in a robot's namespace."""
-    return in_namespace(controller.topic or f"{controller.name}_controller/{TOPICS[controller.interface]}", namespace)
+    @property
+    def sent(self) -> Sequence[_Leg]:
+        """The legs of its trajectory."""
+        legs = self.legs or (_Leg(self.since, self.motions),)
+        return [leg for leg in legs if leg.since <= self.since or leg.since < self.end]
 
 
 def standing(channel: Channel, positions: Mapping[str, float]) -> Course:
@@ -198,19 +108,120 @@ def current_course(
     return standing(channel, {joint.name: joint.start for joint in channel.joints})
 
 
-def turned(channel: Channel, before: Course, told: Mapping[str, JointMotion], at: float) -> Course:
-    """The course after some of the joints get a new velocity at a time. The others continue.
+def turned(
+    channel: Channel,
+    before: Course,
+    told: Mapping[str, JointMotion],
+    at: float,
+    late: float = 0.0,
+    until: float = math.inf,
+) -> Course:
+    """The course after some of the joints get a new velocity at a time, `until` another one. The others continue.
 
-    No joint exceeds its highest speed or passes its limits.
+    No joint exceeds its highest speed or passes its limits. If the command is `late`, what was sent before has happened
+    until now, so joints continue from there. Those that are behind the program catch up while it moves them, or while
+    they arrive, unless something has held them back. In a stop, which lasts no time, they brake.
     """
-    passed = at - before.since if before.since <= at else 0.0  # performance time may have started over
-    pairs = zip(channel.joints, before.motions, strict=True)
-    motions = tuple(_turned(joint, motion, told.get(joint.name), passed) for joint, motion in pairs)
-    legs = (before.legs or (_Leg(before.since, before.motions),)) if before.since <= at else ()
-    gone = sum(1 for later in legs[1:] if later.since <= at - channel.window)
-    recent = legs[gone:]
-    is_same = legs and [each.velocity for each in motions] == [each.velocity for each in legs[-1].motions]
-    return Course(motions, at, recent if is_same else (*recent, _Leg(at, motions)))
+    now = at + late
+    if before.since > now:  # performance time has started over
+        before = Course(before.motions, now)
+    legs = _passed(channel, before, now)
+    (since, last), passed = legs[-1], now - before.since
+    program, motions, joins, brakes = [], list[JointMotion](), list[float](), list[Brake | None]()
+    for number, joint in enumerate(channel.joints):
+        here = JointMotion(_after(now - since, joint, last[number]), last[number].velocity)
+        brake, command = before.brakes[number] if before.brakes else None, told.get(joint.name)
+        if command:
+            goal = JointMotion(_after(now - at, joint, command), command.velocity)
+        else:
+            goal = before.program[number] if before.program else before.motions[number]
+            goal = JointMotion(_after(passed, joint, goal), goal.velocity)
+        if brake and brake.until > now:
+            here = JointMotion(here.position, 0.0)
+        elif command and until <= at:
+            brake = _brake(channel, [*_way(joint, before.sent, number, before.end)], joint, now)
+            here = JointMotion(brake.rest if brake else here.position, 0.0)
+        else:
+            arrives = here.velocity or before.motions[number].velocity if command else here.velocity
+            brake, here = None, _toward(channel, joint, here, goal, arrives)
+        gap, closing = goal.position - here.position, here.velocity - _within(joint, goal.velocity)
+        program.append(goal)
+        motions.append(here)
+        brakes.append(brake)
+        joins.append(now + gap / closing if gap * closing > 0 and not brake else math.inf)
+    until = until if until > at else math.inf
+    course = Course(tuple(motions), now, (), tuple(program), until, tuple(brakes))
+    legs = [_Leg(leg.since, _at_rest(leg.motions, course)) for leg in legs if leg.since < now or leg is legs[0]]
+    if course.velocities != [motion.velocity for motion in legs[-1].motions]:
+        legs.append(_Leg(now, course.motions))
+    gone = sum(1 for later in legs[1:] if later.since <= now - channel.window)
+    ahead = (_joined(channel, course, joins, time) for time in sorted({*joins}) if time < course.end)
+    return replace(course, legs=(*legs[gone:], *ahead))
+
+
+def _passed(channel: Channel, before: Course, now: float) -> list[_Leg]:
+    """The legs that have been performed until now. What was sent ends at rest, except for velocities."""
+    legs = [leg for leg in before.sent if leg.since <= now]
+    since, motions = legs[-1]
+    if channel.needs_positions and now > before.end and any(velocity for _, velocity in motions):
+        pairs = zip(channel.joints, motions, strict=True)
+        rest = (JointMotion(_after(before.end - since, joint, motion), 0.0) for joint, motion in pairs)
+        legs.append(_Leg(before.end, tuple(rest)))
+    return legs
+
+
+def _toward(channel: Channel, joint: Joint, here: JointMotion, goal: JointMotion, arrives: float) -> JointMotion:
+    """A joint's movement toward where the program has it, and moves it on.
+
+    Velocity controllers know no positions. If the program has a joint stand, it doesn't begin to move: one that
+    `arrives` at a speed continues, unless it is far from there. Then something has held it, and people may be near.
+    """
+    velocity, gap = _within(joint, goal.velocity), goal.position - here.position
+    if channel.needs_positions and abs(gap) > EXACT:
+        if velocity:
+            fastest = (1 + HURRY) * abs(velocity)
+            if joint.max_acceleration:  # so much that it may still reverse in a window
+                fastest = max(min(fastest, joint.max_acceleration * channel.window / 2), abs(velocity))
+            velocity += math.copysign(HURRY * velocity, gap)
+            velocity = _within(joint, max(-fastest, min(velocity, fastest)))
+        elif arrives and not is_far(joint, goal.position, here.position):
+            velocity = math.copysign(arrives, gap)
+    limit = joint.max if velocity > 0 else joint.min
+    is_there = velocity and limit is not None and (here.position - limit) * velocity >= 0
+    return JointMotion(here.position, 0.0 if is_there else velocity)
+
+
+def _joined(channel: Channel, course: Course, joins: Sequence[float], time: float) -> _Leg:
+    """The leg from a time on at which joints join the program."""
+    found = zip(channel.joints, course.motions, course.program, joins, strict=True)
+    return _Leg(
+        time,
+        tuple(
+            JointMotion(_after(time - course.since, joint, goal), _within(joint, goal.velocity))
+            if join <= time
+            else JointMotion(_after(time - course.since, joint, motion), motion.velocity)
+            for joint, motion, goal, join in found
+        ),
+    )
+
+
+def _brake(channel: Channel, way: Sequence[Stretch], joint: Joint, now: float) -> Brake | None:
+    """A joint's way to rest in a trajectory; None if it stands, or has another controller. It is as fast as the joint's
+    stated acceleration allows, and at most as long as it needs in the program, whose window has an upper limit. Without
+    one, it takes the shortest window."""
+    position, velocity = smoothed(way, channel.window, now)
+    if not velocity or channel.interface != "trajectory":
+        return None
+    seconds = WINDOW
+    if joint.max_acceleration:
+        seconds = max(min(abs(velocity) / joint.max_acceleration, channel.window / 2), SOONEST_STOP)
+    return Brake(now, position + velocity * seconds / 2, velocity, seconds)
+
+
+def _at_rest(motions: tuple[JointMotion, ...], course: Course) -> tuple[JointMotion, ...]:
+    """These positions and velocities; joints that brake stand where they come to rest."""
+    found = zip(motions, course.brakes, strict=True)
+    return tuple(JointMotion(brake.rest, 0.0) if brake else motion for motion, brake in found)
 
 
 def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[str, tuple[float, float]]) -> Course:
@@ -230,14 +241,18 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
         )
         is_held = speed and abs(position - motion.position) > far
         offs.append(position - motion.position if is_held else 0.0)
-    return turned(channel, _shifted(course, offs), {}, course.since) if any(offs) else course
+    if not any(offs):
+        return course
+    return turned(channel, _shifted(course, offs), {}, course.since, until=course.until)
 
 
 def _shifted(course: Course, offs: Sequence[float]) -> Course:
     def shift(motions: Sequence[JointMotion]) -> tuple[JointMotion, ...]:
         return tuple(JointMotion(at + off, speed) for (at, speed), off in zip(motions, offs, strict=True))
 
-    return Course(shift(course.motions), course.since, tuple(_Leg(since, shift(each)) for since, each in course.legs))
+    legs = tuple(_Leg(since, shift(each)) for since, each in course.legs)
+    brakes = tuple(None if off else brake for brake, off in zip(course.brakes, offs, strict=False))  # none yet
+    return replace(course, motions=shift(course.motions), legs=legs, brakes=brakes)
 
 
 def homing_channel(channel: Channel, course: Course) -> Channel | None:
@@ -261,38 +276,35 @@ def homing_course(homing: Channel, course: Course, now: float) -> Course:
         joint.name: JointMotion(at, math.copysign(joint.max_velocity or 0.0, joint.start - at))
         for joint, (at, _) in zip(homing.joints, course.motions, strict=True)
     }
-    return turned(homing, replace(course, since=now), told, now)
+    return turned(homing, Course(course.motions, now), told, now)
 
 
 def stopped(channel: Channel, course: Course, passed: float) -> Course:
     """The course with all joints stopped, this many seconds after it began."""
-    still = {joint.name: JointMotion(0.0, 0.0) for joint in channel.joints}
-    return turned(channel, course, still, course.since + passed)
+    still = {
+        joint.name: JointMotion(motion.position, 0.0)
+        for joint, motion in zip(channel.joints, course.motions, strict=True)
+    }
+    at = course.since + passed
+    return turned(channel, course, still, at, until=at)
 
 
-def trajectory(
-    channel: Channel, course: Course, until: float = math.inf, late: float = 0.0
-) -> Iterator[TrajectoryPoint]:
-    """The points of a course that is sent so many seconds `late`, and comes to rest by itself. Joints that stand have a
-    single point. It ends where joints are at the time `until`, at the latest: they may turn around then."""
-    end = course.since + min(CRUISE, max(until - course.since, 0.0))
-    legs = course.legs or (_Leg(course.since, course.motions),)
-    ways = [[*_way(joint, legs, number, end)] for number, joint in enumerate(channel.joints)]
-    return points(ways, channel.window, course.since + late)
+def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
+    """The points of a course, which comes to rest by itself. Joints that stand have a single point."""
+    ways = [[*_way(joint, course.sent, number, course.end)] for number, joint in enumerate(channel.joints)]
+    return points(ways, channel.window, course.since, course.brakes)
 
 
-def message_of(
-    channel: Channel, course: Course, pace: float = 1.0, until: float = math.inf, late: float = 0.0
-) -> bytes:
-    """The message for a controller at the present time of a course, in positions of its encoders. `trajectory` has the
-    other arguments. By the controller's clock, such as a simulation's, `pace` seconds pass in one of a performance."""
+def message_of(channel: Channel, course: Course, pace: float = 1.0) -> bytes:
+    """The message for a controller at the present time of a course, in positions of its encoders. By the controller's
+    clock, such as a simulation's, `pace` seconds pass in one of a performance."""
     if channel.interface == "velocity":
         return numbers_message([velocity / pace for velocity in course.velocities])
     if channel.interface == "position":
         return numbers_message(_encoder_positions(channel, [motion.position for motion in course.motions]))
     found = [
         (seconds * pace, _encoder_positions(channel, positions), [velocity / pace for velocity in velocities])
-        for seconds, positions, velocities in trajectory(channel, course, until, late)
+        for seconds, positions, velocities in trajectory(channel, course)
     ]
     return trajectory_message(tuple(joint.name for joint in channel.joints), found)
 
@@ -301,30 +313,9 @@ def _encoder_positions(channel: Channel, positions: Sequence[float]) -> list[flo
     return [position - joint.offset for joint, position in zip(channel.joints, positions, strict=True)]
 
 
-def _channel(controller: Controller, body: Body, namespace: str, listed: Listed) -> Channel:
-    topic = topic_of(controller, namespace)
-    names = listed(topic)
-    if set(names).isdisjoint(controller.joints):  # they are unknown, or those of something else
-        names = controller.joints
-    return Channel(
-        tuple(body.joint.get(name) or Joint(name) for name in names),
-        controller.interface,
-        topic,
-        frozenset(names).difference(body.joint),
-        tuple(name for name in controller.joints if name not in names),
-    )
-
-
-def _turned(joint: Joint, motion: JointMotion, told: JointMotion | None, passed: float) -> JointMotion:
-    if not (told or motion.velocity):
-        return motion
-    position = _after(passed, joint, motion)
-    velocity = told.velocity if told else motion.velocity
-    if joint.max_velocity is not None:
-        velocity = max(-joint.max_velocity, min(velocity, joint.max_velocity))
-    limit = joint.max if velocity > 0 else joint.min
-    is_there = velocity and limit is not None and (position - limit) * velocity >= 0
-    return JointMotion(position, 0.0 if is_there else velocity)
+def _within(joint: Joint, velocity: float) -> float:
+    """The velocity, or the joint's highest speed in its direction."""
+    return velocity if joint.max_velocity is None else max(-joint.max_velocity, min(velocity, joint.max_velocity))
 
 
 def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:

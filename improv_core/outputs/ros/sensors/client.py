@@ -10,7 +10,7 @@ from dataclasses import asdict
 from typing import NamedTuple
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.outputs.ros.joints.trajectories import joint_states_of
+from improv_core.outputs.ros.joints.channels import joint_states_of
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper_command

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,8 @@ def test_an_unreadable_urdf_is_one_line(arguments: list[str], said: str, tmp_pat
 
 
 ADVICE = "run `xacro doll.xacro > robot.urdf`, and read that"
+FIND = "from ament_index_python.packages import get_package_share_directory as find"
+PYTHON = f'exec {sys.executable} -c "{FIND}; {{}}"'
 XACRO = '<robot name="doll"><xacro:include filename="arms.xacro"/></robot>'
 
 
@@ -56,6 +59,18 @@ XACRO = '<robot name="doll"><xacro:include filename="arms.xacro"/></robot>'
     ("script", "said"),
     [
         ("cat ../doll.urdf", "# From doll.xacro, expanded by xacro. "),
+        (
+            PYTHON.format("print(open(find('doll_description') + '/doll.urdf').read())"),
+            "# From doll.xacro, expanded by xa",
+        ),
+        (
+            PYTHON.format("find('arms')"),
+            f"(LookupError: the package arms is neither installed nor near the file): {ADVICE}",
+        ),
+        (
+            "echo 'error: Undefined substitution argument side' >&2; exit 1",
+            "run `xacro doll.xacro side:=VALUE > robot.urdf`, and read that",
+        ),
         (
             "echo 'error: no such macro' >&2; echo in file >&2; exit 1",
             f"can't expand it (error: no such macro): {ADVICE}",
@@ -77,6 +92,7 @@ def test_a_xacro_file_is_expanded_in_a_process_with_limits(
     monkeypatch.setattr(xacro, "LIMIT", 0.5 if script == "exec sleep 100" else 10.0)
     (tmp_path / "doll.urdf").write_text(DOLL)
     (tmp_path / "doll.xacro").write_text(XACRO)
+    (tmp_path / "package.xml").write_text('<package format="3">\n  <name>doll_description</name>\n</package>\n')
     ended = run("body", "doll.xacro", folder=tmp_path)
     assert said in ended.stdout + ended.stderr
     assert "urdf = " not in ended.stdout

@@ -104,7 +104,7 @@ def _shape(
     line = before = 0
     words = colored(text, unknown, strange, body_words)
     if plain and not last_line:  # the usual case: a document that was just opened has thousands of words
-        for start, end, kind, modifiers in words:
+        for start, end, kind, modifiers in in_slices(words):
             found += (0, start - before, end - start, kind, modifiers)
             before = start
         words = []

@@ -27,7 +27,7 @@ from improv_core.program.compiler import starts_of
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
-from improv_core.safety.allowed import HostError
+from improv_core.safety.allowed import HostError, is_approved, refusal
 from improv_core.safety.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
@@ -69,6 +69,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
         bodies = jointed([*examined], robots)
         starts = starts_of(analysis) if path and analysis.ok else {}
         yield from elsewhere(examined, path)
+        yield from addresses(examined)
         examined = {name: robot for name, robot in examined.items() if not robot.host}
         places = {name: pose for name, robot in examined.items() if (pose := starts.get(name, robot.start))}
     yield works("the simulator", _start_simulator)
@@ -86,6 +87,19 @@ def elsewhere(examined: Mapping[str, Robot], path: Path | None) -> Iterator[Find
     if far := [f"{name} on {host.name}" for name, host in machines.items()]:
         command = f"improv doctor --hosts {path}" if path else "improv doctor --hosts"
         yield absent(f"not seen from here: {', '.join(far)}", f"look there with `{command}`")
+
+
+def addresses(examined: Mapping[str, Robot]) -> Iterator[Finding]:
+    """Report the addresses of robots that outputs move, and whether Improv may use them. Raises HostError."""
+    named: dict[str, list[str]] = {}
+    for name, robot in examined.items():
+        if robot.device:
+            named.setdefault(robot.device.address, []).append(name)
+    for address, robots in named.items():
+        if is_approved(address):
+            yield good(f"{', '.join(robots)} at {address}, which Improv may use")
+        else:
+            yield absent(f"{', '.join(robots)} at {address}", refusal(address))
 
 
 def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:

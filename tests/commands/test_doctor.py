@@ -16,6 +16,7 @@ from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterEr
 from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Endpoints
 from improv_core.robots.config import Robot, read_robots
+from improv_core.safety.allowed import approve
 from improv_core.score.motion import Pose
 from improv_core.score.score import Deadman, Safety
 from tests.commands.command_line import Ended, program, run
@@ -344,6 +345,19 @@ def without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[...
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setattr("improv_core.outputs.ros.setup.interpreter._INSTALLED", "/nowhere")
     return partial(run, "doctor", folder=tmp_path)
+
+
+def test_addresses_of_robots_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    approve("tcp:10.0.0.5:4000")
+    about = '[robots.{}]\noutput = "thymio"\naddress = "{}"\nnode = {}\n'
+    places = [("ada", "tcp:10.0.0.5:4000", 1), ("bob", "tcp:10.0.0.5:4000", 2), ("carla", "serial:/dev/ttyACM0", 1)]
+    robots = read_robots("".join(about.format(*place) for place in places)).robots
+    assert [str(finding) for finding in doctor.addresses(robots)] == [
+        "✓ ada, bob at tcp:10.0.0.5:4000, which Improv may use",
+        "– carla at serial:/dev/ttyACM0: nobody has allowed Improv to use it: if you trust it, "
+        "run `improv hosts allow serial:/dev/ttyACM0`",
+    ]
 
 
 def test_a_machine_without_ros(without_ros: Callable[..., Ended]) -> None:

@@ -11,8 +11,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import tty
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -229,6 +231,48 @@ def test_a_thymio_drives_confirms_its_stop_and_sees_a_wall(playground: str) -> N
                 memory.posed.get(timeout=LIMIT)
         thymio.close()
     assert seen == {1: False, 2: True}
+
+
+@contextmanager
+def serial_port(address: str) -> Iterator[str]:
+    """Yield the name of a serial port at the other end of which is a TCP address."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    host, _, port = address.removeprefix("tcp:").partition(":")
+    with socket.create_connection((host, int(port))) as link:
+
+        def pump(read: Callable[[int], bytes], write: Callable[[bytes], object]) -> None:
+            with suppress(OSError):
+                while data := read(4096):
+                    write(data)
+
+        threading.Thread(target=pump, args=(link.recv, partial(os.write, master)), daemon=True).start()
+        threading.Thread(target=pump, args=(partial(os.read, master), link.sendall), daemon=True).start()
+        yield os.ttyname(slave)
+        link.shutdown(socket.SHUT_RDWR)
+    os.close(slave)
+    os.close(master)
+
+
+@pytest.mark.slow("starts the simulator")
+def test_a_thymio_at_a_serial_port_is_driven_by_one_program_at_a_time(playground: str) -> None:
+    with serial_port(playground) as port:
+        memory = Memory()
+        thymio = Thymio(DeviceRobot("ada", f"serial:{port}", 1, (0, 1, 0)), memory)
+        thymio.connect()
+        while memory.posed.get(timeout=LIMIT).x < 0.02:
+            thymio.drive(Twist(0.1))
+        thymio.drive(STILL)
+        while not thymio.stands():
+            memory.posed.get(timeout=LIMIT)
+        with pytest.raises(OSError, match=f"another program uses {port}"):
+            wire_to(f"serial:{port}")
+        thymio.close()
+
+
+def test_a_serial_port_that_is_gone_is_named() -> None:
+    with pytest.raises(OSError, match="/dev/ttyACM77 can't be opened: plug the robot or its dongle in"):
+        wire_to("serial:/dev/ttyACM77")
 
 
 DRIVES = """

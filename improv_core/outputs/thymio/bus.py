@@ -236,7 +236,14 @@ class _Serial:
             import serial
         except ImportError:
             raise OSError("serial ports need pyserial: run `pip install 'improv-ls[thymio]'`") from None
-        self._port: Any = serial.Serial(port, 115_200, timeout=0.5, write_timeout=0.5, exclusive=True)
+        try:
+            self._port: Any = serial.Serial(port, 115_200, timeout=0.5, write_timeout=0.5, exclusive=True)
+        except OSError as error:
+            if "lock" in str(error):
+                raise OSError(f"another program uses {port}: end it") from None
+            raise OSError(
+                f"{port} can't be opened: plug the robot or its dongle in, and allow yourself to use it"
+            ) from None
 
     def recv(self) -> bytes:
         data: bytes = self._port.read(max(self._port.in_waiting, 1))

@@ -20,7 +20,7 @@ WHEELS = 0.094
 """Meters between its wheels (Enki, as above; the driver has 95 mm)."""
 MOST = 500
 """The highest motor target."""
-SILENT = 1.0
+SILENT = 2.0
 """Seconds without a report after which the robot counts as lost. It reports ten times a second."""
 MOST_SECONDS = 0.5
 """Seconds between two reports that count as rolled: a longer gap tells nothing of the wheels."""

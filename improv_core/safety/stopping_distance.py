@@ -131,17 +131,30 @@ class Track:
     def most(self, base: Base, ages: Sequence[float]) -> list[Approach]:
         """Return the most that `reach` may be in any direction, for each of these ages of the latest pose."""
         speed, times = self.top_speed, 2 if base.elsewhere else 1
-        return [Approach(coasting(speed, base.braking, times * age), times * speed) for age in ages]
+        before, last = self.poses[-2:][0], self.poses[-1]
+        further, moved = last.at - before.at, last.pose.apart(before.pose)[0]
+        return [Approach(coasting(speed, base.braking, times * age + further) + moved, times * speed) for age in ages]
 
     def reach(self, base: Base, point: Pose, now: float) -> Approach:
-        """Return how far it may come toward a point.
+        """Return how far it may come toward a point from its latest pose, by that or by the pose before: one may be
+        wrong."""
+        last = self.poses[-1]
+        age, way = (2 if base.elsewhere else 1) * max(now - last.at, 0.0), _Way.between(last.pose, point)
+        found = []
+        for raw in self.poses[-2:]:
+            moved = raw.pose.x - last.pose.x, raw.pose.y - last.pose.y, raw.pose.z - last.pose.z
+            by = self._reach_from(raw, age + last.at - raw.at, way, base, now)
+            found.append(by._replace(far=by.far + way.speed(_Velocity.of(*moved, 0.0), 0.0, 0.0)))
+        return max(found)
 
-        From a reaction before its latest pose until now, it may have moved as it was sent, and it continues for a
-        reaction. If it has moved toward the point faster than it was sent, it continues at that speed. Then it brakes.
+    def _reach_from(self, raw: RawPose, age: float, way: _Way, base: Base, now: float) -> Approach:
+        """Return how far it may come in a direction from a pose of this age.
+
+        From a reaction before that until now, it may have moved as it was sent, and it continues for a reaction. If it
+        has moved in that direction faster than it was sent, it continues at that speed. Then it brakes.
         """
-        raw = self.poses[-1]
-        age, times = max(now - raw.at, 0.0), 2 if base.elsewhere else 1
-        begin, way = now - times * age - REACTION, _Way.between(raw.pose, point)
+        times = 2 if base.elsewhere else 1
+        begin = now - age - REACTION
         headed = [self._turned_by(at) for at in (begin - TURN_LAG, raw.at)]
         least, most = min(headed), max(headed)
         speed, slowing = 0.0, base.braking  # toward the point, and its braking in that direction
@@ -167,7 +180,7 @@ class Track:
         seen, size = min(measured, default=(0.0, 0.0))
         if seen <= fastest + UNTOLD:
             return told
-        return max(told, Approach(seen / size * coasting(size, base.braking, times * age), times * seen))
+        return max(told, Approach(seen / size * coasting(size, base.braking, age), times * seen))
 
     def _seen(self) -> list[_Velocity]:
         """Return its speed by two pairs of poses, so that one imprecise pose makes no robot fast; empty if unknown."""

@@ -11,7 +11,7 @@ from improv_core.music.osc_wire import Argument
 from improv_core.preview.forecast import WordBegins
 from improv_core.protocol.messages import Sensed, State, TransportMessage
 from improv_core.protocol.transport import beat_at, is_muted
-from improv_core.score.senses import RobotSense
+from improv_core.score.senses import CUE, RobotSense
 
 SAME = 1e-3
 """Beats by which a transport may differ from the prediction of the previous one without counting as a jump."""
@@ -66,7 +66,8 @@ class Voice:
         """Return the voice after a report of a sense, and the messages that are due at once. `wall` is the Unix time
         now."""
         what, value = RobotSense(message["robot"], message["sense"]), message["value"]
-        if what in self.senses and self.senses[what] == value:
+        is_cue = what.sense == CUE and value  # it holds for an instant, so each is another one
+        if not is_cue and what in self.senses and self.senses[what] == value:
             return self, []
         arguments: list[Argument] = [what.sense, what.robot, SILENT if value is None else int(value)]
         told = OscDue(now + message["wall"] / 1e9 - wall, "/improv/sense", arguments)

@@ -129,3 +129,16 @@ def test_a_sense_is_sent_once_with_its_time(value: bool | None, said: int) -> No
     voice, (due,) = Voice().sensed(message, wall=1_800_000_001.0, now=500.0)
     assert voice.sensed(message, 1_800_000_001.0, 500.0) == (voice, [])
     assert (round(due.at, 5), due.address, due.arguments) == (499.25, "/improv/sense", ["near", "anna", said])
+
+
+def test_every_cue_is_sent() -> None:
+    stage = OscStage("anna $ repeat (until cue (repeat left))")
+    voice, told = Voice(), list[Sequence[Any]]()
+    for _ in range(3):
+        stage.pass_time(1.0)
+        stage.ask("cue")
+    for message in stage.told:
+        if message["type"] == "sensed":
+            voice, due = voice.sensed(message, 0.0, 0.0)
+            told += [each.arguments for each in due]
+    assert told == [["cue", "anna", 1]] * 3

@@ -33,6 +33,8 @@ _KINDS = {
 _FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRangeKind.Region}
 
 
+_CLOSED = "closed"
+"""The ID of the annotation of edits in files that aren't open."""
 Changes: TypeAlias = Sequence[tuple[AnyDocument, Sequence[Edit]]]
 """The edits of documents and files."""
 
@@ -50,10 +52,14 @@ def text_edits(document: AnyDocument, edits: Sequence[Edit], encoding: Encoding)
     return [types.TextEdit(to_range(document.lines, edit.span, encoding), edit.text) for edit in in_slices(edits)]
 
 
-def workspace_edit(changes: Changes, editor: Editor, new: Sequence[str] = ()) -> types.WorkspaceEdit:
+def workspace_edit(
+    changes: Changes, editor: Editor, new: Sequence[str] = (), *, asks: bool = False
+) -> types.WorkspaceEdit:
     """Return edits for an editor, with the versions of documents if it takes versions, and of `new` files, which it
-    must be able to create."""
+    must be able to create. If it can, it `asks` before it changes files that aren't open."""
     texts = [(each, text_edits(each, edits, editor.encoding)) for each, edits in changes if edits]
+    closed = [each.uri for each, _ in texts if each.version is None]
+    asks = bool(asks and closed and editor.can("workspace.workspace_edit.change_annotation_support"))
     if not editor.takes_document_changes and not new:
         return types.WorkspaceEdit(changes={each.uri: edits for each, edits in texts})
     created = types.CreateFileOptions(ignore_if_exists=True)
@@ -61,11 +67,19 @@ def workspace_edit(changes: Changes, editor: Editor, new: Sequence[str] = ()) ->
         document_changes=[
             *(types.CreateFile(uri, options=created) for uri in new),
             *(
-                types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(each.uri, each.version), edits)
+                types.TextDocumentEdit(
+                    types.OptionalVersionedTextDocumentIdentifier(each.uri, each.version),
+                    [_annotated(edit) for edit in edits] if asks and each.version is None else edits,
+                )
                 for each, edits in texts
             ),
-        ]
+        ],
+        change_annotations={_CLOSED: types.ChangeAnnotation("Files that aren't open", True)} if asks else None,
     )
+
+
+def _annotated(edit: types.TextEdit) -> types.AnnotatedTextEdit:
+    return types.AnnotatedTextEdit(annotation_id=_CLOSED, range=edit.range, new_text=edit.new_text)
 
 
 def document_symbol(lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.DocumentSymbol:

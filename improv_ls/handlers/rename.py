@@ -41,7 +41,7 @@ def rename(ls: Session, document: AnyDocument, params: types.RenameParams) -> ty
             changes = robots_file.rename(ls, document, offset, params.new_name)
         else:
             changes = _in_program(ls, document, offset, params.new_name)
-    return workspace_edit(changes, ls.editor)
+    return workspace_edit(changes, ls.editor, asks=True)
 
 
 @contextmanager

@@ -117,6 +117,31 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
         assert refused["message"].startswith("in clo sed.improv: ")
 
 
+def test_an_editor_asks_before_a_rename_changes_files_that_are_not_open(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text("[robots.r]\n")
+    here, opened, closed = (tmp_path / f"{name}.improv" for name in ("here", "opened", "closed"))
+    for path in (here, opened, closed):
+        path.write_text("r $ up\n")
+    edits = {"documentChanges": True, "changeAnnotationSupport": {}}
+    with Client(capabilities={"workspace": {"workspaceEdit": edits}}) as client:
+        client.open(opened.as_uri(), "r $ up\n")
+        client.open(here.as_uri(), "r $ up\n")
+        answer = client.request("textDocument/rename", place(here.as_uri(), 0, 0, newName="anna"))
+        asked = {
+            change["textDocument"]["uri"].rpartition("/")[2]: [
+                answer["changeAnnotations"][edit["annotationId"]]["needsConfirmation"]
+                for edit in change["edits"]
+                if "annotationId" in edit
+            ]
+            for change in answer["documentChanges"]
+        }
+        assert asked == {"here.improv": [], "opened.improv": [], "improv.toml": [True], "closed.improv": [True]}
+        client.notify("textDocument/didClose", {"textDocument": {"uri": opened.as_uri()}})
+        (tmp_path / "improv.toml").unlink()
+        answer = client.request("textDocument/rename", place(here.as_uri(), 0, 0, newName="anna"))
+        assert "changeAnnotations" not in answer
+
+
 BODY = """[profiles.dog]
 step = 1
 [profiles.dog.body.tail]

@@ -124,12 +124,13 @@ class Editor:
 
     @property
     def is_read(self) -> bool:
-        """True once a person has had time to read the last warning or error."""
+        """True once a person has had time to read the last line that stays, such as a warning."""
         return time.monotonic() >= self._read
 
-    def say(self, message: str) -> None:
-        """Show one line to the person at the editor; several lines would block Neovim until a key is pressed."""
-        self._show(message, types.MessageType.Info)
+    def say(self, message: str, *, stays: bool = False) -> None:
+        """Show one line to the person at the editor; several lines would block Neovim until a key is pressed. One that
+        `stays` can be read like a warning."""
+        self._show(message, types.MessageType.Info, stays)
 
     def warn(self, message: str) -> None:
         self._show(message, types.MessageType.Warning)
@@ -151,6 +152,6 @@ class Editor:
         if not task.cancelled() and (error := task.exception()):
             self.report(f"Improv: internal error: {error}")
 
-    def _show(self, message: str, kind: types.MessageType) -> None:
-        self._read = -math.inf if kind is types.MessageType.Info else time.monotonic() + READING
+    def _show(self, message: str, kind: types.MessageType, stays: bool = True) -> None:
+        self._read = time.monotonic() + READING if stays else -math.inf
         self.server.window_show_message(types.ShowMessageParams(kind, message_without_links(message)))

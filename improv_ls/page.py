@@ -31,5 +31,5 @@ async def show_page(editor: Editor, playback: Playback) -> None:
     else:
         shown = has_screen() and await asyncio.to_thread(webbrowser.open, url)
     if not shown:
-        # Another URL, as the first one may have been seen by others. A warning, so that it can be read.
-        editor.warn(f"page: {playback.link()}")
+        # Another URL, as the first one may have been seen by others.
+        editor.say(f"page: {playback.link()}", stays=True)

@@ -32,26 +32,39 @@ class Progress:
 
     async def _show(self, transport: TransportMessage) -> None:
         """Show each beat, until canceled."""
-        token = f"improv-{uuid4()}"
-        create = self._editor.server.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
-        try:
-            # Shielded: pygls fails on a late answer to a request that was canceled here.
-            await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
-        except Exception:  # no answer or a refusal: this client shows no progress
-            return
-        begun = False
+        token, begun = f"improv-{uuid4()}", False
         try:
             async for beat in each_beat(transport):
                 if not self._editor.is_read:  # Helix shows the beat in the line of the message
                     continue
                 if begun:
                     self._report(token, types.WorkDoneProgressReport(message=beat))
-                else:
+                elif await self._creates(token):
                     begun = True
-                    self._report(token, types.WorkDoneProgressBegin(title="Improv", message=beat, cancellable=False))
+                    self._begin(token, beat)
+                else:
+                    return
         finally:
             if begun:
                 self._report(token, types.WorkDoneProgressEnd())
+
+    async def _creates(self, token: str) -> bool:
+        """Return whether the client shows this progress. If nobody needs the answer any more, the progress ends, too:
+        Helix shows that it works from here on."""
+        made = self._editor.server.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
+        try:
+            # Shielded: pygls fails on a late answer to a request that was canceled here.
+            await asyncio.wait_for(asyncio.shield(made), ANSWER_LIMIT)
+        except asyncio.CancelledError:
+            self._begin(token, "")
+            self._report(token, types.WorkDoneProgressEnd())
+            raise
+        except Exception:  # no answer or a refusal: this client shows no progress
+            return False
+        return True
+
+    def _begin(self, token: str, beat: str) -> None:
+        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=beat, cancellable=False))
 
     def _report(
         self,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from urllib.parse import unquote
 
 from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
@@ -111,6 +112,11 @@ class Session(StdioServer):
         from improv_ls.room_watch import RoomWatch
 
         return RoomWatch(self.documents, self._show_room)
+
+    def as_opened(self, uri: str) -> str:
+        """Return the URI with which an editor has opened a document, however that is spelled now: `%C3%BC` or `ü`."""
+        known = {*self.documents, *self.robots_files}
+        return uri if uri in known else next((each for each in known if unquote(each) == unquote(uri)), uri)
 
     def _look(self, document: Document) -> None:
         self.rooms.look(document)

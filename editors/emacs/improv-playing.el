@@ -64,7 +64,15 @@ The arguments of `improv.play', or a string: the text that was saved.")
   "Add to Eglot's capabilities, to get the messages about playback."
   (let ((capabilities (cl-call-next-method)))
     (plist-put capabilities :experimental '(:improv t))
-    (plist-put capabilities :window '(:showDocument (:support t) :workDoneProgress :json-false))))
+    (plist-put capabilities :window `( :showDocument (:support ,(if (improv-playing--browses-p) t :json-false))
+                                       :workDoneProgress :json-false))))
+
+(defun improv-playing--browses-p ()
+  "Return whether a browser can show the page.
+Without a display, only one that the person has chosen can."
+  (or (display-graphic-p) (getenv "DISPLAY") (getenv "WAYLAND_DISPLAY")
+      (memq system-type '(darwin windows-nt))
+      (not (eq browse-url-browser-function #'browse-url-default-browser))))
 
 (cl-defmethod eglot-handle-notification
   ((_server improv-eglot-server) (_method (eql window/showMessage)) &key type message &allow-other-keys)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from lsprotocol import types
 
 from improv_core.ide.completion import complete
@@ -9,7 +11,7 @@ from improv_core.ide.completion import document as documentation_of
 from improv_core.ide.completion_item import Item
 from improv_core.ide.robots_file import completion as robots_file
 from improv_ls import to_lsp
-from improv_ls.documents import AnyDocument, RobotsFile, path_of
+from improv_ls.documents import AnyDocument, Document, RobotsFile, path_of
 from improv_ls.handlers.hover import shows_pictures
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
@@ -31,10 +33,17 @@ def completion(ls: Session, document: AnyDocument, params: types.CompletionParam
 
 
 def _robots_of(ls: Session, file: RobotsFile) -> list[str]:
-    """Return the robots of the open programs that use the file."""
+    """Return the robots of the open programs that use the file, or will once it is saved."""
     path = path_of(file.uri)
-    programs = (document for document in ls.documents.values() if document.analysis.config.path == path)
+    programs = (document for document in ls.documents.values() if path and _uses(document, path))
     return [robot for document in programs for robot in document.analysis.robots]
+
+
+def _uses(document: Document, path: Path) -> bool:
+    used, program = document.analysis.config.path, path_of(document.uri)
+    if used == path or not program or path.exists():
+        return used == path
+    return program.is_relative_to(path.parent) and (used is None or path.is_relative_to(used.parent))
 
 
 def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:

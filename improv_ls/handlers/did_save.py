@@ -13,11 +13,11 @@ def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
     """Note whether a person asked for this save, and the number of stops before it: an autosave must not move robots,
     and neither must a save if somebody pressed stop before the editor had finished it."""
     by_person = params.reason == types.TextDocumentSaveReason.Manual
-    ls.saving[params.text_document.uri] = ls.arrival.stops if by_person else None
+    ls.saving[ls.as_opened(params.text_document.uri)] = ls.arrival.stops if by_person else None
 
 
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
-    uri = params.text_document.uri
+    uri = ls.as_opened(params.text_document.uri)
     _show_lenses_of_new_scenes(ls, uri)
     asked = ls.saving.pop(uri, ls.arrival.stops)
     if asked is None:

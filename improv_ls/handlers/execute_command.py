@@ -32,7 +32,7 @@ def play(ls: Session, *arguments: Any) -> None:
     from 1. For an `improv.toml`, the arguments are its URI and a robot, which takes a step.
     """
     refresh_robots(ls)
-    if file := ls.robots_files.get(_path(arguments)):
+    if file := ls.robots_files.get(ls.as_opened(_path(arguments))):
         _play_trial(ls, file, arguments[1:])
         return
     document, rest = _program(ls, arguments)
@@ -164,7 +164,7 @@ def _program(ls: Session, arguments: Sequence[Any]) -> tuple[Document | None, Se
     folders = (part for part in PurePosixPath(path).parts if part not in ("~", "..", "/"))  # as Helix shortens it
     end = "/".join(folders)
     ending = [document for uri, document in ls.documents.items() if unquote(uri).endswith(f"/{end}")]
-    named = ls.documents.get(path) or (ending[0] if len(ending) == 1 and path else None)
+    named = ls.documents.get(ls.as_opened(path)) or (ending[0] if len(ending) == 1 and path else None)
     if named or (path and not path.isidentifier()):
         return named, arguments[1:]
     return next(iter(ls.documents.values())) if len(ls.documents) == 1 else None, arguments

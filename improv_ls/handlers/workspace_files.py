@@ -13,11 +13,12 @@ from improv_ls.session import Session
 
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
-    """Handle an `improv.toml`, a URDF that one may name, or a program that was created, changed or deleted."""
+    """Handle an `improv.toml`, a URDF that one may name, or a program that was created, changed or deleted, perhaps
+    with its folder."""
     ls.files_changed()
     if any(each.uri.endswith(".urdf") for each in params.changes):
         urdfs_changed(ls)
-    elif any(is_robots_file(each.uri) for each in params.changes):
+    elif any(is_robots_file(each.uri) or each.type == types.FileChangeType.Deleted for each in params.changes):
         refresh_robots(ls)
 
 

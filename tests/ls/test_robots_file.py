@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from shutil import rmtree
 
 import pytest
 from lsprotocol import types
@@ -19,7 +20,9 @@ BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
 
 
 def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
-    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    folder = tmp_path / "dances"
+    folder.mkdir()
+    program, robots = folder / "dance.improv", folder / "improv.toml"
     watched = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
     with Client(QUIET, capabilities=watched) as client:
         client.open(program.as_uri(), "bruger $ forward\n")
@@ -30,6 +33,12 @@ def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
         assert client.codes_of(program) == ["unknown-robot"]
         robots.unlink()
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 3}]})
+        assert client.codes_of(program) == []
+        robots.write_text(BURGER)
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
+        assert client.codes_of(program) == ["unknown-robot"]
+        rmtree(folder)
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": folder.as_uri(), "type": 3}]})
         assert client.codes_of(program) == []
 
 

@@ -80,6 +80,14 @@ def test_robots_are_completed_from_programs(folder: Folder) -> None:
         assert [each["label"] for each in found] == ["bert"]
 
 
+def test_robots_are_completed_in_a_new_file_before_it_is_saved(folder: Folder) -> None:
+    folder.robots.unlink()
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, "[robots.")
+        found = client.request("textDocument/completion", place(uri, 0, 8))["items"]
+        assert [each["label"] for each in found] == ["anna", "bert"]
+
+
 def test_from_a_section_to_the_lines_that_play_it_and_back(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)

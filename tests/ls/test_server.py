@@ -192,6 +192,41 @@ def test_the_saved_text_plays_and_not_later_edits() -> None:
         client.wait_for_line("✗ line 1")
 
 
+def test_a_save_and_a_command_may_spell_the_uri_in_another_way() -> None:
+    spelled = "file:///m%C3%BCde.improv", "file:///müde.improv"
+    for opened, other in (spelled, spelled[::-1]):
+        with Client(QUIET) as client:
+            client.open(opened, "r $ repeat left\n")
+            client.save(other)
+            client.wait_for_line("▶ r ∞")
+            client.command("play", other)
+            client.wait_for_line("▶ r ∞")
+
+
+def test_progress_that_was_created_ends() -> None:
+    shows = {"window": {"workDoneProgress": True}, "experimental": {"improv": True}}
+    with Client({"backend": "sim"}, shows) as client:
+        client.play(URI, "beat 600\nr $ left\n")
+        client.wait_for_line("page: ")  # Helix would overwrite that with the beat
+        client.wait("improv/transport", lambda told: told["state"] == "ended")
+        client.request("workspace/symbol", {"query": ""})
+    assert ended(client) >= {each["params"]["token"] for each in sent(client, "window/workDoneProgress/create")}
+    with Client(QUIET, answers=False) as silent:
+        silent.play(URI, "r $ repeat left\n")
+        silent.wait("window/workDoneProgress/create")
+        silent.command("stop")
+        silent.wait("$/progress", lambda params: params["value"]["kind"] == "end")
+
+
+def sent(client: Client, method: str) -> list[Message]:
+    return [each.message for each in client.log if each.message.get("method") == method]
+
+
+def ended(client: Client) -> set[str]:
+    """Return the tokens of progress that has ended."""
+    return {each["params"]["token"] for each in sent(client, "$/progress") if each["params"]["value"]["kind"] == "end"}
+
+
 def will_save(client: Client, reason: int) -> None:
     client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
 

@@ -36,6 +36,11 @@ Shown = Literal["code_lens", "diagnostics", "inlay_hint", "semantic_tokens"]
 """Things that an editor shows beside the text, and can ask for again."""
 
 
+def _member(given: object, name: str) -> object:
+    """Return a member of a JSON value that LSP doesn't define; None if there is none."""
+    return given.get(name) if isinstance(given, dict) else getattr(given, name, None)
+
+
 class Editor:
     """One editor, for as long as its session lasts."""
 
@@ -72,8 +77,19 @@ class Editor:
     @property
     def takes_own_messages(self) -> bool:
         """True if the client has asked for our own messages, by `experimental: {"improv": true}`."""
-        asked = self.capabilities.experimental
-        return bool(asked.get("improv") if isinstance(asked, dict) else getattr(asked, "improv", None))
+        return bool(_member(self.capabilities.experimental, "improv"))
+
+    @property
+    def keeps_settings(self) -> bool:
+        """True if the client changes its own settings for us, and a message with a button is in nobody's way there, by
+        `experimental: {"improv": {"settings": true}}`."""
+        return bool(_member(_member(self.capabilities.experimental, "improv"), "settings"))
+
+    @property
+    def hints_playing(self) -> bool:
+        """True if hints show which beats play: by default in editors that don't light up words, and ask again."""
+        asks = bool(self.can("workspace.inlay_hint.refresh_support")) and not self.takes_own_messages
+        return asks if self.settings.inlay_hints_playing is None else self.settings.inlay_hints_playing
 
     @cached_property
     def pulls_diagnostics(self) -> bool:
@@ -138,12 +154,12 @@ class Editor:
     def report(self, error: str) -> None:
         self._show(error, types.MessageType.Error)
 
-    async def offer(self, message: str, button: str) -> bool:
+    async def offer(self, message: str, button: str, kind: types.MessageType = types.MessageType.Warning) -> bool:
         """Show a message with a button, and return whether the person presses it. An editor without such buttons shows
         only the message."""
         self._read = time.monotonic() + READING
         action = types.MessageActionItem(button)
-        shown = types.ShowMessageRequestParams(types.MessageType.Warning, message_without_links(message), [action])
+        shown = types.ShowMessageRequestParams(kind, message_without_links(message), [action])
         pressed = await self.server.window_show_message_request_async(shown)
         return pressed is not None and pressed.title == button
 

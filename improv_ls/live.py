@@ -13,7 +13,7 @@ from typing import Any
 
 from improv_core.ide.moments import Places, lit_words
 from improv_core.protocol.messages import TransportMessage
-from improv_core.protocol.transport import beat_at, counted, is_muted
+from improv_core.protocol.transport import beat_at, counted, is_muted, silenced
 from improv_core.score.movement import Duration
 from improv_core.session.state import SessionState
 from improv_core.text import Span
@@ -24,6 +24,7 @@ from improv_ls.positions import to_position
 
 LIT = "improv/lit"
 TRANSPORT = "improv/transport"
+EVALUATED = "improv/evaluated"
 SHORTEST = 0.03
 """Seconds between two changes of the lit words, at least: nobody sees shorter ones."""
 SHORTEST_BEAT = 0.25
@@ -65,6 +66,12 @@ class Live:
         """Check soon for other words to light, because a sense has changed."""
         if self._timer:
             self._tell_in(SHORTEST)
+
+    def evaluated(self, document: Document, span: Span) -> None:
+        """Send that this part of a document was just played."""
+        if self._editor.takes_own_messages and document.version is not None:
+            told = {"uri": document.uri, "version": document.version, "range": self._range(document, span)}
+            self._notify(EVALUATED, told)
 
     def stop(self) -> None:
         """Send that no words are lit anymore, and nothing further."""
@@ -151,6 +158,7 @@ class Live:
             "counted": self._counted,
             "muted": message["muted"],
             "soloed": message["soloed"],
+            "silenced": silenced(message),
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,
             "page": state.page,

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import assert_never
+from typing import Literal, assert_never
+
+from lsprotocol import types
 
 from improv_core.ide.selection import Selection, UnplayableError
 from improv_core.ipc.stage_process import StageError
@@ -32,14 +34,17 @@ from improv_ls.live import Live
 from improv_ls.page import show_page
 from improv_ls.placing import Placing
 from improv_ls.playing import Playing
-from improv_ls.preparing import Choose, PreparedProgram, prepare
+from improv_ls.preparing import Choose, PreparedProgram, among, prepare
 from improv_ls.progress import Progress
 from improv_ls.records import Records, file_of
 from improv_ls.settling import Settling
 
+OnSave = Literal["continue", "restart"]
+SETTINGS = "improv/settings"
 SLOW = 1.0
 """Seconds after which a line says what a program waits for."""
-HINT = "this save started the dance over; set improv.onSave to continue, and robots you don't edit keep dancing"
+OFFER = "this save started the dance over; saves can also continue it, so that robots you don't edit keep dancing"
+HINT = f"{OFFER}: set improv.onSave to continue, or use the code action"
 
 
 class Performance:
@@ -67,7 +72,6 @@ class Performance:
         self._node: str | None = None  # the name in the improv.toml of the latest dance
         self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
-        self._hinted = False
         self._wanted: object = None  # the latest program that somebody asked to play
         self._refused = 0  # the count of stops at the latest message that a dance did not begin
         self._page_shown = False
@@ -91,11 +95,13 @@ class Performance:
         asked: int,
         choose: Choose | None = None,
         *,
+        joins: bool = False,
         text: str | None = None,
         keep: bool = True,
         before: Played | None = None,
     ) -> None:
-        """Play a program, or what `choose` selects of it, and print one line about it, or print why not.
+        """Play a program, or what `choose` selects of it, and print one line about it, or print why not. If that
+        `joins`, all other robots keep dancing.
 
         With another `text`, it was saved with that. `asked` is the count of stops when somebody asked for it: after a
         stop since then, it does not begin. With `keep`, the history gets it; `before` is the version in the history
@@ -116,18 +122,44 @@ class Performance:
             self._before = None
         self._present(document, only=choose is not None)
         restarts = not choose and self.playing.state == "playing" and self._editor.settings.on_save is None
-        await self._play(prepared, self._when, asked, keep=keep)
-        if restarts and not self._hinted:
-            self._hinted = True
-            self._editor.say(HINT)
+        when = self._editor.settings.switch_at if joins else self._when
+        await self._play(prepared, when, asked, keep=keep, joins=joins)
+        if restarts and not self._records.on_save:  # once, and never again in any session
+            self._records.keep_on_save("offered")
+            await self._offer_to_continue()
 
     @property
     def _when(self) -> When:
         """The time at which a new program takes over from the one that plays."""
         settings = self._editor.settings
-        return settings.switch_at if settings.on_save == "continue" else "restart"
+        return settings.switch_at if (settings.on_save or self._records.on_save) == "continue" else "restart"
 
-    async def _play(self, prepared: PreparedProgram, when: When, asked: int, *, keep: bool = True) -> None:
+    @property
+    def other_on_save(self) -> OnSave | None:
+        """The other thing that a save could do with the dance that plays; None if the settings say it."""
+        if self._editor.settings.on_save or not self.state.is_on:
+            return None
+        return "restart" if self._records.on_save == "continue" else "continue"
+
+    def set_on_save(self, does: OnSave) -> None:
+        """Have saves do that with a dance from now on, in the editor's settings or else in our records."""
+        if self._editor.keeps_settings:
+            self._editor.server.protocol.notify(SETTINGS, {"onSave": does})
+        else:
+            self._records.keep_on_save(does)
+            what = "continue the dance" if does == "continue" else "start the dance over"
+            self._editor.say(f"from now on, saves {what}, unless the setting improv.onSave says otherwise")
+
+    async def _offer_to_continue(self) -> None:
+        """Offer that saves continue the dance, in nobody's way."""
+        if not self._editor.keeps_settings:
+            self._editor.say(HINT)
+        elif await self._editor.offer(OFFER, "Continue from Now On", types.MessageType.Info):
+            self.set_on_save("continue")
+
+    async def _play(
+        self, prepared: PreparedProgram, when: When, asked: int, *, keep: bool = True, joins: bool = False
+    ) -> None:
         self._wanted = wanted = object()
         document, only = prepared.document, prepared.only
         self._node = document.analysis.config.node
@@ -135,7 +167,8 @@ class Performance:
         bar, simulated = self._editor.settings.beats_per_bar, bool(only.ghost)
         waits = asyncio.get_running_loop().call_later(SLOW, _tell_wait, self._editor, playback, name)
         try:
-            generation = await playback.play(PlayScore(prepared.score, name, asked, when, bar, simulated=simulated))
+            play = PlayScore(prepared.score, name, asked, when, bar, simulated=simulated, joins=joins)
+            generation = await playback.play(play)
         except StageError as error:
             self._report_failure(error)
             return
@@ -144,7 +177,7 @@ class Performance:
         if generation is None:
             if self._playback not in (None, playback):  # others replaced the stages that it waited for
                 if wanted is self._wanted:
-                    await self._play(prepared, when, asked, keep=keep)
+                    await self._play(prepared, when, asked, keep=keep, joins=joins)
                 return
             stops = playback.stops
             # One line, however many saves came before one stop. An emergency stop that is on already has its line.
@@ -152,8 +185,12 @@ class Performance:
                 self._refused = stops.count
                 self._editor.warn(f"■ {name} was stopped before it began: save to play it")
             return
+        if joins and self._latest and (played := playback.state.played):
+            prepared = among(prepared, played.score, self._latest.only)
         self.playing.sent(generation, document, prepared.score)
         self._latest = prepared
+        if only.span:
+            self.live.evaluated(document, only.span)
         if keep:
             self._records.played(document)
         self._editor.say(f"▶ {prepared.line}, {playback.state.status}")

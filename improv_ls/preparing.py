@@ -36,6 +36,14 @@ def prepare(document: Document, choose: Choose | None) -> PreparedProgram:
     return PreparedProgram(replace(document, analysis=only.analysis), only, score_of(only.analysis), line)
 
 
+def among(prepared: PreparedProgram, score: Score, before: Selection) -> PreparedProgram:
+    """Return a part of a program that plays as this score, which may also have robots of the selection `before` it."""
+    only, others = prepared.only, score.parts.keys() - prepared.score.parts.keys()
+    ghost = only.ghost or (before.ghost if before.ghost in others else None)
+    both = replace(only, ghost=ghost, moved=only.moved or (before.moved and bool(others)))
+    return prepared._replace(score=score, only=both)
+
+
 def refusal(document: Document, *, whole: bool) -> str | None:
     """Return why no robot may move because of `improv.toml` or, if the whole program is to play, of its errors."""
     analysis = document.analysis

@@ -8,6 +8,7 @@ from uuid import uuid4
 from lsprotocol import types
 
 from improv_core.protocol.messages import TransportMessage
+from improv_core.protocol.transport import silenced
 from improv_core.session.shown_beats import each_beat
 from improv_ls.editor import ANSWER_LIMIT, Editor
 
@@ -37,6 +38,7 @@ class Progress:
             async for beat in each_beat(transport):
                 if not self._editor.is_read:  # Helix shows the beat in the line of the message
                     continue
+                beat = ", ".join(filter(None, (beat, silenced(transport))))
                 if begun:
                     self._report(token, types.WorkDoneProgressReport(message=beat))
                 elif await self._creates(token):

@@ -1,4 +1,4 @@
-"""The history that a session keeps on disk.
+"""The history that a session keeps on disk, and what saves do if the editor's settings don't say it.
 
 A thread writes, in the order in which things happened, so no save waits for a disk.
 """
@@ -10,7 +10,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime, timezone
 
-from improv_core.storage import history
+from improv_core.storage import history, on_save
+from improv_core.storage.on_save import Answer
 from improv_ls.documents import Document, path_of
 from improv_ls.editor import Editor
 
@@ -22,6 +23,16 @@ class Records:
         self._editor = editor
         self._thread = ThreadPoolExecutor(1)
         self._told: set[str] = set()
+        self._on_save = on_save.read()
+
+    @property
+    def on_save(self) -> Answer:
+        """The person's answer to the offer that saves continue the dance."""
+        return self._on_save
+
+    def keep_on_save(self, answer: Answer) -> None:
+        self._on_save = answer
+        self._thread.submit(on_save.keep, answer)
 
     async def history(self) -> history.History:
         """Return the programs that have been kept, including those that played just now."""

@@ -93,7 +93,7 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorInline,
             types.CodeActionKind.RefactorRewrite,
             "source.fixAll.improv",
-            *("improv.play", "improv.stop", "improv.mute", "improv.solo"),
+            *("improv.play", "improv.stop", "improv.mute", "improv.solo", "improv.onSave"),
         ]
     ),
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),
@@ -102,10 +102,10 @@ OPTIONS: Mapping[str, Any] = {
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
-        *("play", "before", "history", "restart", "stop", "pause", "resume", "anyway", "cue", "key"),
+        *("play", "only", "before", "history", "restart", "stop", "pause", "resume", "anyway", "cue", "key"),
         *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
-} | {"improv.hush": "execute_command.stop"}
+} | {"improv.hush": "execute_command.stop", "improv.onSave": "execute_command.on_save"}
 _ASYNCHRONOUS = {
     FEATURES[types.WORKSPACE_SYMBOL],
     FEATURES[types.WORKSPACE_DIAGNOSTIC],

@@ -26,7 +26,8 @@ class Settings:
     osc_network: bool = False
     code_lens: bool = True
     inlay_hints_beats: bool = False
-    inlay_hints_playing: bool = False
+    inlay_hints_playing: bool | None = None
+    """None means: in editors that nothing else tells which words play."""
     hover_pictures: bool = False
 
 

@@ -146,8 +146,9 @@ Font lock ignores an end at point, so that is one more if there are none."
 (easy-menu-define improv-mode-menu improv-mode-map "Menu to play programs and to control playback."
   '("Improv"
     ["Play This Program" improv-play]
-    ["Play Only This Line or Region" improv-play-this]
-    ["Play Only a Name…" improv-play-name]
+    ["Play This Line or Region" improv-play-this]
+    ["Play Only This Line or Region" (improv-play-this t)]
+    ["Play a Name…" improv-play-name]
     ["Stop All Robots" improv-stop]
     ["Pause" improv-pause]
     ["Resume" improv-resume]
@@ -227,28 +228,31 @@ Only lines of the statement at point count."
   (interactive nil improv-mode)
   (improv--play))
 
-(defun improv-play-this ()
-  "Play only the region, or else the line at point."
-  (interactive nil improv-mode)
+(defun improv-play-this (&optional alone)
+  "Play the region, or else the line at point, while all other robots dance on.
+With ALONE, the prefix argument, they stop."
+  (interactive "P" improv-mode)
   (let ((beg (if (use-region-p) (region-beginning) (point)))
         (end (if (use-region-p) (region-end) (point))))
     (improv--play (if (eglot-managed-p)
                       (list :start (eglot--pos-to-lsp-position beg) :end (eglot--pos-to-lsp-position end))
-                    (line-number-at-pos beg t)))))
+                    (line-number-at-pos beg t))
+                  alone)))
 
-(defun improv-play-name (name)
-  "Play only what NAME stands for."
-  (interactive (list (read-string (format-prompt "Play only" (thing-at-point 'symbol)) nil nil
-                                  (thing-at-point 'symbol)))
+(defun improv-play-name (name &optional alone)
+  "Play what NAME stands for, while all other robots dance on.
+With ALONE, the prefix argument, they stop."
+  (interactive (list (read-string (format-prompt "Play" (thing-at-point 'symbol)) nil nil (thing-at-point 'symbol))
+                     current-prefix-arg)
                improv-mode)
-  (improv--play name))
+  (improv--play name alone))
 
-(defun improv--play (&rest only)
-  "Play the program, or ONLY a range, a line or a name in it."
+(defun improv--play (&optional some alone)
+  "Play the program, or SOME of it: a range, a line, or a name; perhaps ALONE."
   (let* ((file (or buffer-file-name (user-error "Save this buffer to a file first")))
-         (arguments (cons (eglot-path-to-uri file) only)))
+         (arguments (cons (eglot-path-to-uri file) (and some (list some)))))
     (unless (improv-playing-wait arguments)
-      (apply #'improv--execute "improv.play" arguments))))
+      (apply #'improv--execute (if alone "improv.only" "improv.play") arguments))))
 
 ;;;###autoload
 (defun improv-stop ()

@@ -9,8 +9,10 @@
 
 ;;; Code:
 
+(require 'browse-url)
 (require 'cl-lib)
 (require 'eglot)
+(require 'pulse)
 
 (defgroup improv nil
   "Live coding for robot motion."
@@ -105,6 +107,15 @@ Until SERVER has what was typed since, highlights move with the text."
                 (mapcar #'improv-playing--overlay ranges)))))))
 
 (cl-defmethod eglot-handle-notification
+  ((server improv-eglot-server) (_method (eql improv/evaluated)) &rest told)
+  "Flash what SERVER has TOLD us was just played."
+  (when-let* ((buffer (improv-playing--buffer server (plist-get told :uri)))
+              ((improv-playing--current-p server buffer told)))
+    (with-current-buffer buffer
+      (pcase-let ((`(,start . ,end) (improv-playing--region (plist-get told :range))))
+        (pulse-momentary-highlight-region start end)))))
+
+(cl-defmethod eglot-handle-notification
   ((server improv-eglot-server) (_method (eql improv/transport)) &rest told)
   "Keep the state of playback that SERVER has TOLD us, and show it."
   (setf (slot-value server 'transport) told)
@@ -119,12 +130,15 @@ Until SERVER has what was typed since, highlights move with the text."
                 (alist-get (plist-get told :uri) (slot-value server 'versions)
                            nil nil #'equal)))))
 
+(defun improv-playing--region (range)
+  "Return the start and the end of a RANGE of lines and columns."
+  (pcase-let ((`[,line ,column ,end-line ,end-column] range))
+    (eglot-range-region `( :start (:line ,line :character ,column)
+                           :end (:line ,end-line :character ,end-column)))))
+
 (defun improv-playing--overlay (range)
   "Highlight a RANGE of lines and columns, and return its overlay."
-  (pcase-let* ((`[,line ,column ,end-line ,end-column] range)
-               (`(,start . ,end) (eglot-range-region
-                                  `( :start (:line ,line :character ,column)
-                                     :end (:line ,end-line :character ,end-column))))
+  (pcase-let* ((`(,start . ,end) (improv-playing--region range))
                (overlay (make-overlay start end nil t)))
     (overlay-put overlay 'improv-playing t)
     (overlay-put overlay 'face 'improv-playing)
@@ -143,8 +157,10 @@ Beats count from 1."
               (state (plist-get told :state)))
     (pcase state
       ((or "playing" "paused")
-       (format " %s %s, %g beats/min, %s" (if (equal state "playing") "▶" "‖")
-               (plist-get told :counted) (plist-get told :tempo) (plist-get told :backend)))
+       (let ((silenced (plist-get told :silenced)))
+         (format " %s %s, %g beats/min, %s%s" (if (equal state "playing") "▶" "‖")
+                 (plist-get told :counted) (plist-get told :tempo) (plist-get told :backend)
+                 (if (string-empty-p silenced) "" (concat ", " silenced)))))
       ("waiting" (format " … waiting for robots, %s" (plist-get told :backend)))
       (_ (concat " ■ " state)))))
 

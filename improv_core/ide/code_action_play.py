@@ -48,11 +48,13 @@ def play_actions(
     placed = analysis.statement_at(cursor)
     if tried := _tried(analysis, cursor, placed):
         name = tried.statement.heads[0].text
-        yield PlayAction(f"Try {name}{_lasting(analysis, tried)}", "improv.play.name", "play", _head(tried))
+        yield PlayAction(f"Try {name}{_lasting(analysis, tried)}", "improv.play.name", "only", _head(tried))
     if analysis.plays_nothing:
         return
     if placed and placed.meaning.robots and len(analysis.played) > 1:
-        yield PlayAction(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
+        line = f"this line{_lasting(analysis, placed)}"
+        yield PlayAction(f"Play {line}", "improv.play.line", "play", _head(placed))
+        yield PlayAction(f"Play only {line}", "improv.play.only", "only", _head(placed))
     if analysis.breaks:
         scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
         called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"

@@ -42,7 +42,8 @@ class Selection:
     """A part of a program: its name for people, and an analysis in which nothing else plays.
 
     If it has a `ghost`, a robot that nobody named, it may be played in the simulator only. `note` is information about
-    it for people, in one line. If robots are `moved`, they don't begin where the program places them.
+    it for people, in one line. If robots are `moved`, they don't begin where the program places them. `span` has the
+    lines, or the part of one, that somebody chose.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Selection:
     ghost: str | None = None
     note: str = ""
     moved: bool = False
+    span: Span | None = None
 
 
 def select(analysis: Analysis, wanted: Span | str) -> Selection:
@@ -63,7 +65,7 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     if lines and not part:
         require_no_errors(analysis, [each.index for each in lines])
         played = [analysis.played[each.index] for each in lines]
-        return Selection(_lines(analysis, lines), replace(analysis, selected=played))
+        return Selection(_lines(analysis, lines), replace(analysis, selected=played), span=_span(lines))
     found = [each for each in chosen if part or each.statement.kind in ("EQUAL", "")]
     if not found:
         raise UnplayableError(f"there is nothing to play on {_lines(analysis, chosen)}: {_PLAYS_NOTHING}")
@@ -79,8 +81,9 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     )
     ghostly = [movement for line in danced for robot, movement in line.parts if robot == ghost]
     if not ghostly:
-        return Selection(name, selected)
-    return Selection(name, selected.cast_with(_with_ghost(analysis.config, ghost, ghostly)), ghost)
+        return Selection(name, selected, span=part or _span(found))
+    selected = selected.cast_with(_with_ghost(analysis.config, ghost, ghostly))
+    return Selection(name, selected, ghost, span=part or _span(found))
 
 
 def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
@@ -136,12 +139,13 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
     playing = next(lines_playing(analysis, placed.index), None)
     robots = (ghost,) if playing is None else analysis.meanings[playing].robots
     own_id = analysis.statement_ids[placed.index]
+    scene = analysis.played[playing].scene if playing is not None and playing in analysis.played else 0
     if is_broken(placed) and (part or not placed.statement.kind):
         written = _written(analysis, placed, part or placed.span)
         body = placed.meaning.body
         if not placed.statement.kind and not part and body:  # the movement there itself, so that its words light up
             return Line([(ghost, analysis.reader(placed.index).movement_made(body))], own_id)
-        return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE), playing)
+        return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE, scene), playing)
     fragment = fragment_at(analysis, part) if part else None
     using = uses(analysis, placed.index)
     if using is None:
@@ -152,7 +156,7 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
     voices = len(robots) if placed.statement.by_robot else 1
     found = [_movement(analysis, [placed.index, *using], fragment, robot) for robot in range(voices)]
     parts = list(zip(robots, found * (len(robots) // voices), strict=True))
-    return _able(analysis, placed, Line(parts, own_id), playing)
+    return _able(analysis, placed, Line(parts, own_id, scene), playing)
 
 
 def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | None, robot: int) -> Movement:
@@ -261,6 +265,10 @@ def _with_ghost(config: Robots, ghost: str, movements: Sequence[Movement]) -> Ro
 
 def _head(placed: Placed) -> str:
     return placed.statement.heads[0].text
+
+
+def _span(placed: Sequence[Placed]) -> Span:
+    return Span(placed[0].start, placed[-1].span.end)
 
 
 def _lines(analysis: Analysis, placed: Sequence[Placed]) -> str:

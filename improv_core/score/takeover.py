@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import TypedDict
 
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, Exact, near
+from improv_core.score.movement import ENDLESS, Exact, Movement, near
 from improv_core.score.path import pose_at
+from improv_core.score.scenes import NOTHING
 from improv_core.score.score import UNNUMBERED, Part, Score
 from improv_core.score.times import Monotonic
 from improv_core.score.transport import Switch, Transport
@@ -114,9 +116,25 @@ def joined(score: Score, entry: Begins) -> Score:
     return replace(score, parts=parts, scene=scene, since=since)
 
 
+def amid(score: Score, before: Score) -> Score:
+    """Return a score with all that robots perform in another one, except in the scenes for which it has their parts."""
+    both = (replace(part, scenes=_filled(part, before.parts.get(name))) for name, part in score.parts.items())
+    return replace(score, parts={**before.parts, **{part.robot: part for part in both}})
+
+
 def never_ends(score: Score) -> bool:
     """Return whether a score never ends, no matter what robots sense."""
     return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
+
+
+def _filled(part: Part, before: Part | None) -> tuple[Movement, ...]:
+    """Return the scenes of a part, and those of the one before, for the same kind of robot, where it has none."""
+    if not before or before.profile != part.profile:
+        return part.scenes
+    return tuple(
+        scene if scene.duration or scene.open else old
+        for scene, old in zip_longest(part.scenes, before.scenes, fillvalue=NOTHING)
+    )
 
 
 def _scene_of(entry: Begins) -> tuple[int, Exact]:

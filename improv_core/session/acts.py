@@ -23,13 +23,14 @@ News = Heard | PageOpened
 @dataclass(frozen=True, slots=True)
 class Now:
     """Further facts for a decision: the monotonic time and Unix time, the count of stops at the request, which is
-    `overtaken` if others have come since, the emergency stops that are on, and the number of presses of them that
-    people know of."""
+    `overtaken` if others have come since, the number of stops that were no pauses, the emergency stops that are on, and
+    the number of presses of them that people know of."""
 
     at: float = 0.0
     wall: float = 0.0
     stops: int = 0
     overtaken: bool = False
+    stopped: int = 0
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
     known: int = 0
 

@@ -12,6 +12,7 @@ from improv_core.protocol.editing import Answer, ProgramSource
 from improv_core.protocol.messages import Pressed, Problem, ProgramMessage
 from improv_core.protocol.page_messages import for_pages
 from improv_core.safety.interlocks import refused_by
+from improv_core.score.takeover import amid
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScore, send, warning
@@ -83,6 +84,7 @@ def _stop(state: SessionState, stop: Stop, now: Now) -> Decided:
 def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
     if now.overtaken:
         return state, []
+    state = replace(state, played=state.played and replace(state.played, stopped=now.stopped))  # it dances again
     twin = None if state.armed else state.twin  # the twin begins with the leader
     timed = message.copy()
     timed["at"] = now.at
@@ -101,9 +103,26 @@ def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
         line = refused_by(on, play.score.safety.stop)
         # Another stage may have received the press: this one has to receive the release.
         return state, [*tell_pressed(state, now.pressed), Announce({"type": "error", "message": line})]
+    play = _joined(state, play, now)
     state, acts = _let_lead(state, play.simulated, now)
     state, more = _send_score(state, play, now)
     return state, [*acts, *more]
+
+
+def _joined(state: SessionState, play: PlayScore, now: Now) -> PlayScore:
+    """Return a request with all that dances, if it joins that; after a stop, nothing does. Raises StageError."""
+    before = state.played
+    if not (play.joins and before and state.is_on and before.stopped == now.stopped):
+        return play
+    if state.real and play.simulated != before.simulated:
+        if play.simulated:
+            raise StageError("no robot plays that, and a ghost can't join real robots: play only that")
+        return play  # real robots can't join a ghost
+    if play.score.tempo != before.score.tempo:
+        raise StageError(
+            f"what dances plays at beat {float(before.score.tempo):g}: play the whole program to change that"
+        )
+    return replace(play, score=amid(play.score, before.score), simulated=play.simulated or before.simulated)
 
 
 def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
@@ -125,7 +144,7 @@ def _send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
     assert leader
     generation = state.generation + 1
     editions, score = state.editions.number(play.score, generation)
-    play = replace(play, score=score, generation=generation)
+    play = replace(play, score=score, generation=generation, joins=False, stopped=now.stopped)
     state = replace(state, editions=editions)
     if state.is_real and state.is_spread:
         return state, on_hosts.play(state, play, now)

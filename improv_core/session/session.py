@@ -268,7 +268,9 @@ class Playback:
 
     def _now(self, stops: int = 0) -> Now:
         overtaken = stops != self.stops.count
-        return Now(time.monotonic(), time.time(), stops, overtaken, self.stops.pressed, self.stops.known)
+        return Now(
+            time.monotonic(), time.time(), stops, overtaken, self.stops.stopped, self.stops.pressed, self.stops.known
+        )
 
     def _warn(self, line: str) -> None:
         self._listen({"type": "warning", "message": line}, True)

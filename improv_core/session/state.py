@@ -91,7 +91,8 @@ class PlayScore:
     the score that plays are not touched then. `stops` is the count of stops at the request. With `senses`, robots sense
     what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots stop. With
     `anyway`, real robots may stand anywhere. With `arming`, it waits once everything is ready. Unless a person asks for
-    it, `by` is the automation that does.
+    it, `by` is the automation that does. If it `joins`, all that dance keep dancing, except for the robots in it.
+    `stopped` counts the stops before it that were no pauses.
     """
 
     score: Score
@@ -105,6 +106,8 @@ class PlayScore:
     arming: Arming | None = None
     generation: int = 0
     by: Automation | None = None
+    joins: bool = False
+    stopped: int = 0
 
 
 NOTHING = PlayScore(Score(Fraction(1), {}), "", 0)

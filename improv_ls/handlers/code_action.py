@@ -43,7 +43,17 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
         for action in _play_actions(ls, document, span)
         if not only or _is_one_of(action.kind, only)
     ]
+    if isinstance(document, Document) and (not only or _is_one_of("improv.onSave", only)):
+        done += _on_save(ls)
     return edits + done
+
+
+def _on_save(ls: Session) -> Iterator[types.CodeAction]:
+    """Yield the action that has saves do with a dance what they don't do yet."""
+    if other := ls.performance.other_on_save:
+        title = "Let saves continue the dance" if other == "continue" else "Let saves start the dance over"
+        command = types.Command(title, "improv.onSave", arguments=[other])
+        yield types.CodeAction(title=title, kind="improv.onSave", command=command)
 
 
 def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
@@ -111,7 +121,7 @@ def _play_actions(ls: Session, document: AnyDocument, span: Span) -> Iterator[Pl
 
 
 def _command(ls: Session, document: AnyDocument, action: PlayAction) -> types.CodeAction:
-    arguments: list[Any] = [document.uri] if action.command == "play" else []
+    arguments: list[Any] = [document.uri] if action.command in ("play", "only") else []
     if isinstance(action.only, Scenes):
         arguments.append(to_scenes(action.only))
     elif action.only:

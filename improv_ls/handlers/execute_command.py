@@ -25,27 +25,38 @@ from improv_ls.session import Session
 
 
 def play(ls: Session, *arguments: Any) -> None:
-    """Play an open program, or only some of it.
+    """Play an open program, or some of it while all other robots keep dancing.
 
     The first argument is its URI or the end of its path, which is optional if only one program is open. Then come
     nothing, a range, a name, a line or two, counted from 1, or the scenes `from` one `to` another, by name or counted
-    from 1. For an `improv.toml`, the arguments are its URI and a robot, which takes a step.
+    from 1: only these play. For an `improv.toml`, the arguments are its URI and a robot, which takes a step.
     """
+    _play(ls, "play", arguments)
+
+
+def only(ls: Session, *arguments: Any) -> None:
+    """Play some of an open program, and stop all other robots. The arguments are as for `play`."""
+    _play(ls, "only", arguments)
+
+
+def _play(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
     refresh_robots(ls)
     if file := ls.robots_files.get(ls.as_opened(_path(arguments))):
         _play_trial(ls, file, arguments[1:])
         return
     document, rest = _program(ls, arguments)
     if not document:
-        ls.editor.warn("improv.play: expected the URI of an open program")
-    elif not rest:
+        ls.editor.warn(f"improv.{command}: expected the URI of an open program")
+    elif not rest and command == "play":
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
     elif len(rest) == 1 and (ends := scenes_of(rest[0])):
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops, partial(_rehearsed, ends=ends)))
-    elif (wanted := _wanted(ls, document, rest)) is not None:
-        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, partial(select, wanted=wanted)))
+    elif rest and (wanted := _wanted(ls, document, rest)) is not None:
+        choose = partial(select, wanted=wanted)
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, choose, joins=command == "play"))
     else:
-        ls.editor.warn("improv.play: expected a program, then nothing, a range, a name, or a line counted from 1")
+        nothing = "nothing, " if command == "play" else ""
+        ls.editor.warn(f"improv.{command}: expected a program, then {nothing}a range, a name, or a line counted from 1")
 
 
 def before(ls: Session, *arguments: Any) -> None:
@@ -151,6 +162,16 @@ def mute(ls: Session, *arguments: Any) -> None:
 def solo(ls: Session, *arguments: Any) -> None:
     """Solo a robot, so that all that are not soloed stand still, or undo that."""
     _silence(ls, "solo", arguments)
+
+
+def on_save(ls: Session, *arguments: Any) -> None:
+    """Have saves continue the dance, or start it over, in an editor whose settings don't say that."""
+    if set_there := ls.editor.settings.on_save:
+        ls.editor.warn(f"improv.onSave: the editor's settings say {set_there}: change them there")
+    elif arguments in (("continue",), ("restart",)):
+        ls.performance.set_on_save(arguments[0])
+    else:
+        ls.editor.warn("improv.onSave: expected continue or restart")
 
 
 def _path(arguments: Sequence[Any]) -> str:

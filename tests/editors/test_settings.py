@@ -11,7 +11,7 @@ from improv_ls.server import COMMANDS
 from improv_ls.settings import Settings, read_settings
 
 # VS Code shows pictures in a hover; elsewhere their code would be shown. Without a value, onSave is restart as well.
-DEFAULTS = Settings(on_save="restart", hover_pictures=True)
+DEFAULTS = Settings(on_save="restart", hover_pictures=True, inlay_hints_playing=False)
 MANIFEST = json.loads((Path(__file__).parents[2] / "editors/vscode/package.json").read_text(encoding="utf-8"))
 OFFERED = MANIFEST["contributes"]["configuration"]["properties"]
 

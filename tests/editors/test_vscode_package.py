@@ -83,7 +83,7 @@ def test_parts_without_a_window(tmp_path: Path) -> None:
     bundled = [str(tmp_path / script.name) for script in scripts]
     ran = subprocess.run([need("node"), "--test", *bundled], capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout
-    assert "# pass 22" in ran.stdout
+    assert "# pass 23" in ran.stdout
 
 
 def test_colors_before_the_server_answers(tmp_path: Path) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from improv_ls.performance import HINT
+from improv_ls.performance import OFFER
 from tests.ls.client import QUIET, TOLD, Client
 
 URI = "file:///dance.improv"
@@ -38,12 +39,63 @@ def test_words_are_lit_from_the_beat_at_which_they_take_over() -> None:
 
 
 @pytest.mark.parametrize(("given", "hints"), [({}, 1), ({"onSave": "restart"}, 0), ({"onSave": "continue"}, 0)])
-def test_the_first_save_that_restarts_a_dance_mentions_continue(given: dict[str, str], hints: int) -> None:
-    with Client({**QUIET, **given}, TOLD) as client:
+def test_the_first_save_that_restarts_a_dance_mentions_continue(state: Path, given: dict[str, str], hints: int) -> None:
+    for session in range(2):
+        with Client({**QUIET, **given}, TOLD) as client:
+            client.open(URI, BEFORE)
+            for generation in range(1, 4):
+                client.save(URI)
+                told(client, generation, "playing")
+            client.request("workspace/symbol", {"query": ""})
+        assert offers(client) == (0 if session else hints)  # it is remembered
+
+
+def offers(client: Client) -> int:
+    shown = [each.message for each in client.log if each.by_server and "method" in each.message]
+    return sum(OFFER in str(each.get("params")) for each in shown)
+
+
+def actions(client: Client) -> list[Any]:
+    return [each for each in client.actions(URI, 1, 0) if each["kind"] == "improv.onSave"]
+
+
+def test_a_person_has_saves_continue_the_dance_and_the_next_session_knows(state: Path) -> None:
+    with Client(QUIET, TOLD) as client:
         client.open(URI, BEFORE)
-        for generation in range(1, 4):
-            client.save(URI)
-            told(client, generation, "playing")
-        client.request("workspace/symbol", {"query": ""})
-        said = [each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage"]
-        assert sum(each["message"] == HINT for each in said) == hints
+        assert actions(client) == []
+        client.save(URI)
+        told(client, 1, "playing")
+        (action,) = actions(client)
+        assert action["title"] == "Let saves continue the dance"
+        client.request("workspace/executeCommand", action["command"])
+        client.wait_for_line("from now on, saves continue the dance")
+        continues(client, 2)
+    with Client(QUIET, TOLD) as client:
+        client.open(URI, BEFORE)
+        client.save(URI)
+        told(client, 1, "playing")
+        continues(client, 2)
+        (action,) = actions(client)
+        assert action["title"] == "Let saves start the dance over"
+        client.set(onSave="restart")
+        client.command("onSave", "continue")
+        client.wait_for_line("improv.onSave: the editor's settings say restart")
+    assert offers(client) == 0
+
+
+def test_an_editor_with_buttons_and_settings_of_its_own_sets_what_saves_do(state: Path) -> None:
+    with Client(QUIET, {**TOLD, "experimental": {"improv": {"settings": True}}}) as client:
+        client.presses = "Continue from Now On"
+        client.open(URI, BEFORE)
+        client.save(URI)
+        told(client, 1, "playing")
+        client.save(URI)
+        assert client.wait("improv/settings") == {"onSave": "continue"}
+        assert not any(OFFER in str(each.get("params")) for each in client.notifications if "id" not in each)
+
+
+def continues(client: Client, generation: int) -> None:
+    """Save, and see that the dance continues."""
+    client.save(URI)
+    message = told(client, generation, "playing")
+    assert message["beat"] > 0

@@ -1,4 +1,4 @@
-"""`improv.play` with a range, a name, or a line: everything else stays out, until a save brings it back."""
+"""`improv.play` with a range, a name, or a line, among all that dances; and `improv.only`, which stops all else."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         client.open(URI, PROGRAM)
         client.save(URI)
         client.wait_for_line("✗ line 5: `lft` is not defined")
-        client.command("play", URI, span(3, 0, 0))
+        client.command("only", URI, span(3, 0, 0))
         assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
         see_playing(client, 1, ["bert"], [[3, 14, 3, 21]])
 
@@ -32,11 +32,31 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
         see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
 
-        client.command("play", URI, span(1, 5, 14))  # a robot that does not play
+        client.command("only", URI, span(1, 5, 14))  # a robot that does not play
         assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
         see_playing(client, 3, ["ghost"], [[1, 12, 1, 14]])
         client.command("restart")
         assert client.wait_for_line("▶").startswith("▶ 𝑥: ghost")
+
+
+def test_a_line_plays_among_the_others_and_editors_can_show_it() -> None:
+    changed = PROGRAM.replace("repeat forward", "repeat right")
+    with Client(QUIET, TOLD) as client:
+        client.play(URI, RIGHT.replace("anna $ left", "# anna"))
+        see_playing(client, 1, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
+        client.change(URI, 2, {"text": changed})  # with an error in another line
+        client.command("play", URI, span(3, 2, 2))
+        assert client.wait("improv/evaluated") == {"uri": URI, "version": 2, "range": [3, 0, 3, 19]}
+        assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
+        see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 19]])
+        client.command("restart")
+        assert client.wait("improv/transport", lambda told: told["generation"] == 3)["robots"] == ["anna", "bert"]
+        client.command("play", URI, "𝑥")
+        see_playing(client, 4, ["anna", "bert", "ghost"], [[1, 12, 1, 14], [2, 14, 2, 18], [3, 14, 3, 19]])
+        client.command("stop")
+        client.wait("improv/transport", lambda told: told["state"] == "stopped")
+        client.command("play", URI, 4)
+        see_playing(client, 5, ["bert"], [[3, 14, 3, 19]])
 
 
 def test_a_name_or_lines_are_enough_if_one_program_is_open() -> None:
@@ -80,6 +100,8 @@ def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_pa
         for each in wrong:
             client.command("play", *each)
             client.wait_for_line("improv.play: expected a program, then nothing, a range, a name, or a line counted")
+        client.command("only", uri)
+        client.wait_for_line("improv.only: expected a program, then a range, a name, or a line counted from 1")
         program.unlink()  # the editor still has it
         client.command("play", uri, span(3, 0, 0))
         client.wait_for_line("▶ line 4: bert")

@@ -67,9 +67,9 @@ class Story:
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
         self._open(*names)
 
-    def __call__(self, event: Event, stops: int = 0) -> list[str]:
+    def __call__(self, event: Event, stops: int = 0, stopped: int = 0) -> list[str]:
         """Return the acts that follow from an event, in words. Scores to send are sent."""
-        now = Now(NOW, stops=stops, pressed=self.pressed)
+        now = Now(NOW, stops=stops, stopped=stopped, pressed=self.pressed)
         if isinstance(event, tuple):
             name, message = event
             self.state, self.acts = on_report(self.state, StageKey(HERE, name), message, now)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from improv_core.ipc.stage_process import StageError
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import Editing
-from improv_core.protocol.messages import ProgramMessage
+from improv_core.protocol.messages import ProgramMessage, State
 from improv_core.score.score import Safety
 from improv_core.session.acts import Announce, Now
 from improv_core.session.on_request import Mistake, on_request, program_message
@@ -123,6 +126,48 @@ def test_the_simulator_leads_for_a_score_that_is_only_simulated() -> None:
         (play(), ["simulator: stop", "ros: score 5"]),
         (("ros", at("playing", 5)), ["simulator: score 5 from beat 0", "transport"]),
     ])  # fmt: skip
+
+
+def joining(before: str, line: str, *, stopped: int = 0, state: State = "playing", **how: Any) -> Mapping[str, str]:
+    """Return the lengths of each robot's scenes once a program has joined another one that plays."""
+    story = Story()
+    story(play(score_of(analyze(before))))
+    story((story.state.leader or "ros", at(state, 1)))
+    story(play(score_of(analyze(line)), joins=True, **how), stopped=stopped)
+    return {
+        name: " ".join(f"{each.duration}" for each in part.scenes)
+        for name, part in story.score.play.score.parts.items()
+    }
+
+
+def test_a_line_replaces_the_parts_of_its_robots_and_all_others_keep_dancing() -> None:
+    both = "r $ repeat up\ns $ up\n"
+    assert joining(both, "s $ left left") == {"r": "inf", "s": "2"}
+    assert joining(both, "s $ left left", state="paused") == {"r": "inf", "s": "2"}
+    assert joining(both, "t $ left") == {"r": "inf", "s": "1", "t": "1"}
+    assert joining("r $ up\n---\nr s $ up up\n", "---\nr $ left") == {"r": "1 1", "s": "0 2"}
+
+
+def test_after_a_stop_a_line_starts_no_other_robot() -> None:
+    assert joining("r $ repeat up", "s $ left", stopped=1) == {"s": "1"}
+    for state in ("stopped", "ended"):
+        assert joining("r $ repeat up", "s $ left", state=state) == {"s": "1"}
+    resumed = Story.playing()
+    resumed({"type": "resume"}, stops=1, stopped=1)
+    resumed(play(score_of(analyze("s $ left")), joins=True), stopped=1)
+    assert [*resumed.score.play.score.parts] == ["r", "s"]
+
+
+def test_ghosts_and_real_robots_never_dance_together_and_all_have_one_tempo() -> None:
+    with pytest.raises(StageError, match="a ghost can't join real robots: play only that"):
+        joining("r $ repeat up", "ghost $ left", simulated=True)
+    story = Story.playing()
+    story(play(simulated=True))
+    story(("simulator", at("playing", 2)))
+    story(play(score_of(analyze("s $ left")), joins=True))
+    assert [*story.score.play.score.parts] == ["s"]
+    with pytest.raises(StageError, match="what dances plays at beat 60: play the whole program"):
+        joining("r $ repeat up", "beat 90\ns $ left")
 
 
 def test_pages_get_the_name_and_the_errors_of_a_program_only_when_they_change() -> None:

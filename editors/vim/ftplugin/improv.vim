@@ -28,13 +28,14 @@ function! s:Execute(command, arguments) abort
   call ale#lsp_linter#StartLSP(bufnr(''), l:linter, function('s:Send', [l:params]))
 endfunction
 
-" Play the program, or only these lines or a name in it; `ranges` counts the line numbers of a range.
-function! s:Play(ranges, first, last, name) abort
-  let l:only = a:ranges ? [a:first, a:last] : empty(a:name) ? [] : [a:name]
-  call s:Execute('improv.play', [ale#util#ToURI(expand('%:p'))] + l:only)
+" Play the program, or these lines or a name in it, perhaps alone; `ranges` counts the line numbers of a range.
+function! s:Play(alone, ranges, first, last, name) abort
+  let l:some = a:ranges ? [a:first, a:last] : empty(a:name) ? [] : [a:name]
+  let l:command = a:alone && !empty(l:some) ? 'improv.only' : 'improv.play'
+  call s:Execute(l:command, [ale#util#ToURI(expand('%:p'))] + l:some)
 endfunction
 
-command! -buffer -bar -range -nargs=? ImprovPlay call s:Play(<range>, <line1>, <line2>, <q-args>)
+command! -buffer -bar -bang -range -nargs=? ImprovPlay call s:Play(<bang>0, <range>, <line1>, <line2>, <q-args>)
 command! -buffer -bar ImprovStop call s:Execute('improv.stop', [])
 " Its earlier name.
 command! -buffer -bar ImprovHush ImprovStop

@@ -1,7 +1,7 @@
 // The connection to the server, which does all the work; this is how VS Code shows it.
 
 import { homedir } from "node:os";
-import { commands, LogOutputChannel, Uri, window, workspace } from "vscode";
+import { commands, ConfigurationTarget, LogOutputChannel, Uri, window, workspace } from "vscode";
 import {
   ClientCapabilities,
   CloseAction,
@@ -17,11 +17,11 @@ import {
 } from "vscode-languageclient/node";
 import { showError, showInformation, showWarning, withoutLinks } from "./messages";
 import { Transport } from "./transport";
-import { Lit } from "./words";
+import { Evaluated, Lit } from "./words";
 
 /** Commands of the server that move no robot, and those that take a program. */
 const HARMLESS = ["improv.stop", "improv.hush", "improv.history"];
-const OF_A_PROGRAM = ["improv.play", "improv.before"];
+const OF_A_PROGRAM = ["improv.play", "improv.only", "improv.before"];
 
 const GIVEN_UP =
   "Improv's language server ended five times within three minutes, so it stays off. Save or play a program to start it again.";
@@ -30,6 +30,7 @@ const GIVEN_UP =
 export interface Listener {
   onTransport(transport: Transport): void;
   onLit(lit: Lit): void;
+  onEvaluated(evaluated: Evaluated): void;
   /** The saved program plays: what the robots do. */
   onPlayed(line: string): void;
   /** The saved program does not play: why not. */
@@ -79,6 +80,12 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
   client.registerFeature(new LiveMessages());
   client.onNotification("improv/transport", (transport: Transport) => listener.onTransport(transport));
   client.onNotification("improv/lit", (lit: Lit) => listener.onLit(lit));
+  client.onNotification("improv/evaluated", (evaluated: Evaluated) => listener.onEvaluated(evaluated));
+  client.onNotification("improv/settings", (chosen: Record<string, string>) => {
+    for (const [name, value] of Object.entries(chosen)) {
+      void workspace.getConfiguration("improv").update(name, value, ConfigurationTarget.Global);
+    }
+  });
   client.onNotification(ShowMessageNotification.type, ({ type, message }) => {
     // The result of each save belongs in the status bar: a notification would be in the way.
     if (message.startsWith("▶")) listener.onPlayed(message);
@@ -111,10 +118,10 @@ class QuietClient extends LanguageClient {
   }
 }
 
-/** Tells the server that we understand its own messages, and that we show the beat from them. */
+/** Tells the server that we understand its own messages, show the beat from them, and change settings. */
 class LiveMessages implements StaticFeature {
   fillClientCapabilities(capabilities: ClientCapabilities): void {
-    capabilities.experimental = { ...capabilities.experimental, improv: true };
+    capabilities.experimental = { ...capabilities.experimental, improv: { settings: true } };
     capabilities.window = { ...capabilities.window, workDoneProgress: false };
   }
   initialize(): void {}

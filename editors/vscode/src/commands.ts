@@ -23,7 +23,8 @@ export function registerCommands(
 ): Disposable {
   const own: Record<string, (argument?: string) => unknown> = {
     "improv.playWhenReady": () => server.playWhenReady(),
-    "improv.playThis": () => server.playThis(),
+    "improv.playThis": () => server.playThis("improv.play"),
+    "improv.playOnlyThis": () => server.playThis("improv.only"),
     "improv.restartServer": () => server.restart(),
     "improv.showLogs": () => log.show(),
     "improv.showVersions": () => showVersions(context, server),

@@ -8,7 +8,7 @@ import { ServerState } from "./server";
 import { Status } from "./status";
 import { isActive, Transport } from "./transport";
 import { WindowWatch } from "./windowWatch";
-import { Lit, LitWords } from "./words";
+import { Evaluated, Lit, LitWords } from "./words";
 
 const INTERRUPTED = "Improv's language server ended unexpectedly, so the robots stopped. It runs again: save to play.";
 
@@ -45,6 +45,10 @@ export class NowPlaying implements Listener, Disposable {
 
   onLit(lit: Lit): void {
     this.words.show(lit);
+  }
+
+  onEvaluated(evaluated: Evaluated): void {
+    this.words.flash(evaluated);
   }
 
   onPlayed(line: string): void {

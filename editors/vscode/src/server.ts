@@ -13,8 +13,8 @@ const END_LIMIT = 10_000;
 /** `lost`: it ended by itself. */
 export type ServerState = "starting" | "running" | "stopped" | "lost" | "missing";
 
-/** What a person asked for while no server ran: that what was saved plays, or the program as it is, or a range of it. */
-type Wish = { saved: string } | { only: Range[] };
+/** What a person asked for while no server ran: that what was saved plays, or a command with the program or a range of it. */
+type Wish = { saved: string } | { command: string; some: Range[] };
 
 export class Server implements Disposable {
   /** The program that was started last; empty if none was found. */
@@ -56,18 +56,18 @@ export class Server implements Disposable {
     return this.client?.initializeResult?.serverInfo;
   }
 
-  /** Plays only the selection, or the line of the cursor. */
-  playThis(): void {
+  /** Plays the selection, or the line of the cursor, by this command: the others dance on, or stop. */
+  playThis(command: "improv.play" | "improv.only"): void {
     const editor = window.activeTextEditor;
     if (editor?.document.languageId !== "improv") return;
     const { start, end } = editor.selection;
-    this.playWhenReady(Range.create(start.line, start.character, end.line, end.character));
+    this.playWhenReady(command, Range.create(start.line, start.character, end.line, end.character));
   }
 
   /** Plays the program in the active editor, or a range of it, once the server runs. Starts the server if need be. */
-  playWhenReady(...range: Range[]): void {
+  playWhenReady(command = "improv.play", ...some: Range[]): void {
     const program = activeProgram()?.toString();
-    if (program) this.waiting.set(program, { only: range });
+    if (program) this.waiting.set(program, { command, some });
     if (this.state === "running") void this.playWaiting();
     else if (this.state !== "starting") void this.restart();
   }
@@ -123,7 +123,7 @@ export class Server implements Disposable {
     const programs = [...this.waiting];
     this.waiting.clear();
     for (const [program, wish] of programs) {
-      if ("only" in wish) await commands.executeCommand("improv.play", program, ...wish.only);
+      if ("some" in wish) await commands.executeCommand(wish.command, program, ...wish.some);
       // The server has the text as it is by now, but what was saved is what plays, if a save plays anything.
       else await this.client?.sendNotification("textDocument/didSave", { textDocument: { uri: program }, text: wish.saved });
     }

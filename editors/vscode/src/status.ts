@@ -85,7 +85,8 @@ export class Status implements Disposable {
 /** What plays and the current beat; briefly if there is a problem to show as well. */
 function describe(transport: Transport | undefined, briefly: boolean): string {
   if (!transport) return "$(primitive-square) Improv";
-  const { state, backend, tempo, counted } = transport;
+  const { state, backend, tempo, silenced } = transport;
+  const counted = silenced ? `${transport.counted} · ${silenced}` : transport.counted;
   const details = (pace: string): string => (briefly ? "" : ` · ${pace}${backend}`);
   const pace = `${Math.round(tempo * 10) / 10} beats/min · `;
   switch (state) {

@@ -7,6 +7,7 @@ export interface Transport {
   counted: string; // the beat, counted from 1: "beat 3/8"
   muted: string[];
   soloed: string[];
+  silenced: string; // these two as people read them: "ada muted"
   robots: string[];
   page: string | null;
   framed: number; // how many windows show the page

@@ -11,12 +11,24 @@ import {
   workspace,
 } from "vscode";
 
-/** What is lit in a version of a document: start line, start column, end line, end column of each word. */
+/** Start line, start column, end line, end column. */
+type Place = readonly [number, number, number, number];
+
+/** What is lit in a version of a document. */
 export interface Lit {
   uri: string;
   version: number;
-  ranges: readonly (readonly [number, number, number, number])[];
+  ranges: readonly Place[];
 }
+
+/** What was just played in a version of a document. */
+export interface Evaluated {
+  uri: string;
+  version: number;
+  range: Place;
+}
+
+const FLASH = 200; // milliseconds
 
 export class LitWords implements Disposable {
   private readonly highlight = window.createTextEditorDecorationType({
@@ -25,6 +37,9 @@ export class LitWords implements Disposable {
     outlineColor: new ThemeColor("improv.playingBorder"),
     borderRadius: "3px",
     rangeBehavior: DecorationRangeBehavior.ClosedClosed,
+  });
+  private readonly flashing = window.createTextEditorDecorationType({
+    backgroundColor: new ThemeColor("editor.selectionBackground"),
   });
   private readonly listening = Disposable.from(
     workspace.onDidCloseTextDocument((document) => this.isOf(document) && this.show(undefined)), // it may come back changed
@@ -39,8 +54,18 @@ export class LitWords implements Disposable {
     this.paint();
   }
 
+  /** Shows for a moment what was just played. */
+  flash({ uri, version, range }: Evaluated): void {
+    for (const editor of window.visibleTextEditors) {
+      if (editor.document.uri.toString() !== uri || editor.document.version !== version) continue;
+      editor.setDecorations(this.flashing, [new Range(...range)]);
+      setTimeout(() => editor.setDecorations(this.flashing, []), FLASH);
+    }
+  }
+
   dispose(): void {
     this.listening.dispose();
+    this.flashing.dispose();
     this.highlight.dispose();
   }
 

@@ -4,6 +4,14 @@
 
 (load (expand-file-name "steps" (file-name-directory load-file-name)) nil t)
 
+(defvar flashed nil "What has flashed last.")
+(advice-add 'pulse-momentary-highlight-region :before (lambda (start end &rest _) (setq flashed (buffer-substring start end))))
+
+(let ((browse-url-browser-function #'browse-url-default-browser) (process-environment '("DISPLAY" "WAYLAND_DISPLAY")))
+  (check (not (improv-playing--browses-p))) ; the server says where the page is
+  (setenv "DISPLAY" ":0")
+  (check (improv-playing--browses-p)))
+
 (open-program)
 (check (derived-mode-p 'improv-mode))
 
@@ -34,7 +42,10 @@
 (await "two dance" (told "▶ anna ∞ · bert ∞"))
 (at "bert")
 (improv-play-this)
-(await "one dances" (told "▶ line 6: bert ∞, endless at beat 120, simulator"))
+(await "a line dances" (told "▶ line 6: bert ∞, endless at beat 120, simulator"))
+(await "a flash" (equal flashed "bert $ repeat forward"))
+(await "both are lit" (equal (mapcar #'car (lit)) '(4 6)))
+(improv-play-this t)
 (await "only bert is lit" (equal (lit) '((6 . "forward"))))
 (at "left")
 (transient-mark-mode)

@@ -25,9 +25,20 @@ person.session(function()
   vim.cmd.ImprovSpeed("2")
   await_status("^▶ beat %d+/∞, 120 beats/min, simulator$")
 
-  -- Only a line, a selection, or a name plays, and the save brings the rest back.
+  -- A line flashes, and plays among the others; or only it plays, and the save brings the rest back.
+  require("improv.words").FLASH = person.LIMIT
+  person.break_undo()
+  vim.cmd("4substitute/left/right/")
   vim.fn.cursor(4, 1)
   vim.api.nvim_feedkeys("\\\r", "x", false)
+  local flashed = vim.api.nvim_get_namespaces()["improv.evaluated"]
+  person.await("a flash", function()
+    local mark = vim.api.nvim_buf_get_extmarks(0, flashed, 0, -1, { details = true })[1]
+    return mark and mark[2] == 3 and mark[4].end_col == 18 and mark[4].hl_group == "ImprovEvaluated"
+  end)
+  await_lit("2:8 right, 3:13 𝒹, 4:14 right")
+  vim.cmd.undo()
+  vim.cmd("4ImprovPlay!")
   await_lit("4:14 left")
   vim.cmd.write()
   await_lit("2:8 right, 3:13 𝒹, 4:14 left")
@@ -35,9 +46,9 @@ person.session(function()
   vim.api.nvim_feedkeys("viw\\\r", "x", false)
   person.await_message("▶ line 3: a 1 beat")
   assert(vim.fn.mode() == "n", vim.fn.mode())
-  vim.cmd("3ImprovPlay")
+  vim.cmd("3ImprovPlay!")
   await_lit("2:8 right, 3:13 𝒹")
-  vim.cmd.ImprovPlay("𝒹")
+  vim.cmd.ImprovPlay { "𝒹", bang = true }
   person.await_message("▶ 𝒹: a 1 beat")
   vim.cmd.ImprovPlay("𝒷")
   person.await_message("✗ `𝒷` is not defined in this program")

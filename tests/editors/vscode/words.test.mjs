@@ -28,6 +28,16 @@ test("what the server says is lit, until it says otherwise", () => {
   assert.deepEqual(lit, [])
 })
 
+test("what was just played is lit for a moment", (context) => {
+  context.mock.timers.enable({ apis: ["setTimeout"] })
+  words.flash({ uri: document.uri, version: document.version - 1, range: [0, 0, 0, 9] })
+  assert.deepEqual(lit, [])
+  words.flash({ uri: document.uri, version: document.version, range: [0, 0, 0, 9] })
+  assert.deepEqual(lit, [[0, 0, 0, 9]])
+  context.mock.timers.tick(1000)
+  assert.deepEqual(lit, [])
+})
+
 test("highlights move with the text until the server has the text, too", () => {
   light([0, 0, 0, 1])
   const { version } = document

@@ -27,12 +27,12 @@ local function number(text)
   return { tonumber(text) or text }
 end
 
---- Play this program, or only what `only` lists for the server: a range, a name, or two lines.
-local function play(only)
+--- Play this program, or what `some` lists for the server: a range, a name, or two lines. Others dance on unless `alone`.
+local function play(some, alone)
   local buffer = vim.api.nvim_get_current_buf()
-  local arguments = { vim.uri_from_bufnr(buffer), unpack(only) }
+  local arguments = { vim.uri_from_bufnr(buffer), unpack(some) }
   if server.of(buffer) or not waiting.play(buffer, arguments) then
-    execute("improv.play", arguments)
+    execute(alone and #some > 0 and "improv.only" or "improv.play", arguments)
   end
 end
 
@@ -51,14 +51,14 @@ end
 
 local function command_play(given)
   if given.range == 0 then
-    return play(given.args ~= "" and { given.args } or {})
+    return play(given.args ~= "" and { given.args } or {}, given.bang)
   end
   local from, to = vim.fn.getpos("'<"), vim.fn.getpos("'>")
   local is_visual = given.range == 2 and given.line1 == from[2] and given.line2 == to[2]
-  play(is_visual and selected(vim.fn.visualmode(), from, to) or { given.line1, given.line2 })
+  play(is_visual and selected(vim.fn.visualmode(), from, to) or { given.line1, given.line2 }, given.bang)
 end
 
---- Play only the selection, or else the line of the cursor.
+--- Play the selection, or else the line of the cursor.
 local function play_this()
   local mode = vim.fn.mode()
   local is_visual = mode:find("[vV\22]") ~= nil
@@ -126,7 +126,8 @@ function M.define(buffer)
   end
   local a_number, a_robot = { nargs = 1 }, { nargs = 1, complete = robots }
 
-  command("ImprovPlay", command_play, "Play this program, or only these lines or this name", { nargs = "?", range = true })
+  local some = { nargs = "?", range = true, bang = true }
+  command("ImprovPlay", command_play, "Play this program, or these lines or this name; with !, only these", some)
   command("ImprovBefore", before, "Play the version of this program that played before")
   command("ImprovHistory", history, "Show a program that played")
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
@@ -144,7 +145,7 @@ function M.define(buffer)
   for _, name in ipairs { "ImprovStop", "ImprovHush" } do -- the second is its earlier name
     vim.api.nvim_create_user_command(name, stop, { desc = "Stop all robots immediately" })
   end
-  local mapping = { buffer = buffer, desc = "Improv: play only this line or selection" }
+  local mapping = { buffer = buffer, desc = "Improv: play this line or selection" }
   vim.keymap.set({ "n", "x" }, "<Plug>(improv-play-this)", play_this, mapping)
   if not vim.g.no_plugin_maps and not vim.g.no_improv_maps and vim.fn.hasmapto("<Plug>(improv-play-this)") == 0 then
     vim.keymap.set({ "n", "x" }, "<LocalLeader><CR>", "<Plug>(improv-play-this)", mapping)

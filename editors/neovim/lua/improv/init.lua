@@ -7,6 +7,7 @@ local M = {}
 function M.setup(options)
   options = vim.tbl_extend("keep", options or {}, { cmd = { "improv-ls" } })
   vim.api.nvim_set_hl(0, "ImprovPlaying", { default = true, link = "IncSearch" })
+  vim.api.nvim_set_hl(0, "ImprovEvaluated", { default = true, link = "Visual" })
   local server = require("improv.server")
   server.cmd = options.cmd
 

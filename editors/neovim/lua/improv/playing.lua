@@ -51,20 +51,20 @@ function M.lit(id, told)
   end
 end
 
---- Which robots are muted or soloed, in words.
-local function silenced(transport)
-  local muted, soloed = transport.muted or {}, transport.soloed or {}
-  if #soloed > 0 then
-    return "only " .. table.concat(soloed, ", ") .. " may move"
+--- `improv/evaluated`: what was just played.
+function M.evaluated(id, told)
+  local client = vim.lsp.get_client_by_id(id)
+  local buffer = client and buffer_of(client, told.uri)
+  if buffer and vim.lsp.util.buf_versions[buffer] == told.version then
+    words.flash(buffer, client.offset_encoding, told.range)
   end
-  return #muted > 0 and table.concat(muted, ", ") .. " muted" or "all robots may move"
 end
 
 --- `improv/transport`: the state of playback, at every change and at every beat.
 function M.transport(id, told)
   local client, player = vim.lsp.get_client_by_id(id), player_of(id)
-  if silenced(told) ~= silenced(player.transport or {}) then
-    vim.notify(silenced(told))
+  if told.silenced ~= (player.transport or { silenced = "" }).silenced then
+    vim.notify(told.silenced ~= "" and told.silenced or "all robots may move")
   end
   player.transport = told
   if client and player.buffer then
@@ -90,7 +90,8 @@ function M.status(id)
     return ("■ %s"):format(told.state)
   end
   local sign = told.state == "playing" and "▶" or "‖"
-  return ("%s %s, %g beats/min, %s"):format(sign, told.counted, told.tempo, told.backend)
+  local silenced = told.silenced ~= "" and ", " .. told.silenced or ""
+  return ("%s %s, %g beats/min, %s%s"):format(sign, told.counted, told.tempo, told.backend, silenced)
 end
 
 --- The last transport of a server, or an empty table.

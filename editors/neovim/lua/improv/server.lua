@@ -161,6 +161,7 @@ function M.enable(group, settings)
     settings = { improv = settings }, -- for when the server asks
     handlers = {
       ["improv/lit"] = function(_, params, context) playing.lit(context.client_id, params) end,
+      ["improv/evaluated"] = function(_, params, context) playing.evaluated(context.client_id, params) end,
       ["improv/transport"] = function(_, params, context) playing.transport(context.client_id, params) end,
       ["window/showMessage"] = show_message,
     },

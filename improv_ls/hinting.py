@@ -49,7 +49,7 @@ class Hinting:
         period = 60 / transport["tempo"]
         step = period / max(period // SHORTEST, 1) if period >= SHORTEST else SHORTEST
         while True:
-            wanted = self._editor.settings.inlay_hints_playing
+            wanted = self._editor.hints_playing
             now = await self._hints(beat_at(transport, time.monotonic())) if wanted else ()
             if now != self._shown:
                 self._shown = now

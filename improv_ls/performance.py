@@ -23,7 +23,7 @@ from improv_core.robots.config import FILE_NAME
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
 from improv_core.session.session import Playback
-from improv_core.session.start import Options
+from improv_core.session.start import Options, usual_port
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.storage.history import Played
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
@@ -304,6 +304,7 @@ class Performance:
             takes_start_poses=True,
             node=self._node,
             osc="network" if settings.osc_network else "here",
+            usual_port=usual_port(str(folders[0])) if (folders := self._editor.folders) else 0,
         )
         old = self._playback
         if old and old.options == options:

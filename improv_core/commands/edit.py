@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from zlib import crc32
 
 import click
 
@@ -24,15 +22,11 @@ from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, rob
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, EditorAnswer, Write
 from improv_core.robots.config import absolute, find_robots_file
-from improv_core.session.start import Options
+from improv_core.session.start import Options, usual_port
 from improv_core.storage.atomic_write import real
 from improv_core.storage.program_file import Version, WriteError, latest, read_version, write_text
 from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
-
-PORTS = range(20_000, 30_000)
-"""Ports for pages that edit: below those that systems give to other programs."""
-
 
 NEVER = -1
 """An impossible count of stops: a request from before a stop is saved, but not played."""
@@ -60,8 +54,8 @@ def command(file: Path | None, live: LiveOptions, settings: PlaySettings) -> Non
     if not file or not file.exists():
         file = make(file)
     version = read_version(file)
-    options = replace(live, port=live.port or _usual_port(file)).options(file)
-    sys.exit(run(edit(file, version, replace(options, page=True), settings, browser=live.browser)))
+    options = replace(live.options(file), page=True, usual_port=usual_port(str(real(file))))
+    sys.exit(run(edit(file, version, options, settings, browser=live.browser)))
 
 
 async def edit(path: Path, version: Version, options: Options, settings: PlaySettings, *, browser: bool) -> int:
@@ -186,14 +180,3 @@ def _content(path: Path) -> bytes:
         return read_bytes(path)
     except ReadError as problem:
         return str(problem).encode()
-
-
-def _usual_port(path: Path) -> int:
-    """Return the same port for the same file each time, if it is free: a browser keeps unsaved text by the page's
-    address."""
-    port = PORTS[crc32(str(real(path)).encode()) % len(PORTS)]
-    try:
-        socket.create_server(("127.0.0.1", port)).close()
-    except OSError:
-        return 0
-    return port

@@ -65,6 +65,7 @@ def options_in(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="improv page")
     parser.add_argument("--simulate", action="store_true", help="play in the simulator")
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
+    parser.add_argument("--usual-port", type=int, default=0, help="the port to take if it is free and --port is 0")
     parser.add_argument(
         "--takes-start-poses", action="store_true", help="start poses dragged on the page can be written"
     )
@@ -134,9 +135,9 @@ def _serve(
             command["at"] = time.monotonic()  # if the parent is halted, it learns of the stop late
         put({"type": "request", "command": command})
 
-    try:
+    def serve(port: int) -> PageServer:
         return PageServer(
-            options.port,
+            port,
             snapshot,
             request,
             takes_start_poses=options.takes_start_poses,
@@ -145,9 +146,14 @@ def _serve(
             tell=lambda line: put({"type": "warning", "message": line}),
             scores=scores,
         )
+
+    try:
+        return serve(options.port or options.usual_port)
     except OSError as error:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):
             raise
+        if not options.port:
+            return serve(0)
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
 

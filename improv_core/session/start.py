@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import chain, repeat
 from pathlib import Path
 from typing import Protocol, TypeAlias
+from zlib import crc32
 
 from improv_core.ipc.stage_process import Heard, Stage, StageError
 from improv_core.music.osc_link import Reach
@@ -49,17 +50,21 @@ class FindPython(Protocol):
         does not."""
 
 
+PORTS = range(20_000, 30_000)
+"""The usual ports of pages: below those that systems give to other programs."""
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """The options of a performance.
 
-    `backend` is auto, sim, ros, or both; the ROS fields are as in the settings. Without `find_python`, there is no
-    Python with rclpy. `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own,
-    after `--ros-args`. With `report_sent`, stages report every velocity they send. With `page`, real robots have one
-    even without the simulator. `takes_start_poses` is for a listener that handles `place` requests: only then does the
-    page have start poses written into the program. `host` is the machine of a stage, if it isn't this one. `osc` has
-    the addresses for OSC messages. `show` is the path with which the names of the stages' stop sockets begin; without
-    it, they have none.
+    `backend` is auto, sim, ros, or both. If the page's `port` is 0, it is the `usual_port`, or if that is taken, any
+    free one. The ROS fields are as in the settings. Without `find_python`, there is no Python with rclpy. `node` is the
+    name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With
+    `report_sent`, stages report every velocity they send. With `page`, real robots have one even without the simulator.
+    `takes_start_poses` is for a listener that handles `place` requests: only then does the page have start poses
+    written into the program. `host` is the machine of a stage, if it isn't this one. `osc` has the addresses for OSC
+    messages. `show` is the path with which the names of the stages' stop sockets begin; without it, they have none.
     """
 
     backend: str = "auto"
@@ -76,6 +81,13 @@ class Options:
     host: Host | None = None
     osc: Reach = "here"
     show: Path | None = None
+    usual_port: int = 0
+
+
+def usual_port(path: str) -> int:
+    """Return the same port for the same file or folder each time: a browser keeps unsaved text, and a tunnel its way,
+    by the page's address."""
+    return PORTS[crc32(path.encode()) % len(PORTS)]
 
 
 class RunningStage(Protocol):
@@ -109,7 +121,7 @@ async def start_stage(output: Output, options: Options, token: str, hear: Hear, 
         return await starting
     simulating = ["--simulate", *_reporting(options)] if output == "simulator" else []
     taking = ["--takes-start-poses"] if options.takes_start_poses else []
-    arguments = [*simulating, "--port", str(options.port), *taking]
+    arguments = [*simulating, "--port", str(options.port), "--usual-port", str(options.usual_port), *taking]
     env = {**_with_sockets(os.environ, options), "IMPROV_PAGE_TOKEN": token}
     return await Stage.start([sys.executable, str(PAGE), *arguments], env, hear, stops)
 

@@ -44,8 +44,8 @@ class Played:
 
     @property
     def name(self) -> str:
-        """Name of its file."""
-        return Path(self.file).name
+        """Name of its file, with its folder."""
+        return str(Path(*Path(self.file).parts[-2:]))
 
     @property
     def when(self) -> str:

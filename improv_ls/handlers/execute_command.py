@@ -115,7 +115,10 @@ def anyway(ls: Session, *arguments: Any) -> None:
 
 
 def cue(ls: Session, *arguments: Any) -> None:
-    """Give the cue that robots wait for."""
+    """Give the cue that robots wait for, and say so if none can."""
+    played = ls.performance.state.played if ls.performance.state.is_on else None
+    if not played or not any("cue" in part.senses for part in played.score.parts.values()):
+        ls.editor.warn("improv.cue: no robot waits for the cue")
     ls.performance.ask({"type": "cue"})
 
 

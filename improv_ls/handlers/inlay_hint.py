@@ -11,10 +11,9 @@ from improv_ls.session import Session
 
 
 def inlay_hint(ls: Session, document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
-    settings = ls.editor.settings
     seen = to_span(document.lines, params.range, ls.editor.encoding)
-    found = hints(document.analysis, seen) if settings.inlay_hints_beats else []
-    if settings.inlay_hints_playing:
+    found = hints(document.analysis, seen) if ls.editor.settings.inlay_hints_beats else []
+    if ls.editor.hints_playing:
         found += [hint for hint in ls.performance.playing.hints(document.uri) if seen.holds(hint.offset)]
     return [
         types.InlayHint(

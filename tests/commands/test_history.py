@@ -27,8 +27,8 @@ def test_programs_are_listed_printed_and_played_again(tmp_path: Path, state: Pat
     for second, text in enumerate(texts):
         keep(str(folder / "dance.improv"), text, NOON + timedelta(seconds=second))
     assert [line.split(maxsplit=3) for line in history().stdout.splitlines()] == [
-        ["2", "2026-11-22", f"{NOON.astimezone():%H:%M}:00", "dance.improv  r $ forward"],
-        ["1", "2026-11-22", f"{NOON.astimezone():%H:%M}:01", "dance.improv  r q $ left"],
+        ["2", "2026-11-22", f"{NOON.astimezone():%H:%M}:00", "folder/dance.improv  r $ forward"],
+        ["1", "2026-11-22", f"{NOON.astimezone():%H:%M}:01", "folder/dance.improv  r q $ left"],
     ]
     assert [history(number).stdout_bytes.decode() for number in (2, 1)] == texts
 

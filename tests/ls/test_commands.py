@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -35,8 +36,15 @@ def test_the_saved_program_plays_again(client: Client) -> None:
 
 def test_the_cue_is_given() -> None:
     with Client(QUIET, TOLD) as waiting:
-        waiting.open(URI, "beat 240\nr $ until cue (repeat left)\n")
+        nobody = "improv.cue: no robot waits for the cue"
+        waiting.command("cue")
+        waiting.wait_for_line(nobody)
+        waiting.play(URI, "r $ repeat left\n")
+        waiting.command("cue")
+        waiting.wait_for_line(nobody)
+        waiting.change(URI, 2, {"text": "beat 240\nr $ until cue (repeat left)\n"})
         waiting.save(URI)
+        waiting.wait_for_line("▶")
         waiting.wait("improv/transport", lambda params: params["state"] == "playing")
         assert waiting.command("cue") is None
         waiting.wait("improv/transport", lambda params: params["state"] == "ended")
@@ -99,6 +107,17 @@ def opens(url: str) -> bool:
     assert url.startswith("http://127.0.0.1:")
     assert len(f"page: {url}") <= 80
     return bool(token_behind(url))
+
+
+def test_the_page_keeps_its_port_when_the_server_starts_again_in_its_folder(tmp_path: Path) -> None:
+    def port(client: Client) -> int | None:
+        return urlsplit(str(client.command("page"))).port
+
+    with Client(QUIET, folders=[tmp_path]) as client:
+        usual = port(client)
+    with Client(QUIET, folders=[tmp_path]) as client, Client(QUIET, folders=[tmp_path]) as another:
+        assert port(client) == usual
+        assert port(another) != usual
 
 
 @pytest.mark.parametrize("without", [{"capabilities": {}}, {"screen": False}])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.ls.client import Client, place, span
+from tests.ls.client import QUIET, Client, place, span
 
 URI = "file:///dance.improv"
 DOCUMENT = {"textDocument": {"uri": URI}}
@@ -41,8 +41,7 @@ def test_beats_are_shown_to_editors_that_want_them() -> None:
 
 
 def test_lines_that_play_show_their_beat_in_editors_that_want_it() -> None:
-    settings = {"backend": "sim", "page": {"open": False}, "inlayHints": {"playing": True}}
-    with Client(settings, capabilities=REFRESHED) as client:
+    with Client(QUIET, capabilities=REFRESHED) as client:  # nothing else shows it what plays
         client.open(URI, "beat 240\r\nr $ 𝑥\r\n")
         client.change(URI, 2, {"text": "beat 120\r\n𝑥 = repeat up\r\nr $ 𝑥\r\n"})
         assert hints(client) == []
@@ -59,6 +58,16 @@ def test_lines_that_play_show_their_beat_in_editors_that_want_it() -> None:
         client.command("stop")
         while hints(client):
             client.wait("workspace/inlayHint/refresh")
+
+
+def test_an_editor_that_lights_up_words_shows_no_beats_unless_somebody_wants_them() -> None:
+    with Client(QUIET, capabilities={**REFRESHED, "experimental": {"improv": True}}) as client:
+        client.play(URI, "r $ repeat up\n")
+        client.wait("improv/lit")
+        assert hints(client) == []
+        client.set(inlayHints={"playing": True})
+        client.wait("workspace/inlayHint/refresh")
+        assert hints(client)
 
 
 def test_a_program_and_its_scenes_say_how_long_they_take() -> None:

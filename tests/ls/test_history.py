@@ -43,7 +43,7 @@ def test_the_previous_version_plays_and_then_the_one_before_it(state: Path) -> N
         assert [each["line"] for each in listed] == [
             f"{robots} $ forward" for robots in ("a b", "a b c d", "a b", "a b c", "a b c d", "a b c", "a b")
         ]
-        assert {each["name"] for each in listed} == {"dance.improv"}
+        assert {each["name"] for each in listed} == {"dances/dance.improv"}
         assert client.command("history", listed[1]["id"]) == "a b c d $ forward\n"
         assert client.command("history", "../../secret") is None
         assert "expected no argument" in client.wait_for_line("improv.history")

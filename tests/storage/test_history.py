@@ -22,7 +22,7 @@ def check(played: str, kept: str) -> None:
         file, _, text = each.partition(":")
         keep(f"/dances/{file}", text, NOON + timedelta(seconds=second))
     found = read()
-    assert [f"{each.name}:{each.text}" for each in found.programs] == kept.split()
+    assert [f"{Path(each.file).name}:{each.text}" for each in found.programs] == kept.split()
     assert found.complaint is None
 
 

@@ -35,8 +35,12 @@ end
 
 --- The state of playback for the status line: `▶ beat 3/8, 120 beats/min, simulator`. Empty without a server.
 function M.statusline()
-  local client = require("improv.server").of(0)
-  return client and require("improv.playing").status(client.id) or ""
+  local server = require("improv.server")
+  local client = server.of(0)
+  if client then
+    return require("improv.playing").status(client.id)
+  end
+  return server.is_starting() and vim.bo.filetype == "improv" and "Starting Improv…" or ""
 end
 
 return M

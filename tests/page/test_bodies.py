@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.preview.window import about, window
@@ -20,7 +20,8 @@ from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
 from tests.axe import violations
-from tests.page.conftest import SCHEMES, Keep, box, switch_to, wait
+from tests.page.conftest import SCHEMES, Keep, box, next_frame, switch_to, wait
+from tests.page.editing import Edit
 from tests.robots.test_skeletons import TOML, URDF
 
 FOUR = """ada bert carla dan is puppet
@@ -100,6 +101,26 @@ def test_a_window_has_the_moves_of_each_body_part() -> None:
         "head": [(0.0, "left"), (1.0, "right")]
     }
     assert [math.copysign(1, yaw) for *_, yaw, _ in told["body"]["head"]] == [1, -1]
+
+
+@pytest.mark.slow("edits on a page")
+def test_a_body_beside_the_editor_leaves_the_stage_room_for_its_tools(tmp_path: Path, window: BrowserContext) -> None:
+    (tmp_path / "dance.improv").write_text("ada is puppet\nada $ head left\n", encoding="utf-8")
+    edit = Edit(tmp_path / "dance.improv", window)
+    try:
+        page = edit.page()
+        page.keyboard.press("Control+Enter")
+        expect(page.locator("#bodies svg").first).to_be_visible()
+        for width in (721, 740, 900, 1000):
+            page.set_viewport_size({"width": width, "height": 900})
+            next_frame(page)
+            hall, tools = box(page, "#hall"), box(page, "#tools")
+            assert hall["x"] < tools["x"], width
+            assert page.evaluate(
+                "(({ scrollWidth, offsetWidth }) => scrollWidth <= offsetWidth)(document.getElementById('tools'))"
+            )
+    finally:
+        edit.close()
 
 
 @pytest.mark.slow("axe looks at three sizes and two colors")

@@ -70,6 +70,7 @@ def told(**motions: tuple[float, float]) -> dict[str, JointMotion]:
         (course((0, 0), (0, 0)), told(yaw=(0, 9)), 1, course((0, 4), (0, 0), since=1)),  # at most its highest speed
         (course((0, 0), (0, 0)), told(yaw=(0, -9), pitch=(0, -9)), 1, course((0, -4), (0, -9), since=1)),
         (course((0, 1), (0, 0), since=8), told(yaw=(0, 1)), 0, course((0, 1), (0, 0), since=0)),  # time starts over
+        (course((0.5, 1), (0, 0), since=1), told(yaw=(0.499, -1)), 0.999, course((0.5, -1.5), (0, 0), since=1)),
     ],
 )
 def test_commands_move_joints_within_their_limits(

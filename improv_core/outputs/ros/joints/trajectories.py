@@ -27,6 +27,8 @@ HURRY = 0.5
 """A joint that is behind the program catches up faster or slower than the program by this share of its speed."""
 EXACT = 1e-6
 """Radians or meters from the program at which a joint counts as being there."""
+SLACK = 0.01
+"""Seconds by which a command may seem to come before the last one: how late it is isn't known while nothing plays."""
 SOONEST_STOP = 0.05
 """Seconds in which a moving joint is stopped, at least, however fast it may brake: it lags by about as much."""
 
@@ -123,8 +125,9 @@ def turned(
     they arrive, unless something has held them back. In a stop, which lasts no time, they brake.
     """
     now = at + late
-    if before.since > now:  # performance time has started over
+    if before.since > now + SLACK:  # performance time has started over
         before = Course(before.motions, now)
+    now = max(now, before.since)
     legs = _passed(channel, before, now)
     (since, last), passed = legs[-1], now - before.since
     program, motions, joins, brakes = [], list[JointMotion](), list[float](), list[Brake | None]()

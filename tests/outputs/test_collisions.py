@@ -10,10 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.outputs.simulator.simulator import Simulator
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.meetings import check_room
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.stage.dry_run import perform as rehearse
 
 RADIUS = 0.3
 FORWARD = Twist(x=2.0)
@@ -185,3 +190,24 @@ def test_poses_are_identical_at_any_frame_rate(
         simulator.advance(1.5)
         ends.append((simulator.poses(), simulator.snapshot().bumps))
     assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.parametrize(("apart", "meets"), [(0.59977, False), (0.5992, False), (0.5988, True)])
+def test_robots_bump_if_the_check_finds_that_they_meet(apart: float, meets: bool) -> None:
+    """Ada drives half a circle, and is nearest to bo in the middle of it."""
+    far = 4 / math.pi
+    places = f"ada at 0 0\nbo at {far + apart:.9f} {far:.9f}\n"
+    score = score_of(analyze(f"{places}ada $ repeat 2 (forward || left)\nbo $ rest\n"))
+    simulator = Simulator()
+    rehearse(score, simulator)
+    assert bool(check_room(score).meetings) == bool(simulator.snapshot().bumps) == meets
+
+
+@pytest.mark.parametrize(("apart", "meets"), [(0.2998, False), (0.2992, False), (0.2988, True)])
+def test_a_robot_bumps_into_a_wall_if_the_check_finds_that_it_hits_it(apart: float, meets: bool) -> None:
+    at = 4 / math.pi + apart
+    robots = read_robots(f"[world]\nwalls = [[{at}, -9, {at}, 9]]")
+    score = score_of(analyze("ada at 0 0\nada $ repeat 2 (forward || left)\n", robots))
+    simulator = Simulator()
+    rehearse(score, simulator)
+    assert bool(check_room(score).hits) == bool(simulator.snapshot().bumps) == meets

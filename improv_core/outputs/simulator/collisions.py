@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.protocol.drawn import Bump
+from improv_core.score.approach import TOLERANCE
 from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.motion import Pose
 from improv_core.score.world import EMPTY, World
@@ -15,8 +16,9 @@ from improv_core.score.world import EMPTY, World
 if TYPE_CHECKING:
     import pymunk
 
-OVERLAP = 0.001
-"""Meters that two robots in contact may overlap. pymunk needs some overlap to keep the contact."""
+OVERLAP = TOLERANCE
+"""Meters by which two robots overlap before they push each other, and while they do: neighbors who touch don't meet.
+pymunk needs some overlap to keep the contact."""
 STEP = 1 / STEPS_PER_SECOND
 """The length of a step in seconds, for pymunk."""
 BUMP = 0.01
@@ -181,7 +183,12 @@ class Collisions(NoCollisions):
     def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         """pymunk calls this for every pair that touches, before they push each other."""
         names = tuple(sorted(self._names[shape] for shape in arbiter.shapes if shape in self._names))
-        arbiter.process_collision = True  # pymunk keeps this until the two separate
+        (contact,) = arbiter.contact_point_set.points
+        least = min(OVERLAP, *(self._bodies[name][2].radius / 10 for name in names))
+        if arbiter.is_first_contact or not arbiter.process_collision:  # pymunk keeps this until the two separate
+            arbiter.process_collision = contact.distance < -least
+        if not arbiter.process_collision:
+            return
         if len(names) == 2 and self._is_above(*names):
             arbiter.process_collision = False
             self._above[names] = self._end
@@ -196,9 +203,8 @@ class Collisions(NoCollisions):
             self._touched[names] = self._end
         elif closing > BUMP:
             self._touched[names] = self._end
-            point = arbiter.contact_point_set.points[0].point_a
             thing = next((self._things[shape] for shape in arbiter.shapes if shape in self._things), "")
-            self._bumps.append(Bump(self._end, point.x, point.y, names, thing))
+            self._bumps.append(Bump(self._end, contact.point_a.x, contact.point_a.y, names, thing))
 
     def _is_above(self, one: str, other: str) -> bool:
         """Return whether one robot flies above the other."""

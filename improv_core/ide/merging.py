@@ -14,10 +14,13 @@ from improv_core.ide.references import Symbol, plays, references
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of, starts_of
 from improv_core.program.opening import FARTHEST
+from improv_core.score.meetings import LAST_BEAT
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration, Exact, Movement
 from improv_core.score.profiles import BUILT_IN
-from improv_core.score.strokes import outermost, paths
+from improv_core.score.score import Part
+from improv_core.score.strokes import pictured
+from improv_core.score.trajectories import BLOCK, Trajectory
 from improv_core.slices import checkpoint
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
@@ -26,11 +29,10 @@ from improv_core.text import Span, free_name
 GAP = 1.0
 """Meters between the places of two programs."""
 REACH = 6.0
-"""The most meters that a program's robots get around their start poses: a path may be endless."""
+"""The meters that a robot gets around the start poses of its program if its path never ends and never repeats itself,
+or is too long to follow."""
 LONGEST_NAME = 30
 """The most characters of a program's name that its robots' names begin with."""
-_MOST_MOMENTS = 2_000
-"""The most moments of a path that are measured for its room."""
 _OTHER_MEANING = WORDS.keys() | {"at", "is", "room", "bar", "beat", "circle", "line", "grid"}
 _REPLACED = ("BEAT", "AT", "ROOM", "BAR_LENGTH", "SCENE")
 """The signs of lines that the merged program has once for all programs, or replaces."""
@@ -246,7 +248,9 @@ def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], note
     areas = [_area(each.analysis) for each in sources]
     middles, size = _side_by_side(areas)
     if max(size) > 2 * FARTHEST:
-        raise MergeError(f"these need {max(size):,.0f} m side by side, and {2 * FARTHEST:,} m is the most: merge fewer")
+        largest = max(zip(areas, sources, strict=True), key=lambda each: max(each[0].width, each[0].height))[1].name
+        need = f"these need {max(size):,.0f} m side by side, and {2 * FARTHEST:,} m is the most"
+        raise MergeError(f"{need}: merge fewer, or leave out {largest}")
     has_room = [each.analysis.opening.config.world.size is not None for each in sources]
     if all(has_room):
         lines.append(f"room {_number(size[0])} {_number(size[1])}")
@@ -294,23 +298,31 @@ class _Area:
 
 
 def _area(analysis: Analysis) -> _Area:
-    """Measure the area around the start poses, and the floor of the program or else its paths, up to `REACH`."""
-    score = score_of(analysis)
+    """Measure the area of the start poses, and of the floor of the program or else all that its robots reach."""
+    score = pictured(score_of(analysis))
     starts = [(part.start.x, part.start.y, part.profile.radius) for part in score.parts.values()]
     near = [(x + far, y + far) for x, y, radius in starts for far in (-radius, radius)]
     if size := score.world.size:
         return _Area.around([*near, (-size[0] / 2, -size[1] / 2), (size[0] / 2, size[1] / 2)])
-    own, widest = _Area.around(near), max(radius for _, _, radius in starts)
-    reached = [
-        (
-            min(max(x + far, own.left - REACH), own.right + REACH),
-            min(max(y + far, own.bottom - REACH), own.top + REACH),
-        )
-        for path in paths(score, _MOST_MOMENTS)
-        for x, y in outermost(path)
-        for far in (-widest, widest)
-    ]
-    return _Area.around([*near, *reached])
+    own = _Area.around(near)
+    return _Area.around([*near, *(corner for part in score.parts.values() for corner in _reached(part, own))])
+
+
+def _reached(part: Part, own: _Area) -> Iterator[tuple[float, float]]:
+    """Yield opposite corners of boxes around everything that a robot covers."""
+    trajectory, radius = Trajectory(part), part.profile.radius
+    cycle = trajectory.cycle
+    end = math.ceil((cycle.begins + cycle.beats) / BLOCK) if cycle else math.inf
+    number = 0
+    while number < min(end, LAST_BEAT / BLOCK) and (block := trajectory.block(number)):
+        box = block.box.larger(radius, 0)
+        is_far = box.x0 < own.left - REACH or box.x1 > own.right + REACH
+        if not cycle and (is_far or box.y0 < own.bottom - REACH or box.y1 > own.top + REACH):
+            break
+        yield from ((box.x0, box.y0), (box.x1, box.y1))
+        number += 1
+    if number < end:
+        yield from ((own.left - REACH, own.bottom - REACH), (own.right + REACH, own.top + REACH))
 
 
 def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]], tuple[float, float]]:

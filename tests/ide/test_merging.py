@@ -111,6 +111,22 @@ def test_merged_examples_stand_apart_at_the_start() -> None:
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "r $ repeat 20 forward",
+        "r $ repeat 40 (forward scale 1/20 left)",
+        "r $ repeat (repeat 20 forward left)",
+        "r $ repeat 30 (rest rest rest forward)",
+        "s at 0 3\nr s $ repeat 15 (forward || scale 1/9 left)",
+    ],
+)
+def test_robots_of_different_programs_do_not_meet(text: str) -> None:
+    result = merged(*(f"r at 0 0 facing {degrees}\n{text}" for degrees in (0, 90, 200)))
+    meetings = check_room(score_of(analyze(result.text))).meetings
+    assert [robots for robots, *_ in meetings if robots[0][0] != robots[1][0]] == []
+
+
+@pytest.mark.parametrize(
     ("texts", "body"),
     [
         (("r $ forward", "r $ left"), ["a $ forward", "b $ left"]),  # robots
@@ -212,7 +228,7 @@ def test_programs_with_one_name_are_told_apart() -> None:
         (
             "r at 1000 0\ns at -1000 0\nr s $ left",
             "",
-            "these need 2,002 m side by side, and 2,000 m is the most: merge fewer",
+            "these need 2,002 m side by side, and 2,000 m is the most: merge fewer, or leave out b",
         ),
     ],
 )

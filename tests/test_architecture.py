@@ -103,6 +103,7 @@ LIBRARIES = {
         *("page/routes.py", "page/song_file.py", "page/web_server.py"),
     ],
     "aalink": ["music/link.py"],
+    "anyascii": ["ide/merging.py"],
     "mido": ["music/midi.py"],
     "defusedxml": ["robots/urdf.py"],
     "mcap": ["outputs/recording/recorder.py"],

@@ -194,7 +194,9 @@ def test_robots_keep_how_they_stand_to_each_other() -> None:
     ("name", "robot"),
     [
         ("José Luis", "Jose_Luis"),
-        ("阿明", "dancer"),
+        ("阿明", "AMing"),
+        ("Анна", "Anna"),
+        ("123", "dancer_123"),
         ("forward", "forward_1"),
         ("x" * 99, "x" * 30),
         ("a\u202eb\x00", "ab"),

@@ -60,7 +60,17 @@ ROWS: dict[str, Sequence[str]] = {
         "program",
         *BELOW_PROGRAM,
     ],
-    "classroom": ["website.build", "page", "session", "ipc", "protocol", "ide.merging", "program", *BELOW_PROGRAM],
+    "classroom": [
+        "website.build",
+        "page",
+        "session",
+        "storage",
+        "ipc",
+        "protocol",
+        "ide.merging",
+        "program",
+        *BELOW_PROGRAM,
+    ],
 }
 ALL = list(ROWS)
 ROWS |= {"commands": ALL, "improv_ls": ALL, "__main__": ["commands"]}

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypedDict
 
 from improv_core.diagnostics import Severity
@@ -19,8 +20,11 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes, summary
+from improv_core.program.timing import moment
 from improv_core.protocol.json_lines import own_output
 from improv_core.robots.config import FILE_NAME, read_robots
+from improv_core.score.meetings import check_room
+from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
 from improv_core.score.svg import plot
 
@@ -45,6 +49,10 @@ _MOST_MOMENTS = 2_000
 _SIZE = 320.0
 LIMITS = ("too-fast",)
 """Warnings because of which a real robot performs none of a child's dance."""
+MOST_WORK = 100_000
+"""The work to find robots that meet: about 2 s of processor time on a slow machine."""
+MOST_MEETINGS = 3
+"""The most meetings of robots that a line lists."""
 _POLICY = Policy(1.0)
 HEAVY = "this dance takes too long to read: make it shorter"
 LONG = "this has too many movements to play in a class: make it shorter, or play fewer together"
@@ -61,11 +69,13 @@ class Impression(TypedDict):
 
 
 class Prepared(TypedDict):
-    """A score, as JSON; or the reason why there is none, in one line. `notes` list the changes by merging."""
+    """A score, as JSON; or the reason why there is none, in one line. `notes` list the changes by merging, and robots
+    that meet; `names` are those of children, for their robots."""
 
     score: Mapping[str, Any] | None
     problem: str
     notes: Sequence[str]
+    names: Mapping[str, str]
 
 
 def look(text: str) -> Impression:
@@ -88,16 +98,25 @@ def _looked(text: str) -> tuple[bool, str, str]:
 
 def prepare(dances: Sequence[tuple[str, str]]) -> Prepared:
     """The score of one dance, or of several that play together. Each is a name and a program."""
+    _, text = dances[0]
+    sources = [Dance(name, analyze(text)) for name, text in dances]
     notes: Sequence[str] = ()
-    name, text = dances[0]
+    robots: Sequence[Mapping[str, str]] = [{robot: robot for robot in sources[0].analysis.all_robots}]
     if len(dances) > 1:
         try:
-            merged = merge([Dance(name, analyze(text)) for name, text in dances])
+            merged = merge(sources)
         except MergeError as problem:
             return _refused(str(problem))
-        text, notes = merged.text, merged.notes
+        text, notes, robots = merged.text, merged.notes, merged.robots
     analysis = analyze(text)
-    return _prepared(name, analysis, notes) if analysis.ok else _refused(f"{name}: {look(text)['line']}")
+    if not analysis.ok:
+        return _refused(f"{dances[0][0]}: {look(text)['line']}")
+    names = {
+        new: source.name if len(own) == 1 else f"{source.name}: {old}"
+        for source, own in zip(sources, robots, strict=True)
+        for old, new in own.items()
+    }
+    return _prepared(dances[0][0], analysis, notes, names)
 
 
 def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
@@ -115,15 +134,29 @@ def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
     return _refused(f"{name}: {robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}")
 
 
-def _prepared(name: str, analysis: Analysis, notes: Sequence[str] = ()) -> Prepared:
-    score = to_json(score_of(analysis))
+def _prepared(
+    name: str, analysis: Analysis, notes: Sequence[str] = (), names: Mapping[str, str] = MappingProxyType({})
+) -> Prepared:
+    played = score_of(analysis)
+    score = to_json(played)
     if len(json.dumps(score)) > LARGEST_SCORE:
         return _refused(f"{name}: {LONG}")
-    return {"score": score, "problem": "", "notes": notes}
+    return {"score": score, "problem": "", "notes": [*notes, *_meetings(played, names)], "names": names}
+
+
+def _meetings(score: Score, names: Mapping[str, str]) -> list[str]:
+    """Say which robots will meet, by their children's names: the first ones of them."""
+    found = check_room(score, most_work=MOST_WORK).meetings
+    lines = [
+        f"{' and '.join(names.get(robot, robot) for robot in each.robots)} meet at {moment(each.beat)}"
+        for each in found[:MOST_MEETINGS]
+    ]
+    more = len(found) - len(lines)
+    return [*lines, f"{more} more meet"] if more else lines
 
 
 def _refused(problem: str) -> Prepared:
-    return {"score": None, "problem": problem, "notes": ()}
+    return {"score": None, "problem": problem, "notes": (), "names": {}}
 
 
 class DanceReader:

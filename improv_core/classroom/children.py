@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from improv_core.classroom.messages import FromChildren, Remove, Serving
+from improv_core.classroom.roster import new_code
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.website.build import MARK
@@ -24,19 +25,19 @@ class ChildrenError(Exception):
 
 
 class Children:
-    """Serves a built website to the children, who need `code` to join. Raises ChildrenError."""
+    """Serves a built website to the children, and keeps what they send in a folder. They need `code` to join: a new
+    one, unless the folder has that of a class that continues. Raises ChildrenError."""
 
-    def __init__(self, site: Path, address: str, port: int, code: str) -> None:
-        self.code = code
+    def __init__(self, site: Path, folder: Path, address: str, port: int) -> None:
         self._heard: queue.SimpleQueue[FromChildren | Serving | str] = queue.SimpleQueue()  # a text: it has ended
-        command = [sys.executable, "-m", MODULE, str(site.absolute()), address, str(port)]
+        command = [sys.executable, "-m", MODULE, str(site.absolute()), str(folder.absolute()), address, str(port)]
         self._helper = Helper(command, POLICY, FromChildren | Serving, self._heard.put, self._heard.put)
-        self._helper.put({"code": code})  # no argument, because everybody on this machine can list command lines
+        self._helper.put({"code": new_code()})  # no argument, because everybody on this machine can list command lines
         first = self._heard.get()
         if isinstance(first, str):
             raise ChildrenError(_reason(first))
         assert first["type"] == "serving"
-        self.address = first["address"]
+        self.address, self.code = first["address"], first["code"]
         if first["problem"]:
             self.close()
             raise ChildrenError(first["problem"])

@@ -3,28 +3,60 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from improv_core.classroom.checker import DanceReader, Prepared
-from improv_core.classroom.messages import ChildShown, Command, FromChildren, FromDesk, Perform
+from improv_core.classroom.kept import harmless
+from improv_core.classroom.messages import (
+    ChildShown,
+    Command,
+    DanceRead,
+    DanceShown,
+    FromChildren,
+    FromDesk,
+    Handed,
+    Keeping,
+    Perform,
+)
 from improv_core.ipc.stage_process import StageError
 from improv_core.plain import message
+from improv_core.program.files import ENDING
 from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
 from improv_core.session.session import Playback
 from improv_core.session.state import PlayScore
 
 
-class Latest(NamedTuple):
-    """A child as pages show it, and its latest dance."""
+class Known(NamedTuple):
+    """A child as pages show it, and the texts of the dances that they show, by their numbers."""
 
     child: ChildShown
-    text: str
+    texts: Mapping[int, str]
+
+
+def handed_in(known: Known, dance: Handed) -> Known:
+    """Return a child that has sent another dance: its latest one that can be played stays."""
+    latest = DanceShown(count=dance["count"], sent=dance["sent"], ok=None, line="is being read", picture="")
+    good = known.child["good"]
+    kept = {count: text for count, text in known.texts.items() if good and count == good["count"]}
+    return Known({**known.child, "latest": latest}, {**kept, dance["count"]: dance["text"]})
+
+
+def read_through(known: Known, found: DanceRead) -> Known:
+    """Return a child whose dance was read, unless it has sent another one since."""
+    latest = known.child["latest"]
+    if not latest or latest["count"] != found["count"]:
+        return known
+    latest = {**latest, "ok": found["ok"], "line": message(found["line"]), "picture": found["picture"]}
+    if not found["ok"]:
+        return Known({**known.child, "latest": latest}, known.texts)
+    count = found["count"]
+    return Known({**known.child, "latest": latest, "good": latest}, {count: known.texts[count]})
 
 
 class Desk:
-    """Keeps the dances, and plays them. Use it from one event loop only, except `messages` and `text`.
+    """Keeps the dances, and plays them. Use it from one event loop only, except `messages`, `text`, and `files`.
 
     `publish` gets messages for the teacher's pages. `remove` removes children from the class. A real robot of `robots`
     moves only when the teacher has it perform a dance that is shown in front.
@@ -39,38 +71,53 @@ class Desk:
     ) -> None:
         self._playback, self._publish, self._remove = playback, publish, remove
         self._robots = robots or Robots()
-        self._latest: dict[int, Latest] = {}
+        self._children: dict[int, Known] = {}
         self._preparing = DanceReader()
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
+        self._keeping: Keeping | None = None
 
     def hear(self, news: FromChildren) -> None:
-        """Take a message about a child: it has joined or left, or its dance was sent or read."""
+        """Take a message about a child: it has joined or left, or its dance was sent or read. Or one about the folder
+        in which dances are kept."""
+        if news["type"] == "keeping":
+            self._keeping = {**news, "folder": message(news["folder"]), "problem": message(news["problem"])}
+            self._publish(self._keeping)
+            return
         number = news["number"]
+        known = self._children.get(number)
         if news["type"] == "joined":
-            shown = ChildShown(type="child", number=number, name=news["name"], count=0, ok=False, line="", picture="")
-            self._show({**shown, "line": "has joined"}, "")
+            new = Known(ChildShown(type="child", number=number, name="", here=True, latest=None, good=None), {})
+            child, texts = known or new
+            self._show(Known({**child, "name": news["name"], "here": news["here"]}, texts))
         elif news["type"] == "gone":
             self._drop([number])
-        elif latest := self._latest.get(number):  # it wasn't just removed
-            known = latest.child
-            if news["type"] == "handed":
-                unread: ChildShown = {**known, "ok": False, "line": "is being read", "picture": ""}
-                self._show({**unread, "count": news["count"]}, news["text"])
-            elif known["count"] == news["count"]:
-                line = message(news["line"])
-                self._show({**known, "ok": news["ok"], "line": line, "picture": news["picture"]}, latest.text)
+        elif known:  # it wasn't just removed
+            self._show(handed_in(known, news) if news["type"] == "handed" else read_through(known, news))
 
     def text(self, number: int, count: int) -> str | None:
-        """A child's `count`-th dance, unaltered; None if it has sent another one since."""
-        latest = self._latest.get(number)
-        return latest.text if latest and latest.child["count"] == count else None
+        """A child's `count`-th dance, unaltered; None if pages don't show it any more."""
+        known = self._children.get(number)
+        return known.texts.get(count) if known else None
+
+    def files(self) -> Sequence[tuple[str, str]]:
+        """The names and the texts of files with all dances that pages show."""
+        found = []
+        for child, texts in [*self._children.values()]:
+            latest, good = child["latest"], child["good"]
+            name = f"{child['number']:03}-{harmless(child['name'])}"
+            if good:
+                found.append((f"{name}{ENDING}", texts[good["count"]]))
+            if latest and latest != good:
+                found.append((f"{name}-latest{ENDING}", texts[latest["count"]]))
+        return found
 
     def messages(self) -> Sequence[FromDesk]:
         """The messages for a page that was just opened."""
         return [
             {"type": "robots", "names": [*self._robots.robots]},
-            *(latest.child for latest in [*self._latest.values()]),
+            *(known.child for known in [*self._children.values()]),
+            *([self._keeping] if self._keeping else []),
             {"type": "playing", "line": self._line},
         ]
 
@@ -85,8 +132,8 @@ class Desk:
         if command["type"] == "perform":
             self._plays = asyncio.create_task(self._perform(command, asked))
             return
-        chosen = [self._latest[number] for number in dict.fromkeys(command["numbers"]) if number in self._latest]
-        if dances := [(each.child["name"], each.text) for each in chosen]:
+        chosen = [self._children[number] for number in dict.fromkeys(command["numbers"]) if number in self._children]
+        if dances := [(child["name"], texts[good["count"]]) for child, texts in chosen if (good := child["good"])]:
             self._plays = asyncio.create_task(self._play(dances, asked))
 
     def stopped(self) -> None:
@@ -107,13 +154,14 @@ class Desk:
 
     async def _perform(self, command: Perform, asked: int) -> None:
         """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""
-        latest, robot = self._latest.get(command["number"]), command["robot"]
-        if latest is None or robot not in self._robots.robots:
+        known, robot = self._children.get(command["number"]), command["robot"]
+        if known is None or robot not in self._robots.robots:
             return
-        name, text = latest.child["name"], latest.text
-        if latest.child["count"] != command["count"]:
+        name, good = known.child["name"], known.child["good"]
+        if not good or good["count"] != command["count"]:
             self._say(f"{name} has sent another dance: look at it first")
             return
+        text = known.texts[good["count"]]
         self._say(f"Reading {name}")
         ready = await self._preparing.embody(name, text, robot, self._robots.text)
         await self._begin(ready, f"{name}, performed by {robot}", asked, simulated=False)
@@ -125,7 +173,7 @@ class Desk:
             return
         try:
             score = await asyncio.to_thread(from_json, ready["score"])  # a long score must not block the loop
-            self._playback.present(names, "")
+            self._playback.present(names, "", names=ready["names"])
             begun = await self._playback.play(PlayScore(score, names, asked, simulated=simulated))
         except (StageError, ValueError) as problem:
             self._say(message(str(problem)))
@@ -139,10 +187,10 @@ class Desk:
 
     def _drop(self, numbers: Collection[int]) -> None:
         for number in numbers:
-            if self._latest.pop(number, None):
+            if self._children.pop(number, None):
                 self._publish({"type": "gone", "number": number})
 
-    def _show(self, child: ChildShown, text: str) -> None:
-        """Keep and show the latest news about a child, and its latest dance."""
-        self._latest[child["number"]] = Latest(child, text)
-        self._publish(child)
+    def _show(self, known: Known) -> None:
+        """Keep and show the latest news about a child."""
+        self._children[known.child["number"]] = known
+        self._publish(known.child)

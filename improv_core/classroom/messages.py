@@ -5,27 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, TypedDict, cast
 
-from improv_core.classroom.roster import MOST_CHILDREN
+from improv_core.classroom.roster import MOST_SHOWN
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.score.fits import Long
 
-Chosen = Annotated[Sequence[int], Long(1, MOST_CHILDREN)]
+Chosen = Annotated[Sequence[int], Long(1, MOST_SHOWN)]
 
 
 class Joined(TypedDict):
-    """A child has joined."""
+    """A child has joined, perhaps again. Or it is not `here`, but was in an earlier lesson, or has left."""
 
     type: Literal["joined"]
     number: int
     name: str
+    here: bool
 
 
 class Handed(TypedDict):
-    """A child has sent its `count`-th dance."""
+    """A child has sent its `count`-th dance, at this second since 1970."""
 
     type: Literal["handed"]
     number: int
     count: int
+    sent: float
     text: str
 
 
@@ -41,27 +43,47 @@ class DanceRead(TypedDict):
 
 
 class Serving(TypedDict):
-    """The children's process serves its website at this address, or can't because of a `problem`, in one line."""
+    """The children's process serves its website at this address, for those who know the code; or it can't because of a
+    `problem`, in one line."""
 
     type: Literal["serving"]
     address: str
+    code: str
     problem: str
 
 
-class ChildShown(TypedDict):
-    """A child, the number of dances it has sent, and the check of the latest one."""
+class Keeping(TypedDict):
+    """The folder in which dances are kept, or the reason why the latest ones are not, in one line."""
 
-    type: Literal["child"]
-    number: int
-    name: str
+    type: Literal["keeping"]
+    folder: str
+    problem: str
+
+
+class DanceShown(TypedDict):
+    """A child's `count`-th dance, which it sent at this second since 1970, and its check: `ok` is None until it is
+    read."""
+
     count: int
-    ok: bool
+    sent: float
+    ok: bool | None
     line: str
     picture: str
 
 
+class ChildShown(TypedDict):
+    """A child that is `here` or was, its latest dance, and its latest one that can be played: perhaps the same."""
+
+    type: Literal["child"]
+    number: int
+    name: str
+    here: bool
+    latest: DanceShown | None
+    good: DanceShown | None
+
+
 class SentOut(TypedDict):
-    """A child is no longer in the class: its browser has joined again, or the teacher has removed it."""
+    """A child is no longer in the class: the teacher has removed it, or it has left and has sent nothing."""
 
     type: Literal["gone"]
     number: int
@@ -104,8 +126,8 @@ class Perform(TypedDict):
     robot: str
 
 
-FromChildren = Joined | SentOut | Handed | DanceRead
-FromDesk = ChildShown | SentOut | NowPlaying | RealRobots
+FromChildren = Joined | SentOut | Handed | DanceRead | Keeping
+FromDesk = ChildShown | SentOut | NowPlaying | RealRobots | Keeping
 Command = PlayThese | Remove | Perform
 
 

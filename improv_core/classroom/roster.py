@@ -6,12 +6,14 @@ import hmac
 import re
 import secrets
 import unicodedata
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from improv_core.program.compiler import LONGEST_TEXT
 
 MOST_CHILDREN = 40
+MOST_SHOWN = 2 * MOST_CHILDREN
+"""The most children that the teacher sees: those in the class, and those who were."""
 LONGEST_NAME = 24
 LONGEST_DANCE = LONGEST_TEXT // 2
 """The most characters of a dance: as many as the page's editor takes."""
@@ -31,6 +33,8 @@ INVISIBLE = re.compile(
     "\ufe00-\ufe0f\ufeff\uffa0\ufff0-\ufff8\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"
 )
 """Unicode's default-ignorable characters."""
+SEPARATOR = re.compile("[\\W_]")
+"""Characters of a code that was typed that don't count: spaces and dashes."""
 BLANK = re.compile("[\\s\u2800\U0001d159]+")
 """Invisible characters that have a width."""
 
@@ -52,6 +56,8 @@ class Member:
     browser: str
     count: int = 0
     """The number of dances it has sent."""
+    good: int = 0
+    """The latest of them that can be played."""
     sent: float = -PERIOD
 
 
@@ -66,10 +72,14 @@ class Tries:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A class: its code, its members by their secrets, the number that ever joined, and the tries of each address."""
+    """A class: its code, its members by their secrets, the number that ever joined, and the tries of each address.
+
+    Children who were members are `away`, the latest ones last. Their dances wait for them.
+    """
 
     code: str
     members: Mapping[str, Member] = field(default_factory=dict)
+    away: Sequence[Member] = ()
     joined: int = 0
     tries: Mapping[str, Tries] = field(default_factory=dict)
 
@@ -88,14 +98,18 @@ def guess(room: Room, address: str, code: str, now: float) -> tuple[Room, bool]:
         raise ForbiddenError(429, "too many wrong codes: wait a minute")
     if tries.right >= MOST_JOINS:
         raise ForbiddenError(429, "too many have joined just now: wait a minute")
-    is_right = hmac.compare_digest(code.strip().upper().encode(), room.code.encode())
+    typed = SEPARATOR.sub("", code).upper()
+    is_right = hmac.compare_digest(typed.encode(), room.code.encode())
     tries = replace(tries, wrong=tries.wrong + (not is_right), right=tries.right + is_right)
     return replace(room, tries={**recent, address: tries}), is_right
 
 
 def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member]:
-    """Return the room with another child, which has this secret, and that child. It replaces the previous one of its
-    browser. Raises ForbiddenError if it can't join."""
+    """Return the room with another child, which has this secret, and that child.
+
+    A child who joins again from the same browser, or comes back, keeps its number and its dances. If another child
+    joins from a browser, the previous one is away. Raises ForbiddenError if the child can't join.
+    """
     others = {key: each for key, each in room.members.items() if each.browser != browser}
     if len(others) >= MOST_CHILDREN:
         raise ForbiddenError(409, f"this class is full ({MOST_CHILDREN}): ask your teacher")
@@ -106,8 +120,14 @@ def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member
     own, number = shown, 2
     while compared(own) in taken:
         own, number = f"{shown} {number}", number + 1
+    left = [*room.away, *(each for key, each in room.members.items() if key not in others)]
+    back = [each for each in left if compared(each.name) == compared(own)][-1:]
     member = Member(room.joined + 1, own, browser)
-    return replace(room, members={**others, secret: member}, joined=member.number), member
+    joined = member.number
+    if back:
+        member, joined = replace(back[0], name=own, browser=browser), room.joined
+    away = tuple(each for each in left if each.count and each not in back)[-MOST_CHILDREN:]
+    return replace(room, members={**others, secret: member}, away=away, joined=joined), member
 
 
 def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
@@ -124,7 +144,23 @@ def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
 
 def without(room: Room, numbers: Collection[int]) -> Room:
     """The room without these children: their pages have to join again."""
-    return replace(room, members={key: each for key, each in room.members.items() if each.number not in numbers})
+    members = {key: each for key, each in room.members.items() if each.number not in numbers}
+    return replace(room, members=members, away=[each for each in room.away if each.number not in numbers])
+
+
+def counted(room: Room, number: int, good: int) -> Room:
+    """The room once a child's dance was read that can be played."""
+
+    def read(member: Member) -> Member:
+        return replace(member, good=good) if member.number == number else member
+
+    return replace(room, members={key: read(each) for key, each in room.members.items()}, away=[*map(read, room.away)])
+
+
+def people(room: Room) -> Mapping[int, tuple[str, bool]]:
+    """The names of all children by their numbers, and whether they are here."""
+    away = {each.number: (each.name, False) for each in room.away}
+    return {**away, **{each.number: (each.name, True) for each in room.members.values()}}
 
 
 def shown_name(name: str) -> str:

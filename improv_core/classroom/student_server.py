@@ -12,22 +12,34 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Coroutine, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypedDict, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, cast
 
 from aiohttp import web
 
 from improv_core.classroom.connections import StudentConnections
-from improv_core.classroom.messages import FromChildren, Handed, Remove, Serving
-from improv_core.classroom.roster import LONGEST_DANCE, ForbiddenError, Room, guess, join, send, without
+from improv_core.classroom.kept import Folder, FolderError
+from improv_core.classroom.messages import DanceRead, FromChildren, Handed, Remove, Serving
+from improv_core.classroom.roster import (
+    LONGEST_DANCE,
+    ForbiddenError,
+    Room,
+    counted,
+    guess,
+    join,
+    people,
+    send,
+    without,
+)
 from improv_core.classroom.turns import Turns
 from improv_core.page.song_file import CONTENT_TYPES
 from improv_core.page.web_server import runner_of
 from improv_core.protocol.fields import Text
 from improv_core.protocol.json_lines import own_output
 from improv_core.score.fits import fits
+from improv_core.storage.atomic_write import why
 from improv_core.website.build import HEAD, MARK
 
 if TYPE_CHECKING:
@@ -94,22 +106,30 @@ def files_of(site: Path) -> Mapping[str, File]:
 
 
 class StudentServer:
-    """The children's server on a socket. `tell` gets messages for the teacher."""
+    """The children's server on a socket. `tell` gets messages for the teacher. The class continues as its folder has
+    kept it; otherwise it has this code. Raises FolderError."""
 
     def __init__(
         self,
         listening: socket.socket,
         files: Mapping[str, File],
         code: str,
+        folder: Folder,
         tell: Callable[[FromChildren], None],
     ) -> None:
         self._socket, self._files = listening, files
         host, port = listening.getsockname()[:2]
         self._host = f"{host}:{port}"
-        self._room = Room(code)
         self._tell = tell
-        self._turns = Turns(tell)
+        self._turns = Turns(self._read)
         self._sending: set[int] = set()
+        self._folder, self._keeping = folder, asyncio.Lock()
+        self._problem: str | None = None
+        self._written: Room | None = None
+        self._background: set[asyncio.Task[None]] = set()
+        self._unread: dict[int, Handed] = {}  # behind an earlier dance of the same child, which is read first
+        self._room = folder.room(code, time.time())
+        self.code = self._room.code
 
     @property
     def address(self) -> str:
@@ -117,8 +137,8 @@ class StudentServer:
 
     def remove(self, numbers: Collection[int]) -> None:
         """Refuse everything that these children send from now on."""
-        self._room = without(self._room, numbers)
-        self._turns.forget(numbers)
+        self._become(without(self._room, numbers))
+        self._soon(self._keep_list())
 
     async def serve(self) -> None:
         """Serve children forever."""
@@ -131,7 +151,77 @@ class StudentServer:
         await runner.setup()
         assert runner.server is not None
         self._connections = StudentConnections(runner.server)
+        self._continue()
         await asyncio.gather(self._connections.serve(self._socket), self._turns.serve())
+
+    def _continue(self) -> None:
+        """Tell the teacher of the children and the dances that were kept."""
+        room, self._room = self._room, Room(self.code)
+        self._become(room)
+        self._report("")
+        for member in (*room.away, *room.members.values()):
+            for place, (count, sent, text) in enumerate(self._folder.latest(member)):
+                dance = Handed(type="handed", number=member.number, count=count, sent=sent, text=text)
+                if place == 0:
+                    self._hand_in(dance)
+                else:
+                    self._unread[member.number] = dance
+
+    def _become(self, room: Room) -> None:
+        """Change the class, and tell the teacher of its children."""
+        before, after = people(self._room), people(room)
+        self._room = room
+        gone = before.keys() - after.keys()
+        self._turns.forget(gone)
+        for number in gone:
+            self._unread.pop(number, None)
+            self._tell({"type": "gone", "number": number})
+        for number, (name, here) in after.items():
+            if before.get(number) != (name, here):
+                self._tell({"type": "joined", "number": number, "name": name, "here": here})
+
+    def _hand_in(self, dance: Handed) -> None:
+        self._tell(dance)
+        self._turns.put(dance)
+
+    def _read(self, found: DanceRead) -> None:
+        """Take a dance that was read."""
+        self._tell(found)
+        if found["ok"]:
+            self._room = counted(self._room, found["number"], found["count"])
+            self._soon(self._keep_list())
+        if dance := self._unread.pop(found["number"], None):
+            self._hand_in(dance)
+
+    def _soon(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._background.add(task)
+        task.add_done_callback(self._background.discard)
+
+    async def _keep_list(self) -> None:
+        """Keep the list of children, unless it is kept already."""
+
+        def keep() -> None:
+            if (room := self._room) is not self._written:
+                self._folder.keep(room, time.time())
+                self._written = room
+
+        await self._keep(keep)
+
+    async def _keep(self, write: Callable[[], None]) -> None:
+        """Write something into the folder, and tell the teacher if that fails."""
+        async with self._keeping:
+            try:
+                await asyncio.to_thread(write)
+            except OSError as error:
+                self._report(f"what children send now is not kept: {why(error)}")
+            else:
+                self._report("")
+
+    def _report(self, problem: str) -> None:
+        if problem != self._problem:
+            self._problem = problem
+            self._tell({"type": "keeping", "folder": str(self._folder.path.absolute()), "problem": problem})
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -165,22 +255,19 @@ class StudentServer:
     async def _join(self, request: web.Request) -> web.Response:
         asked = _join_request(await _body(request, MOST_JOINING))
         secret, fresh = secrets.token_urlsafe(), secrets.token_urlsafe()
-        before = {each.browser: each.number for each in self._room.members.values()}
+        known = {each.browser for each in (*self._room.members.values(), *self._room.away)}
         given = request.cookies.get(COOKIE, "")
-        browser = given if given in before else fresh
         try:
             self._room, is_right = guess(self._room, request.remote or "", asked["code"], time.monotonic())
             if not is_right:
                 raise ForbiddenError(403, "that is not the code of the room: check it and type it again")
-            self._room, member = join(self._room, asked["name"], secret, browser)
+            room, member = join(self._room, asked["name"], secret, given if given in known else fresh)
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        if browser in before:
-            self._turns.forget([before[browser]])
-            self._tell({"type": "gone", "number": before[browser]})
-        self._tell({"type": "joined", "number": member.number, "name": member.name})
+        self._become(room)
+        await self._keep_list()
         answer = _answer(200, {"secret": secret, "name": member.name})
-        answer.set_cookie(COOKIE, browser, path="/class", httponly=True, samesite="Strict")
+        answer.set_cookie(COOKIE, member.browser, path="/class", httponly=True, samesite="Strict")
         return answer
 
     async def _send(self, request: web.Request) -> web.Response:
@@ -201,9 +288,10 @@ class StudentServer:
                 raise ForbiddenError(403, "join the class first")  # the teacher removed it meanwhile
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        handed: Handed = {"type": "handed", "number": member.number, "count": member.count, "text": text}
-        self._tell(handed)
-        self._turns.put(handed)
+        now = time.time()
+        await self._keep(lambda: self._folder.add(member, text, now))
+        self._unread.pop(member.number, None)
+        self._hand_in({"type": "handed", "number": member.number, "count": member.count, "sent": now, "text": text})
         return _answer(200, {"name": member.name})
 
 
@@ -236,8 +324,9 @@ def _answer(status: int, value: Mapping[str, str]) -> web.Response:
     return web.json_response(value, status=status, headers=HEADERS)
 
 
-async def _serve(site: Path, address: str, port: int) -> None:
-    """Serve until standard input is closed. Its first line has the room's code, and the others children to remove."""
+async def _serve(site: Path, folder: Path, address: str, port: int) -> None:
+    """Serve until standard input is closed. Its first line has a code for the room, and the others children to
+    remove."""
     say = own_output()
     with suppress(AttributeError, OSError):  # not on Windows
         os.nice(NICENESS)
@@ -246,10 +335,14 @@ async def _serve(site: Path, address: str, port: int) -> None:
         listening = socket.create_server((address, port))
     except OSError as error:
         problem = f"port {port} of {address} can't be used: {error.strerror}"
-        say(Serving(type="serving", address="", problem=problem))
+        say(Serving(type="serving", address="", code="", problem=problem))
         return
-    server = StudentServer(listening, files_of(site), code, say)
-    say(Serving(type="serving", address=server.address, problem=""))
+    try:
+        server = StudentServer(listening, files_of(site), code, Folder(folder), say)
+    except FolderError as error:
+        say(Serving(type="serving", address="", code="", problem=str(error)))
+        return
+    say(Serving(type="serving", address=server.address, code=server.code, problem=""))
     loop, serving = asyncio.get_running_loop(), asyncio.ensure_future(server.serve())
 
     def listen() -> None:
@@ -264,4 +357,4 @@ async def _serve(site: Path, address: str, port: int) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(_serve(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])))
+    asyncio.run(_serve(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])))

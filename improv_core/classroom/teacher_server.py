@@ -4,8 +4,10 @@ aiohttp, which takes long, so import it only when it is needed."""
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 import secrets
+import zipfile
 from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
@@ -41,7 +43,8 @@ class TeacherPage:
 
     `take` gets each command, and `stop` stops everything at once. `stage` makes a new address of the simulator's page,
     and `messages` returns the first messages for a page. `text` returns a child's dance, given the child's number and
-    the number of dances it had sent.
+    the number of dances it had sent, and `files` the names and texts of all. `offer` gets a new address of this page if
+    somebody has tried one that was used.
     """
 
     def __init__(
@@ -52,10 +55,13 @@ class TeacherPage:
         stage: Callable[[], str | None],
         messages: Callable[[], Sequence[FromDesk]],
         text: Callable[[int, int], str | None],
+        files: Callable[[], Sequence[tuple[str, str]]],
+        offer: Callable[[str], None],
     ) -> None:
         self._socket = listening
         self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
-        self._text = text
+        self._text, self._files, self._offer = text, files, offer
+        self._is_offered = True  # an address in the terminal that nobody has used
         self._token = secrets.token_urlsafe()
         self._access = Access(self._token, Tickets(self._token))
         self._outboxes: list[PageOutbox] = []
@@ -73,7 +79,7 @@ class TeacherPage:
     def open(self, address: str, code: str) -> None:
         """Begin to serve the page, which shows the class's address and its code."""
         link = segno.make(f"{address}#class={code}", error="m", micro=False)
-        picture = link.svg_data_uri(scale=4, border=2, light="white")
+        picture = link.svg_data_uri(scale=4, border=2, light="white", omitsize=True)
         self._page = (FOLDER / "teacher.html").read_text(encoding="utf-8")
         for mark, text in (("ADDRESS", address), ("ROOM_CODE", code), ("QR_CODE", picture)):
             self._page = self._page.replace(f"{{{mark}}}", escape(text))
@@ -89,6 +95,7 @@ class TeacherPage:
         application.router.add_get("/live", self._live)
         application.router.add_post("/stop", self._obey_stop)
         application.router.add_get("/stage", self._open_stage)
+        application.router.add_get("/dances.zip", self._save_all)
         application.router.add_get(r"/dance/{number:\d{1,9}}/{count:\d{1,9}}", self._show_dance)
         add_files(application, FOLDER)
         headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY}
@@ -105,7 +112,13 @@ class TeacherPage:
         return web.Response(status=204)
 
     async def _show(self, request: web.Request) -> web.Response:
-        page = self._page.replace("{TOKEN}", escape(self._access.open(request)))
+        token = self._access.open(request)
+        if token:
+            self._is_offered = False
+        elif "ticket" in request.query and not self._is_offered:
+            self._is_offered = True
+            self._offer(self.link())
+        page = self._page.replace("{TOKEN}", escape(token))
         return web.Response(text=page, content_type="text/html", charset="utf-8")
 
     async def _open_stage(self, request: web.Request) -> web.Response:
@@ -120,6 +133,14 @@ class TeacherPage:
         if text is None:
             raise web.HTTPNotFound
         return web.Response(text=text, content_type="text/plain", charset="utf-8")
+
+    async def _save_all(self, request: web.Request) -> web.Response:
+        self._access.check(request)
+        archive = io.BytesIO()
+        with zipfile.ZipFile(archive, "w") as file:  # not compressed, because a stop may arrive meanwhile
+            for name, text in self._files():
+                file.writestr(name, text)
+        return web.Response(body=archive.getvalue(), content_type="application/zip")
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)

@@ -16,7 +16,6 @@ import click
 from improv_core.classroom.children import Children, ChildrenError, check_site
 from improv_core.classroom.desk import Desk
 from improv_core.classroom.messages import FromDesk
-from improv_core.classroom.roster import new_code
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
@@ -41,24 +40,31 @@ NOWHERE = ("192.0.2.1", 9)
     help="Port for the children; 0 picks a free one.",
 )
 @click.option(
+    "--folder",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="class-dances",
+    show_default=True,
+    help="Keeps all that children send. The next class with this folder continues.",
+)
+@click.option(
     "--robots",
     "file",
     metavar="FILE",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
     help="An improv.toml: the teacher may have one of its real robots perform a dance.",
 )
-def command(site: Path, address: str | None, port: int, file: Path | None) -> None:
+def command(site: Path, address: str | None, port: int, folder: Path, file: Path | None) -> None:
     """Let a class write dances on tablets, and play them in the simulator.
 
     SITE is a folder that `improv site` has built. Everybody on the room's network can load it from this machine, and
-    send dances with the room's code. Only this machine has the teacher's page. Ctrl-C ends the class, and nothing
-    of it is kept.
+    send dances with the room's code. Only this machine has the teacher's page. Ctrl-C ends the class.
     """
     robots = _robots(file) if file else None
     options = LiveOptions("both", 0, browser=False).options(file) if file else Options(backend="sim")
     try:
         check_site(site)
-        children = Children(site, _confirmed(address, port), port, new_code())
+        children = Children(site, folder, _confirmed(address, port), port)
     except ChildrenError as problem:
         raise CommandError(str(problem)) from None
     try:
@@ -135,13 +141,15 @@ class Class:
             performing.playback.link,
             self.desk.messages,
             self.desk.text,
+            self.desk.files,
+            lambda link: self._soon(self._offer, link),
         )
 
     async def teach(self) -> None:
         """Serve children and teacher until interrupted. Raises CommandError if the children's server ends."""
         performing, children = self._performing, self.children
         performing.screen.say(f"children: {children.address}, code {children.code}")
-        performing.screen.say(f"teacher: {self.teacher.link()} (opens once)")
+        self._offer(self.teacher.link())
         children.listen(
             lambda news: self._soon(self.desk.hear, news),
             lambda why: self._soon(self._end, why),
@@ -156,6 +164,9 @@ class Class:
             self.teacher.close()
         if self._ended.done():
             raise CommandError(self._ended.result())
+
+    def _offer(self, link: str) -> None:
+        self._performing.screen.say(f"teacher: {link} (opens once)")
 
     def _soon(self, what: Callable[..., None], *values: object) -> None:
         """Have the event loop call a function, from any thread."""

@@ -196,13 +196,15 @@ class Problem(TypedDict):
 
 
 class ProgramMessage(TypedDict):
-    """The file of the program, and the first twenty `problems` of `count` if it can't be played."""
+    """The file of the program, and the first twenty `problems` of `count` if it can't be played. `names` are those to
+    show for robots: in a class, those of children."""
 
     type: Literal["program"]
     name: str
     folder: str
     problems: Sequence[Problem]
     count: int
+    names: NotRequired[Mapping[str, str]]
 
 
 class Pressed(TypedDict):

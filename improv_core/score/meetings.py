@@ -55,12 +55,14 @@ class RoomCheck:
     known: RoomResults
 
 
-def check_room(score: Score, start: float = 0, before: RoomResults | None = None) -> RoomCheck:
+def check_room(
+    score: Score, start: float = 0, before: RoomResults | None = None, most_work: int | None = None
+) -> RoomCheck:
     """Check the room from a beat on, as if no sense ever holds and an endless movement with `until` ends as it is
     drawn.
 
     That beat is a multiple of 1/1024, so that whole beats can be added exactly. `before` has the results of an earlier
-    check: only pairs with a robot that moves otherwise now are checked again.
+    check: only pairs with a robot that moves otherwise now are checked again. With less work, fewer beats are checked.
     """
     score = pictured(score)
     known, kept = _still_known(score, start, before or RoomResults())
@@ -68,7 +70,7 @@ def check_room(score: Score, start: float = 0, before: RoomResults | None = None
     if len(score.parts) < 2 and not (flies or score.world.has_obstacles):
         return RoomCheck(start, start, True, (), (), known)
     end, is_all = _end(known.trajectories.values(), start)
-    given_up = follow_all(score, known, kept, start, max(math.ceil((end - start) / BLOCK), 1))
+    given_up = follow_all(score, known, kept, start, max(math.ceil((end - start) / BLOCK), 1), most_work)
     if given_up is None:
         return RoomCheck(start, end, is_all, _meetings(known, start, end), _hits(known, start, end), known)
     end = min(end, given_up)

@@ -3,7 +3,7 @@ only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from improv_core.ipc.stage_process import StageError
@@ -61,13 +61,22 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
             return _change(state, request, now)
 
 
-def program_message(name: str, folder: str, mistakes: Sequence[Mistake]) -> ProgramMessage:
+def program_message(
+    name: str, folder: str, mistakes: Sequence[Mistake], names: Mapping[str, str] | None = None
+) -> ProgramMessage:
     """Return the program to play, and the errors that keep it from being played, for pages."""
     problems: list[Problem] = [
         {"file": file, "line": line, "column": column, "word": word, "message": message}
         for file, line, column, word, message in mistakes[:MOST_MISTAKES]
     ]
-    return {"type": "program", "name": name, "folder": folder, "problems": problems, "count": len(mistakes)}
+    shown: ProgramMessage = {
+        "type": "program",
+        "name": name,
+        "folder": folder,
+        "problems": problems,
+        "count": len(mistakes),
+    }
+    return {**shown, "names": names} if names else shown
 
 
 def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:

@@ -8,7 +8,7 @@ import math
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -112,9 +112,12 @@ class Playback:
         others can see it in the list of processes."""
         return f"{self.state.page}?ticket={issue(self._token, own=own)}" if self.state.page else None
 
-    def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
-        """Have pages show the program to play, and the errors that keep it from being played."""
-        self.ask(program_message(name, folder, [*mistakes]))
+    def present(
+        self, name: str, folder: str, mistakes: Iterable[Mistake] = (), names: Mapping[str, str] | None = None
+    ) -> None:
+        """Have pages show the program to play, and the errors that keep it from being played. Its robots have other
+        `names` there, if any."""
+        self.ask(program_message(name, folder, [*mistakes], names))
 
     async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
         """Start the stages, also those of these hosts, unless they are running. Raises StageError."""

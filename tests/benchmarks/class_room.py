@@ -20,7 +20,7 @@ from typing import Any
 import aiohttp
 
 from improv_core.classroom.children import Children
-from improv_core.classroom.roster import MOST_CHILDREN, new_code
+from improv_core.classroom.roster import MOST_CHILDREN
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
 from improv_core.session.acts import News
@@ -58,7 +58,7 @@ async def _measure(site: Path, seconds: float) -> None:
                 zeros.setdefault(news["robot"], news["wall"])
 
         performing.playback._listen = listen
-        held = Class(performing, Children(site, "127.0.0.1", 0, new_code()))
+        held = Class(performing, Children(site, site / "dances", "127.0.0.1", 0))
         teaching = asyncio.create_task(held.teach())
         await asyncio.sleep(0.5)
         before = resource.getrusage(resource.RUSAGE_SELF)

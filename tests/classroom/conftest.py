@@ -33,6 +33,7 @@ def running(tmp_path: Path) -> Iterator[Running]:
     imitate(pyodide)  # no child plays in these tests
     build(site, pyodide)
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
+    command += ["--folder", str(tmp_path / "dances")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         assert process.stdout
         said = ""

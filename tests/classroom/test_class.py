@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import json
 import logging
+import os
 import re
 import signal
 import socket
@@ -15,6 +17,7 @@ import urllib.request
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import aiohttp
@@ -22,6 +25,7 @@ import pytest
 
 from improv_core.classroom.checker import HEAVY, LONG, MODULE, DanceReader, embody, look, prepare
 from improv_core.classroom.children import ChildrenError, check_site
+from improv_core.classroom.kept import Folder
 from improv_core.classroom.messages import DanceRead, FromChildren, read
 from improv_core.classroom.roster import LONGEST_DANCE, new_code
 from improv_core.classroom.student_server import File, StudentServer, files_of
@@ -41,15 +45,17 @@ FILES = {"/": File(b"<html>", None, "text/html"), "/large": File(bytes(8_000_000
 class ChildrenOnThread:
     """The children's server on a thread, on which it starts quickly. test_processes.py tests its process."""
 
-    def __init__(self) -> None:
-        self.code = new_code()
+    def __init__(self, folder: Path) -> None:
+        self.code, self._folder = new_code(), folder
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.address = "http://{}:{}/".format(*self._listening.getsockname())
         self._serves = threading.Event()
         self._thread = threading.Thread(target=self._run)
 
     def listen(self, hear: Callable[[FromChildren], None], ended: Callable[[str], None]) -> None:
-        self._server = StudentServer(self._listening, FILES, self.code, hear)
+        folder = self._kept = Folder(self._folder)
+        self._server = StudentServer(self._listening, FILES, self.code, folder, hear)
+        self.code = self._server.code
         self._thread.start()
         assert self._serves.wait(LIMIT)
 
@@ -60,6 +66,8 @@ class ChildrenOnThread:
         self._loop.call_soon_threadsafe(self._serving.cancel)
         self._thread.join()
         self._listening.close()
+        if self._kept._lock is not None:
+            os.close(self._kept._lock)  # as the end of its process does
 
     def _run(self) -> None:
         with suppress(asyncio.CancelledError):
@@ -101,6 +109,16 @@ class Pages:
         async with self._http.get(f"{self._base}/dance/{number}/{count}", params=about) as answer:
             return answer.status, await answer.read()
 
+    async def hear_dance(self, is_it: Callable[[Any], bool]) -> Any:
+        """Wait for the next news of a child whose latest dance is such a one, and return them."""
+        return await self.hear(
+            lambda message: message["type"] == "child" and message["latest"] and is_it(message["latest"])
+        )
+
+    async def hear_ok(self) -> Any:
+        """Wait until a dance was read that can be played."""
+        return await self.hear_dance(lambda latest: latest["ok"])
+
     async def hear(self, is_it: Callable[[Any], bool]) -> Any:
         """Wait for the next message of this kind to the teacher's page."""
         async with asyncio.timeout(LIMIT):
@@ -135,9 +153,16 @@ def check(scene: Callable[[Pages], Coroutine[Any, Any, None]]) -> None:
 
 
 @asynccontextmanager
-async def a_class() -> AsyncIterator[Pages]:
+async def a_class(folder: Path | None = None) -> AsyncIterator[Pages]:
+    with TemporaryDirectory() as new:
+        async with _a_class(folder or Path(new, "dances")) as pages:
+            yield pages
+
+
+@asynccontextmanager
+async def _a_class(folder: Path) -> AsyncIterator[Pages]:
     async with performance(Options(backend="sim"), browser=False, quiet=True, hears_keys=False) as performing:
-        held = Class(performing, ChildrenOnThread())  # type: ignore[arg-type]
+        held = Class(performing, ChildrenOnThread(folder))  # type: ignore[arg-type]
         teaching = asyncio.create_task(held.teach())
         try:
             async with aiohttp.ClientSession() as http:
@@ -168,10 +193,10 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
     async def scene(pages: Pages) -> None:
         secret = await pages.join("Ada <b>")
         shown = await pages.hear(lambda message: message["type"] == "child")
-        assert (shown["name"], shown["count"]) == ("Ada <b>", 0)
+        assert (shown["name"], shown["here"], shown["latest"]) == ("Ada <b>", True, None)
         assert (await pages.send(secret, "r $ repeat (forward left)\n"))[0] == 200
-        shown = await pages.hear(lambda message: message["type"] == "child" and message["ok"])
-        assert shown["picture"].startswith("<svg")
+        shown = await pages.hear_ok()
+        assert shown["latest"]["picture"].startswith("<svg")
         await pages.live.send_json({"type": "play", "numbers": [shown["number"]]})
         await pages.hear(lambda message: message == {"type": "playing", "line": "Ada <b>"})
         playback = pages.held.desk._playback
@@ -203,7 +228,7 @@ def test_a_stop_works_while_the_event_loop_is_busy() -> None:
 def test_a_command_from_before_a_stop_that_is_obeyed_after_it_plays_nothing() -> None:
     async def scene(pages: Pages) -> None:
         await pages.send(await pages.join("Ada"), "r $ forward")
-        await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+        await pages.hear_ok()
         asked = pages.held._performing.stops.count
         await pages.stop(pages.token)
         pages.held.desk.take({"type": "play", "numbers": [1]}, asked)
@@ -218,17 +243,17 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
             await pages.send(await pages.join(name), text)
         done: dict[str, Any] = {}
         while len(done) < 3:
-            shown = await pages.hear(
-                lambda message: message["type"] == "child" and message["line"][:2] not in ("is", "ha")
-            )
+            shown = await pages.hear_dance(lambda latest: latest["ok"] is not None)
             done[shown["name"]] = shown
-        assert done["Cy"]["line"].startswith("line 1: ")
+        assert done["Cy"]["latest"]["line"].startswith("line 1: ")
         await pages.live.send_json({"type": "play", "numbers": [done["Ada"]["number"], done["Bo"]["number"]]})
-        playing = await pages.hear(lambda message: message["line"].startswith("Ada + Bo"))
+        playing = await pages.hear(lambda message: message.get("line", "").startswith("Ada + Bo"))
         assert "Bo keeps its speed" in playing["line"]
         played = pages.held.desk._playback.state.played
         assert played
         assert [*played.score.parts] == ["Ada", "Bo"]
+        shown_program: Any = pages.held.desk._playback.state.kept["program"]
+        assert shown_program["names"] == {"Ada": "Ada", "Bo": "Bo"}
         await pages.live.send_json({"type": "remove", "numbers": [done["Cy"]["number"], done["Bo"]["number"]]})
         for name in ("Cy", "Bo"):
             gone = {"type": "gone", "number": done[name]["number"]}
@@ -349,8 +374,9 @@ def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> Non
 
     async def scene(pages: Pages) -> None:
         assert (await pages.send(await pages.join("Ada"), text))[0] == 200
-        shown = await pages.hear(lambda message: message["type"] == "child" and message["count"] == 1)
-        assert {*shown} == {"type", "number", "name", "count", "ok", "line", "picture"}
+        shown = await pages.hear_dance(lambda latest: latest["count"] == 1)
+        assert {*shown} == {"type", "number", "name", "here", "latest", "good"}
+        assert {*shown["latest"]} == {"count", "sent", "ok", "line", "picture"}
         assert await pages.dance(1, 1) == (200, text.encode())
         assert (await pages.dance(1, 2))[0] == (await pages.dance(2, 1))[0] == 404
         pages.token = "wrong"
@@ -363,7 +389,7 @@ def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> Non
     "text",
     [
         "{}", "[]", "x", '{"type": "stop"}', '{"type": "play", "numbers": []}', '{"type": "play", "numbers": ["1"]}',
-        json.dumps({"type": "play", "numbers": [1] * 41}), '{"type": "perform", "number": 1, "robot": "a"}',
+        json.dumps({"type": "play", "numbers": [1] * 81}), '{"type": "perform", "number": 1, "robot": "a"}',
         '{"type": "perform", "number": 1, "count": "1", "robot": "a"}',
         '{"type": "remove", "numbers": [1e300]}', "[" * 9_000,
     ],
@@ -401,7 +427,7 @@ def test_a_heavy_dance_moves_to_the_process_for_heavy_dances(limit: float, line:
     async def scenario() -> None:
         found: asyncio.Queue[DanceRead] = asyncio.Queue()
         turns = Turns(found.put_nowait, quick=0.001, limit=limit)
-        turns.put({"type": "handed", "number": 1, "count": 1, "text": "# \n" * 9_000 + "r $ forward"})
+        turns.put({"type": "handed", "number": 1, "count": 1, "sent": 0.0, "text": "# \n" * 9_000 + "r $ forward"})
         serving = asyncio.create_task(turns.serve())
         async with asyncio.timeout(LIMIT):
             assert (await found.get())["line"].startswith(line)
@@ -422,6 +448,53 @@ def test_the_child_whose_dances_took_least_time_is_next(
     waiting: list[int], spent: dict[int, float], number: int
 ) -> None:
     assert next_child(waiting, spent) == number
+
+
+def test_a_class_that_ended_continues_with_its_dances_and_its_secrets(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        async with a_class(tmp_path) as pages:
+            code, secret = pages.held.children.code, await pages.join("Анна")
+            for text in ("r $ left", "r $ lft"):
+                while (await pages.send(secret, text))[0] == 429:
+                    pass  # once in a second
+                await pages.hear_dance(lambda latest: latest["ok"] is not None)
+        async with a_class(tmp_path) as pages:
+            shown = await pages.hear_dance(lambda latest: latest["ok"] is False)
+            counts = shown["good"]["count"], shown["latest"]["count"]
+            assert (shown["name"], shown["here"], counts) == ("Анна", True, (1, 2))
+            assert [await pages.dance(1, count) for count in (1, 2)] == [(200, b"r $ left"), (200, b"r $ lft")]
+            assert pages.held.children.code == code
+            assert (await pages.send(secret, "r $ right"))[0] == 200
+            assert (await pages.hear_ok())["good"]["count"] == 3
+            assert [name for name, _ in pages.held.desk.files()] == ["001-Анна.improv"]
+
+    asyncio.run(scenario())
+
+
+def test_a_dance_that_cannot_be_kept_arrives_and_the_teacher_reads_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    async def scene(pages: Pages) -> None:
+        secret = await pages.join("Ada")
+        assert (await pages.hear(lambda message: message["type"] == "keeping"))["problem"] == ""
+        with monkeypatch.context() as disk:
+            disk.setattr(Folder, "add", full)
+            assert (await pages.send(secret, "r $ left"))[0] == 200
+            kept = await pages.hear(lambda message: message["type"] == "keeping")
+            assert kept["problem"] == "what children send now is not kept: no space left on device"
+        await pages.hear(lambda message: message["type"] == "keeping" and not message["problem"])
+
+    check(scene)
+
+
+def test_the_score_of_several_has_the_names_of_children_and_their_meetings() -> None:
+    ready = prepare([("Анна", "r $ repeat forward"), ("Bo", "a b $ rest\nb at 0 3\na at 0 0")])
+    assert ready["names"] == {"Anna": "Анна", "Bo_a": "Bo: a", "Bo_b": "Bo: b"}
+    assert prepare([("Анна", "r s $ rest\nr at 0 0\ns at 0.5 0")])["notes"] == ["Анна: r and Анна: s meet at beat 1"]
+    (note,) = prepare([("Анна", "r $ repeat forward"), ("Bo", "r $ rest")])["notes"]
+    assert note.startswith("Анна and Bo meet at beat ")
+    assert prepare([("Ada", "r $ repeat 30 forward"), ("Bo", "r $ rest")])["notes"] == []
 
 
 def test_problems_name_the_child_whose_dance_is_wrong() -> None:
@@ -475,7 +548,7 @@ def test_without_real_robots_none_performs() -> None:
     async def scene(pages: Pages) -> None:
         assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
         await pages.send(await pages.join("Ada"), "r $ forward")
-        await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+        await pages.hear_ok()
         await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
         await pages.live.send_json({"type": "play", "numbers": [1]})
         await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import urllib.error
 import urllib.request
+from zipfile import ZipFile
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -27,18 +28,23 @@ def send(address: str, what: str, body: str, secret: str = "") -> dict[str, str]
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(running: Running, page: Page, keep: Keep) -> None:
-    _, address, code, teacher = running
-    page.goto(f"{address}#class={code}")
+def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Running, page: Page, keep: Keep) -> None:
+    page.goto(f"{running.address}#class={running.code}")
     page.keyboard.press("Escape")
     expect(page.locator("#class")).to_be_hidden()
     page.get_by_role("button", name="Send", exact=True).click()
     page.get_by_label("Your name").press_sequentially("Ada <img>")
     assert violations(page) == []
-    page.get_by_role("button", name="Join").click()
-    expect(page.locator("#handed-in")).to_have_text("You are in the class as Ada <img>.")
+    page.locator("#text").evaluate("(text) => { text.value = 'r $ left' }")
+    page.get_by_role("button", name="Join").click()  # the child wanted to send, and needn't tap again
+    expect(page.locator("#handed-in")).to_contain_text("Ada <img>: Sent at")
     assert page.evaluate("location.hash") == ""
     page.locator("#text").fill("r $ repeat (forward left)\n")
+    expect(page.locator("#handed-in")).to_contain_text("Changed since you sent it at")
+    page.route("**/class/send", lambda route: route.abort("connectionreset"), times=1)
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.locator("#handed-in")).to_contain_text("Not received: the class doesn't answer")
+    assert violations(page) == []
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.locator("#handed-in")).to_contain_text("Sent at")
     for width, height in ((1280, 800), (390, 844)):
@@ -47,13 +53,18 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(running: Runnin
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         keep(page, f"class-child-{width}.png")
 
-    secret = send(address, "join", json.dumps({"code": code, "name": "Bo"}))["secret"]
-    send(address, "send", "s $ forwrd", secret)
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
+def test_the_teacher_looks_at_dances_and_plays_and_stops_them(running: Running, page: Page, keep: Keep) -> None:
+    _, address, code, teacher = running
+    for name, text in (("Ada <img>", "r $ repeat (forward left)\n"), ("Bo", "s $ forwrd")):
+        secret = send(address, "join", json.dumps({"code": code, "name": name}))["secret"]
+        send(address, "send", text, secret)
     page.goto(teacher)
     expect(page.locator("#children li")).to_have_count(2)
     expect(page.locator("#children .name").first).to_have_text("Ada <img>")
     expect(page.locator("#children li").first.locator("img")).to_be_visible()
-    expect(page.locator("#children .wrong .line")).to_contain_text("line 1: ")
+    expect(page.locator("#children .wrong")).to_contain_text("line 1: ")
     page.get_by_label("Choose Bo").check()
     expect(page.get_by_role("button", name="Play the chosen")).to_be_disabled()  # it has an error
     page.get_by_label("Choose Ada").check()
@@ -94,12 +105,18 @@ def test_a_child_joins_and_sends_and_the_teacher_plays_and_stops(running: Runnin
     with page.expect_download() as download:
         page.get_by_role("button", name="Save as a file").click()
     assert download.value.path().read_bytes() == hidden.encode()  # the page shows escapes, but doesn't save them
+    page.get_by_role("button", name="Send out…", exact=True).click()
+    expect(page.locator("#sure")).to_contain_text("Send out Bo?")
+    page.get_by_role("button", name="Keep").click()
+    expect(page.locator("#children li")).to_have_count(2)
+    page.get_by_role("button", name="Send out…", exact=True).click()
     page.get_by_role("button", name="Send out", exact=True).click()
     expect(page.locator("#children li")).to_have_count(1)
-    page.get_by_label("Choose Ada").check()
+    page.get_by_role("button", name="Choose all").click()
     page.get_by_role("button", name="Send out the chosen").click()
+    page.get_by_role("button", name="Send out", exact=True).click()
     expect(page.locator("#children li")).to_have_count(0)
-    expect(page.get_by_role("button", name="Send out the chosen")).to_be_disabled()
+    expect(page.get_by_role("button", name="Send out the chosen")).to_be_hidden()
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
@@ -111,5 +128,66 @@ def test_a_problem_with_joining_is_gone_once_a_child_has_joined(running: Running
     expect(page.locator("#class-line")).to_have_text("write your name with letters")
     page.get_by_label("Your name").fill("Ada")
     page.get_by_role("button", name="Join").click()
-    expect(page.locator("#handed-in")).to_have_text("You are in the class as Ada.")
+    expect(page.locator("#handed-in")).to_have_text("Ada: Not sent yet.")
     expect(page.locator("#class-line")).to_be_empty()  # the dialog opens again if the child has to join again
+
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
+def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Running, page: Page) -> None:
+    _, address, code, teacher = running
+    page.goto(teacher)
+    expect(page.get_by_role("img", name="QR code")).to_be_in_viewport(ratio=1)
+    assert page.get_by_role("img", name="QR code").evaluate("(code) => code.clientWidth > innerHeight / 2")
+    secret = send(address, "join", json.dumps({"code": f"{code[:3]} {code[3:]}", "name": "Анна"}))["secret"]
+    expect(page.locator("#children li")).to_have_count(1)
+    assert page.get_by_role("img", name="QR code").evaluate("(code) => code.clientWidth < 200")
+    page.get_by_label("Choose Анна").check()
+    send(address, "send", "r $ left", secret)
+    expect(page.locator("#children .line").first).to_contain_text("r 1 beat")
+    send(address, "send", "r $ lft", secret)
+    expect(page.locator("#children .wrong")).to_contain_text("The latest: line 1: ")
+    expect(page.get_by_label("Choose Анна")).to_be_checked()
+    expect(page.locator("#children img")).to_be_visible()  # of the one that plays
+    page.get_by_role("button", name="Play the chosen").click()
+    expect(page.locator("#playing")).to_have_text("Анна")
+    page.locator("#children .look").click()
+    expect(page.locator("#front-text")).to_have_text("r $ lft")
+    page.get_by_role("button", name="The last one that plays").click()
+    expect(page.locator("#front-text")).to_have_text("r $ left")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Close").click()
+        page.get_by_role("button", name="Save all dances").click()
+    with ZipFile(download.value.path()) as saved:
+        assert {name: saved.read(name) for name in saved.namelist()} == {
+            "001-Анна.improv": b"r $ left",
+            "001-Анна-latest.improv": b"r $ lft",
+        }
+
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
+def test_a_new_tab_is_the_same_child_and_an_old_ticket_opens_nothing(running: Running, page: Page) -> None:
+    process, address, code, teacher = running
+    page.goto(f"{address}#class={code}")
+    page.get_by_label("Your name").fill("🦖")
+    page.get_by_role("button", name="Join").click()
+    expect(page.locator("#handed-in")).to_have_text("🦖: Not sent yet.")
+    tab = page.context.new_page()
+    tab.goto(f"{address}#class={code}")  # the QR code once more
+    expect(tab.locator("#handed-in")).to_have_text("🦖: Not sent yet.")
+    expect(tab.locator("#class")).to_be_hidden()
+    tab.get_by_role("button", name="Send", exact=True).click()
+    expect(tab.locator("#handed-in")).to_contain_text("🦖: Sent at")
+    tab.get_by_role("button", name="Not 🦖?").click()
+    tab.get_by_label("Your name").fill("Bo")
+    tab.get_by_role("button", name="Join").click()
+    for each in (tab, page):
+        expect(each.locator("#handed-in")).to_contain_text("Bo: ")
+    tab.goto(teacher)
+    expect(tab.locator("#children .name")).to_have_text(["🦖", "Bo"])
+    expect(tab.locator("#children .when").first).to_contain_text("not here")
+    page.goto(teacher)
+    expect(page.locator("#playing")).to_have_text("This address opens the page once. The terminal shows another one.")
+    assert process.stdout
+    page.goto(process.stdout.readline().split()[1])  # teacher: URL (opens once)
+    expect(page.locator("#children .name")).to_have_text(["🦖", "Bo"])
+    tab.close()

@@ -73,7 +73,7 @@ def test_forty_children_who_send_the_worst_text_delay_neither_a_stop_nor_the_end
 def children(tmp_path: Path) -> Iterator[Children]:
     make_site(tmp_path)
     (tmp_path / "large.wasm").write_bytes(os.urandom(8_000_000))
-    children = Children(tmp_path, "127.0.0.1", 0, "ABC234")
+    children = Children(tmp_path, tmp_path / "dances", "127.0.0.1", 0)
     yield children
     children.close()
 
@@ -112,7 +112,7 @@ def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobo
 def test_an_address_that_is_in_use_is_one_line(tmp_path: Path) -> None:
     make_site(tmp_path)
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(ChildrenError, match="can't be used: Address"):
-        Children(tmp_path, "127.0.0.1", taken.getsockname()[1], "ABC234")
+        Children(tmp_path, tmp_path / "dances", "127.0.0.1", taken.getsockname()[1])
 
 
 @pytest.mark.slow("a stage starts twice")
@@ -121,7 +121,7 @@ def test_a_class_continues_when_its_stage_ends() -> None:
         async with a_class() as pages:
             performing = pages.held._performing
             await pages.send(await pages.join("Ada"), "r $ repeat forward")
-            await pages.hear(lambda message: message["type"] == "child" and message["ok"])
+            await pages.hear_ok()
             stage = performing.playback._stages[StageKey(HERE, "simulator")]
             assert isinstance(stage, Stage)
             stage._child.kill()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, OpenConnection, stalled, to_close
@@ -14,6 +16,7 @@ from improv_core.classroom.roster import (
     guess,
     join,
     new_code,
+    people,
     send,
     shown_name,
     without,
@@ -67,7 +70,9 @@ def test_a_name_with_hidden_characters_is_the_same_name(hidden: str) -> None:
         assert compared([*joined("Ada", name).members.values()][1].name) == "Ada 2"
 
 
-@pytest.mark.parametrize(("code", "right"), [("ABC234", True), (" abc234 ", True), ("ABC23", False), ("é", False)])
+@pytest.mark.parametrize(
+    ("code", "right"), [("ABC234", True), (" abc 234 ", True), ("ABC-234", True), ("ABC23", False), ("é", False)]
+)
 def test_only_the_right_code_lets_children_join(code: str, right: bool) -> None:
     assert guess(ROOM, "10.0.0.1", code, 0.0)[1] == right
 
@@ -96,15 +101,52 @@ def test_a_whole_class_can_join_from_one_address_but_not_again_and_again() -> No
     assert status_of(problem) == 429
 
 
+def sent(room: Room, secret: str) -> Room:
+    return send(room, secret, 0.0)[0]
+
+
 def test_a_browser_has_one_place() -> None:
     room, before = join(joined("Ada"), "Ada", "own", "browser")
     room, after = join(room, "Bo", "other", "browser")
-    assert [each.name for each in room.members.values()] == ["Ada", "Bo"]
+    assert people(room) == {1: ("Ada", True), 3: ("Bo", True)}  # "Ada 2" had sent nothing
     assert after.number > before.number
     with pytest.raises(ForbiddenError, match="join the class first"):
         send(room, "own", 0.0)
     full = joined(*("x" for _ in range(MOST_CHILDREN)))
     assert len(join(full, "Ada", "own", "browser 3")[0].members) == MOST_CHILDREN
+
+
+@pytest.mark.parametrize(
+    ("name", "browser", "everybody"),
+    [
+        ("A\u200dda", "browser 0", {1: ("A\u200dda", True), 2: ("Bo", True)}),  # the same child in another tab
+        ("Cy", "browser 0", {1: ("Ada", False), 2: ("Bo", True), 3: ("Cy", True)}),  # the next child at a tablet
+        ("Ada", "browser 9", {1: ("Ada", True), 2: ("Bo", True), 3: ("Ada 2", True)}),  # a stranger
+    ],
+)
+def test_a_child_who_joins_again_keeps_its_place(
+    name: str, browser: str, everybody: dict[int, tuple[str, bool]]
+) -> None:
+    room, _ = join(sent(joined("Ada", "Bo"), "secret 0"), name, "new", browser)
+    assert people(room) == everybody
+
+
+def test_a_child_who_was_away_comes_back_to_its_dances_from_any_browser() -> None:
+    room = sent(sent(joined("Ada", "Ada"), "secret 0"), "secret 1")
+    room = replace(room, members={}, away=[*room.members.values()])
+    for number, browser in ((1, "x"), (2, "y"), (3, "z")):  # the third one is new
+        room, member = join(room, "Ada", browser, browser)
+        assert (member.number, member.count) == (number, int(number < 3))
+    assert room.away == ()
+
+
+def test_children_who_are_away_are_as_many_as_a_class() -> None:
+    room = ROOM
+    for number in range(MOST_CHILDREN + 5):
+        room, _ = join(room, f"child {number}", f"secret {number}", "browser")
+        room = sent(room, f"secret {number}")
+    assert len(room.away) == MOST_CHILDREN
+    assert room.away[-1].name == f"child {MOST_CHILDREN + 3}"
 
 
 def test_a_full_class_and_an_empty_name_are_refused() -> None:

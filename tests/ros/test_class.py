@@ -29,6 +29,7 @@ def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, s
     build(site, pyodide)
     robots.write_text('[robots.turtle1]\nprofile = "turtlesim"\n')
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0", "--robots", str(robots)]
+    command += ["--folder", str(tmp_path / "dances")]
     with subprocess.Popen(command, text=True, env=alone, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as running:
         assert running.stdout
         lines = ""
@@ -72,7 +73,7 @@ def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str
 
                 await hear(lambda message: message == {"type": "robots", "names": ["turtle1"]})
                 await send("r $ repeat forward")
-                await hear(lambda message: message["type"] == "child" and message["ok"])
+                await hear(lambda message: message["type"] == "child" and message["good"])
                 await live.send_json({"type": "play", "numbers": [1]})  # a child that is called as the robot
                 await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
                 await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "ada"})  # not in the file
@@ -83,7 +84,7 @@ def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str
                 await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
                 await asyncio.to_thread(turtle.wait, moving)
                 await send("r $ repeat backward")
-                await hear(lambda message: message["type"] == "child" and message["count"] == 2 and message["ok"])
+                await hear(lambda message: message["type"] == "child" and (message["good"] or {}).get("count") == 2)
                 turtle.hear_all()
                 assert turtle.heard[-1]["x"] == 2  # what the teacher has looked at
                 async with http.post(f"{base}/stop", **about) as answer:

@@ -1,30 +1,38 @@
 // @ts-check
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
-/** @typedef {{ type: "child", number: number, name: string, count: number, ok: boolean, line: string, picture: string }} Child */
-/** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string }} Message */
+/** @typedef {{ count: number, sent: number, ok: boolean | null, line: string, picture: string }} Sent a dance; `sent` in seconds since 1970 */
+/** @typedef {{ type: "child", number: number, name: string, here: boolean, latest: Sent | null, good: Sent | null }} Child */
+/** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string } | { type: "keeping", folder: string, problem: string }} Message */
+/** @typedef {{ child: Child, since: number, item: HTMLLIElement, box: HTMLInputElement, show: () => void }} Card a child, and when this page has first shown it */
 
 const KEY = "improv.class.token"
 const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
 const TRIES = 50
+const SILENT = 300 // seconds without a dance after which a child may need help
+const LOOK = 15_000 // milliseconds
 const HIDDEN = /[^\P{C}\n\t]|[^\P{Z} ]/gu // what shows nothing, or turns text
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
 if (given) sessionStorage.setItem(KEY, given)
 const token = given || (sessionStorage.getItem(KEY) ?? "")
 if (location.search) history.replaceState(null, "", location.pathname)
 
-/** @type {Map<number, Child>} */
-const children = new Map()
+/** @type {Map<number, Card>} */
+const cards = new Map()
 /** @type {Set<number>} */
 const chosen = new Set()
-/** @type {Child | undefined} */
+/** @type {{ child: Child, dance: Sent } | undefined} */
 let front // as it was looked at: another dance that the child sends meanwhile doesn't take its place
 /** @type {string | null} */
 let frontText = null // as the child has sent it, once it has arrived
+let toRemove = [0]
+let enlarged = false
 /** @type {WebSocket} */
 let socket
 
 const dialog = /** @type {HTMLDialogElement} */ (find("front"))
+const sure = /** @type {HTMLDialogElement} */ (find("sure"))
+const order = /** @type {HTMLSelectElement} */ (find("order"))
 const list = find("children")
 
 /** @param {string} id */
@@ -50,7 +58,7 @@ function connect() {
   address.protocol = "ws:"
   socket = new WebSocket(address)
   socket.onopen = () => {
-    children.clear()
+    cards.clear()
     list.replaceChildren()
   }
   socket.onmessage = (event) => take(JSON.parse(event.data))
@@ -64,94 +72,159 @@ function connect() {
 function take(message) {
   if (message.type === "playing") say(message.line)
   else if (message.type === "robots") showRobots(message.names)
+  else if (message.type === "keeping") showKept(message)
   else if (message.type === "gone") {
-    children.delete(message.number)
+    cards.get(message.number)?.item.remove()
+    cards.delete(message.number)
     chosen.delete(message.number)
-    document.getElementById(`child-${message.number}`)?.remove()
-    if (front?.number === message.number) dialog.close()
-  } else {
-    children.set(message.number, message)
-    draw(message)
-    if (front?.number === message.number && dialog.open) {
-      if (front.count === message.count) describe(message)
-      else find("front-line").textContent = `${message.name} has sent another dance. Close this one to look at it.`
-    }
-  }
+    if (front?.child.number === message.number) dialog.close()
+  } else takeChild(message)
   showChosen()
-  const count = children.size
-  find("count").textContent = count === 0 ? "Nobody is here yet." : `${count} ${count === 1 ? "child is" : "children are"} here.`
+  showCount()
 }
 
 /** @param {Child} child */
-function draw(child) {
-  const id = `child-${child.number}`
-  const item = document.getElementById(id) ?? list.appendChild(Object.assign(document.createElement("li"), { id }))
-  const hadFocus = item.contains(document.activeElement) ? document.activeElement?.tagName : ""
-  const look = document.createElement("button")
-  look.type = "button"
-  look.className = child.ok || child.count === 0 ? "look" : "look wrong"
-  if (child.picture) look.append(picture(new Image(), child, ""))
-  look.append(line("name", child.name), line("line", child.line))
-  look.addEventListener("click", () => show(child))
+function takeChild(child) {
+  const card = cards.get(child.number) ?? newCard(child)
+  card.child = child
+  card.show()
+  if (front?.child.number !== child.number || !dialog.open) return
+  const same = [child.latest, child.good].find((dance) => dance?.count === front?.dance.count)
+  describe(child, same ?? front.dance)
+}
+
+/** A card whose controls stay the same ones, so that no news takes a tick or a press. @param {Child} child */
+function newCard(child) {
+  const item = document.createElement("li")
+  const look = Object.assign(document.createElement("button"), { type: "button", className: "look" })
+  const image = new Image()
+  const [name, line, wrong, when] = ["name", "line", "wrong", "when"].map((className) => Object.assign(document.createElement("span"), { className }))
+  look.append(image, name, line, wrong, when)
   const label = document.createElement("label")
   const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: chosen.has(child.number) })
+  label.append(box, "Choose")
+  item.append(look, label)
+  const show = () => {
+    const { latest, good } = card.child
+    const shown = good ?? latest
+    picture(image, shown, "")
+    name.textContent = card.child.name
+    box.setAttribute("aria-label", `Choose ${card.child.name}`)
+    line.textContent = shown === null ? "has sent nothing yet" : shown.ok === false ? "" : shown.line
+    wrong.textContent = !latest || latest.ok || latest === shown && latest.ok === null ? "" : `${good ? "The latest: " : ""}${latest.line}`
+    wrong.className = latest?.ok === false ? "wrong" : "unread"
+    showWhen()
+  }
+  const showWhen = () => {
+    const { here, latest } = card.child
+    const time = latest ? new Date(1000 * latest.sent).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : ""
+    when.textContent = [here ? "" : "not here", latest && `sent at ${time}`, isSilent(card) ? `${Math.floor(silence(card) / 60)} min ago` : ""].filter(Boolean).join(", ")
+    when.classList.toggle("long", isSilent(card))
+    item.classList.toggle("away", !here)
+    item.classList.toggle("chosen", box.checked)
+  }
+  /** @type {Card} */
+  const card = { child, since: Date.now() / 1000, item, box, show }
+  look.addEventListener("click", () => open(card.child, card.child.latest))
   box.addEventListener("change", () => {
-    if (box.checked) chosen.add(child.number)
-    else chosen.delete(child.number)
+    if (box.checked) chosen.add(card.child.number)
+    else chosen.delete(card.child.number)
     item.classList.toggle("chosen", box.checked)
     showChosen()
   })
-  label.append(box, "Choose")
-  box.setAttribute("aria-label", `Choose ${child.name}`)
-  item.replaceChildren(look, label)
-  item.classList.toggle("chosen", chosen.has(child.number))
-  if (hadFocus === "BUTTON") look.focus()
-  else if (hadFocus) box.focus()
+  cards.set(child.number, card)
+  list.append(item)
+  return card
 }
 
-/** The chosen children whose dances can be played. */
-const playable = () => [...chosen].filter((number) => children.get(number)?.ok)
+/** Seconds since a child's latest dance. @param {Card} card */
+const silence = ({ child, since }) => Date.now() / 1000 - (child.latest?.sent ?? since)
+
+/** @param {Card} card */
+const isSilent = (card) => card.child.here && silence(card) >= SILENT
+
+/** Shows how long children have been silent, and puts the cards in order. Nothing moves while a button is pressed. */
+function tidy() {
+  const silent = [...cards.values()].filter(isSilent)
+  for (const card of cards.values()) card.show()
+  find("silent").textContent = silent.length ? `Nothing for five minutes: ${silent.map(({ child }) => child.name).join(", ")}` : ""
+  const sorted = [...cards.values()].sort(ORDERS[order.value])
+  if (list.querySelector(":active") || sorted.every(({ item }, place) => list.children[place] === item)) return
+  const focused = /** @type {HTMLElement | null} */ (list.contains(document.activeElement) ? document.activeElement : null)
+  list.append(...sorted.map(({ item }) => item))
+  focused?.focus()
+}
+
+/** @type {Record<string, (one: Card, other: Card) => number>} */
+const ORDERS = {
+  joined: (one, other) => one.child.number - other.child.number,
+  name: (one, other) => one.child.name.localeCompare(other.child.name),
+  latest: (one, other) => silence(one) - silence(other),
+  silent: (one, other) => silence(other) - silence(one),
+}
+
+/** The chosen children who have a dance that can be played. */
+const playable = () => [...chosen].filter((number) => cards.get(number)?.child.good)
 
 function showChosen() {
   disable("play", playable().length === 0)
   disable("remove", chosen.size === 0)
+  find("choose-all").textContent = cards.size && chosen.size === cards.size ? "Choose none" : "Choose all"
 }
 
-/** @param {string} kind @param {string} text */
-function line(kind, text) {
-  return Object.assign(document.createElement("span"), { className: kind, textContent: text })
+function showCount() {
+  const here = [...cards.values()].filter(({ child }) => child.here).length
+  const earlier = cards.size - here
+  const lines = [here === 0 ? "Nobody is here yet." : `${here} ${here === 1 ? "child is" : "children are"} here.`]
+  if (earlier) lines.push(`${earlier} ${earlier === 1 ? "was" : "were"} here before.`)
+  find("count").textContent = lines.join(" ")
+  document.body.classList.toggle("empty", enlarged || here === 0)
+  document.body.classList.toggle("nobody", cards.size === 0)
+  find("enlarge").hidden = here === 0
 }
 
-/** @param {HTMLImageElement} image @param {Child} child @param {string} alt */
-function picture(image, child, alt) {
-  image.hidden = !child.picture
+/** @param {{ folder: string, problem: string }} keeping */
+function showKept({ folder, problem }) {
+  find("kept").textContent = problem || `Everything that children send is kept in ${folder}`
+  find("kept").classList.toggle("wrong", problem !== "")
+}
+
+/** @param {HTMLImageElement} image @param {Sent | null} dance @param {string} alt */
+function picture(image, dance, alt) {
+  const source = dance?.picture ? `data:image/svg+xml;charset=utf-8,${encodeURIComponent(dance.picture)}` : ""
+  image.hidden = !source
   image.alt = alt
-  if (child.picture) image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(child.picture)}`
-  return image
+  if (source && image.src !== source) image.src = source
 }
 
-/** Brings a child's dance to the front. @param {Child} child */
-async function show(child) {
+/** Brings a child's dance to the front. @param {Child} child @param {Sent | null} dance */
+async function open(child, dance) {
+  if (!dance) return
   find("front-name").textContent = child.name
   find("front-text").textContent = ""
   frontText = null
   disable("front-save", true)
-  describe(child)
+  describe(child, dance)
   if (!dialog.open) dialog.showModal()
-  const answer = await fetch(withToken(`dance/${child.number}/${child.count}`)).catch(() => null)
+  const answer = await fetch(withToken(`dance/${child.number}/${dance.count}`)).catch(() => null)
   const text = answer?.ok ? await answer.text().catch(() => null) : null
-  if (text === null || front?.number !== child.number || front.count !== child.count) return
+  if (text === null || front?.child.number !== child.number || front.dance.count !== dance.count) return
   frontText = text
   find("front-text").textContent = visible(text)
   disable("front-save", false)
 }
 
-/** Shows what is known about the dance in front. @param {Child} child */
-function describe(child) {
-  front = child
-  find("front-line").textContent = child.line
-  picture(/** @type {HTMLImageElement} */ (find("front-picture")), child, "The paths of the robots")
-  for (const id of ["front-play", "front-perform"]) disable(id, !child.ok)
+/** Shows what is known about the dance in front. @param {Child} child @param {Sent} dance */
+function describe(child, dance) {
+  front = { child, dance }
+  const isLatest = dance.count === child.latest?.count
+  find("front-line").textContent = isLatest || dance.count === child.good?.count ? dance.line : `${child.name} has sent another dance.`
+  find("front-which").hidden = isLatest && (!child.good || child.good.count === dance.count)
+  find("front-good").hidden = !child.good || child.good.count === child.latest?.count
+  find("front-latest").setAttribute("aria-pressed", String(isLatest))
+  find("front-good").setAttribute("aria-pressed", String(dance.count === child.good?.count))
+  picture(/** @type {HTMLImageElement} */ (find("front-picture")), dance, "The paths of the robots")
+  for (const id of ["front-play", "front-perform"]) disable(id, !dance.ok)
 }
 
 /** A text with escapes for its hidden characters. @param {string} text */
@@ -184,25 +257,70 @@ async function stop() {
 for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
 addEventListener("keydown", (event) => event.key === "Escape" && stop())
 find("play").addEventListener("click", () => send({ type: "play", numbers: playable() }))
-find("remove").addEventListener("click", () => send({ type: "remove", numbers: [...chosen] }))
-find("open-stage").addEventListener("click", () => open(withToken("stage"), "_blank", "noopener"))
+find("choose-all").addEventListener("click", () => {
+  const all = chosen.size < cards.size
+  for (const [number, { box, item }] of cards) {
+    box.checked = all
+    item.classList.toggle("chosen", all)
+    if (all) chosen.add(number)
+    else chosen.delete(number)
+  }
+  showChosen()
+})
+order.addEventListener("change", tidy)
+find("enlarge").addEventListener("click", () => {
+  enlarged = !enlarged
+  find("enlarge").setAttribute("aria-pressed", String(enlarged))
+  showCount()
+})
+find("open-stage").addEventListener("click", () => window.open(withToken("stage"), "_blank", "noopener"))
 find("front-close").addEventListener("click", () => dialog.close())
+find("front-latest").addEventListener("click", () => front && open(front.child, front.child.latest))
+find("front-good").addEventListener("click", () => front && open(front.child, front.child.good))
 find("front-play").addEventListener("click", () => {
-  send({ type: "play", numbers: [front?.number] })
+  send({ type: "play", numbers: [front?.child.number] })
   dialog.close()
 })
 find("front-perform").addEventListener("click", () => {
   const robot = /** @type {HTMLSelectElement} */ (find("front-robot")).value
-  send({ type: "perform", number: front?.number, count: front?.count, robot })
+  send({ type: "perform", number: front?.child.number, count: front?.dance.count, robot })
   dialog.close()
 })
-find("front-remove").addEventListener("click", () => send({ type: "remove", numbers: [front?.number] }))
 find("front-save").addEventListener("click", () => {
-  if (!front || frontText === null) return
-  const link = document.createElement("a")
-  link.href = URL.createObjectURL(new Blob([frontText], { type: "text/plain;charset=utf-8" }))
-  link.download = `${front.name.replace(/[^\p{L}\p{N}]+/gu, "_") || "dance"}.improv`
+  if (front && frontText !== null) save(new Blob([frontText], { type: "text/plain;charset=utf-8" }), `${harmless(front.child.name)}.improv`)
+})
+find("save-all").addEventListener("click", async () => {
+  const answer = await fetch(withToken("dances.zip")).catch(() => null)
+  if (answer?.ok) save(await answer.blob(), "dances.zip")
+  else say("The dances can't be saved now: they are in the folder.")
+})
+find("remove").addEventListener("click", () => askToRemove([...chosen]))
+find("front-remove").addEventListener("click", () => front && askToRemove([front.child.number]))
+find("sure-keep").addEventListener("click", () => sure.close())
+find("sure-remove").addEventListener("click", () => {
+  send({ type: "remove", numbers: toRemove })
+  sure.close()
+})
+
+/** @param {number[]} numbers of children */
+function askToRemove(numbers) {
+  toRemove = numbers
+  const [first, ...more] = numbers.map((number) => cards.get(number)?.child.name)
+  find("sure-title").textContent = more.length ? `Send out ${numbers.length} children?` : `Send out ${first}?`
+  sure.showModal()
+}
+
+/** @param {Blob} content @param {string} name of the file */
+function save(content, name) {
+  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(content), download: name })
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
-})
-connect()
+}
+
+/** @param {string} name */
+const harmless = (name) => name.replace(/[^\p{L}\p{N}]+/gu, "_") || "dance"
+
+setInterval(tidy, LOOK)
+showCount()
+if (token) connect()
+else say("This address opens the page once. The terminal shows another one.")

@@ -34,6 +34,7 @@ export class Saving {
   #toml = "" // of the file
   /** @type {Work | null} */
   #brought = null // the text that replaced the one on the page
+  noticed = () => {} // called when the text has changed
 
   /** @param {Page} page */
   constructor(page) {
@@ -146,6 +147,7 @@ export class Saving {
     clearTimeout(this.#keeping)
     this.#keeping = window.setTimeout(() => this.show(), KEEP_DELAY)
     this.#showState()
+    this.noticed()
   }
 
   /** Saves the text, and has it played. */

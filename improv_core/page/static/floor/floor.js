@@ -306,9 +306,9 @@ export class Floor {
  * A robot's name, and how high it is.
  * @param {Drawn} robot
  */
-function about({ name, pose, silent }) {
+function about({ label, pose, silent }) {
   const high = Math.abs(pose.z) < 0.05 ? [] : [`${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`]
-  return [silent ? `${name} · muted` : name, ...high]
+  return [silent ? `${label} · muted` : label, ...high]
 }
 
 /**

@@ -127,6 +127,7 @@ export class View {
       const silent = clock.isSilent(name)
       return {
         ...robot,
+        label: program.label(name),
         ...this.#whereabouts(name, lost !== "", at, seconds),
         figure: robot.body.length ? figureOf(robot.body, this.joints[name]) : null,
         ideal: lost ? undefined : measured.ideal(name),

@@ -87,6 +87,7 @@ const MESSAGES = {
     folder: text,
     problems: listOf(shape({ file: text, line: count, column: count, word: text, message: text })),
     count,
+    names: maybe(mapOf(text)),
   }),
   poses: shape({ at: number, placed: count, poses: listOf(numbers(4)), joints: mapOf(listOf(number)) }),
   transport: shape({

@@ -22,11 +22,19 @@ export class Program {
   anchor = new Anchor()
   name = "" // of its file
   folder = ""
+  /** @type {Record<string, string>} */
+  #names = {} // those of children, in a class
 
   /** Takes the name of the program. @param {Messages["program"]} message */
-  take({ name, folder }) {
+  take({ name, folder, names = {} }) {
     this.name = name
     this.folder = folder
+    this.#names = names
+  }
+
+  /** The name that people read beside a robot. @param {string} robot */
+  label(robot) {
+    return this.#names[robot] ?? robot
   }
 
   /** Takes a score. Returns whether it plays already. @param {Messages["score"]} message */

@@ -2,13 +2,17 @@
 // Sends the dance to the teacher of a class. Only on a website that the server of a class shows.
 
 import { find, findA } from "../base/elements.js"
+import { store, stored } from "../base/storage.js"
+import { answered, asked, describe, MOST_TRIES, UNSENT } from "./handing-in.js"
 import { decoded } from "./link.js"
 
 /** @import { Saving } from "../editor/saving.js" */
+/** @typedef {{ secret: string, name: string, code: string }} Child a child in the class with this code */
 
 const KEY = "improv.class"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
 const SEND_PERIOD = 1100 // milliseconds: one dance in a second
+const PATIENCE = 15_000 // milliseconds for an answer
 
 /** True if this page belongs to a class. */
 export const isClass = document.querySelector('meta[name="improv-class"]') !== null
@@ -18,46 +22,89 @@ export function joinClass(saving) {
   const dialog = findA("class", HTMLDialogElement)
   const name = findA("class-name", HTMLInputElement)
   const code = findA("class-code", HTMLInputElement)
-  let secret = sessionStorage.getItem(KEY) ?? ""
+  /** @type {Child | null} */
+  let child = stored(KEY) // each browser has one place in the class, whatever its tabs
+  let state = UNSENT
+  let sendsNext = false // as soon as the child has joined
+  let isJoining = false
 
   async function join() {
+    if (isJoining) return
+    isJoining = true
     const answer = await post("join", JSON.stringify({ code: code.value, name: name.value }))
+    isJoining = false
     find("class-line").textContent = answer.problem ?? ""
     if (!answer.secret) return
-    secret = answer.secret
-    sessionStorage.setItem(KEY, secret)
+    state = UNSENT
+    become({ secret: answer.secret, name: answer.name ?? "", code: code.value.replace(/\W/g, "").toUpperCase() })
     dialog.close()
-    say(`You are in the class as ${answer.name}.`)
+    if (sendsNext) send()
   }
 
   async function send() {
-    let answer = await post("send", saving.text, secret)
-    if (answer.status === 429) {
+    const isOnItsWay = state.state === "sending"
+    state = asked(state, saving.text)
+    show()
+    if (isOnItsWay) return
+    const secret = child?.secret
+    let answer = await post("send", state.text, secret)
+    for (let tries = 1; answer.status === 429 && tries < MOST_TRIES; tries++) {
       await new Promise((done) => setTimeout(done, SEND_PERIOD))
-      answer = await post("send", saving.text, secret)
+      answer = await post("send", state.text, secret)
     }
-    say(answer.problem ?? `Sent at ${new Date().toLocaleTimeString()}.`)
-    if (answer.status !== 403) return
-    secret = ""
-    sessionStorage.removeItem(KEY)
-    dialog.showModal()
+    state = answered(state, answer, new Date().toLocaleTimeString())
+    if (answer.status === 403 && secret === child?.secret) {
+      become(null)
+      ask(true)
+    }
+    show()
+    if (state.again) send()
   }
 
-  find("hand-in").hidden = false
-  find("hand-in").addEventListener("click", () => (secret ? send() : dialog.showModal()))
+  /** Asks for the child's name. @param {boolean} sends the dance after that */
+  function ask(sends) {
+    sendsNext = sends
+    if (!dialog.open) dialog.showModal()
+  }
+
+  /** @param {Child | null} another */
+  function become(another) {
+    child = another
+    store(KEY, child)
+    show()
+  }
+
+  function show() {
+    const line = describe(state, saving.text)
+    find("handed-in").textContent = child ? `${child.name}: ${line}` : state.problem && line
+    find("not-me").textContent = child && `Not ${child.name}?`
+    find("not-me").hidden = !child
+    find("handed-in").classList.toggle("wrong", state.state === "failed")
+  }
+
+  for (const id of ["hand-in", "help-send"]) find(id).hidden = false
+  find("hand-in").addEventListener("click", () => (child ? send() : ask(true)))
+  find("not-me").addEventListener("click", () => {
+    name.value = ""
+    ask(false)
+  })
   find("class-join").addEventListener("click", join)
   find("class-close").addEventListener("click", () => dialog.close())
-  dialog.addEventListener("keydown", (event) => event.key === "Enter" && event.target !== find("class-close") && join())
+  dialog.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && event.target !== find("class-close") && join())
+  saving.noticed = show
+  addEventListener("storage", () => { // another tab has joined
+    child = stored(KEY)
+    show()
+  })
+  show()
   const linked = IN_LINK.exec(decoded(location.hash))?.[1]
   if (!linked) return
   code.value = linked
   history.replaceState(null, "", location.pathname)
-  if (!secret) dialog.showModal()
-}
-
-/** @param {string} line */
-function say(line) {
-  find("handed-in").textContent = line
+  if (child?.code === linked) return
+  name.value = child?.name ?? ""
+  become(null) // of another lesson
+  ask(false)
 }
 
 /**
@@ -68,9 +115,10 @@ function say(line) {
  */
 async function post(what, body, secret = "") {
   try {
-    const answer = await fetch(`class/${what}`, { method: "POST", headers: { Authorization: `Bearer ${secret}` }, body })
+    const headers = { Authorization: `Bearer ${secret}` }
+    const answer = await fetch(`class/${what}`, { method: "POST", headers, body, signal: AbortSignal.timeout(PATIENCE) })
     return { status: answer.status, ...(await answer.json().catch(() => ({ problem: "this can't be sent: ask your teacher" }))) }
   } catch {
-    return { status: 0, problem: "the class can't be reached: ask your teacher" }
+    return { status: 0, problem: "the class doesn't answer: tap Send again, or ask your teacher" }
   }
 }

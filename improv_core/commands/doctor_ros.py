@@ -38,6 +38,11 @@ AHEAD, BEHIND = 0.02, 0.5
 """Seconds by which the stamps of poses may be ahead of our clock, and the greatest age of a pose by its stamp."""
 
 
+AFTER_MOVING = "geometry_msgs/msg/PoseWithCovarianceStamped"
+"""The type of poses from localization, such as AMCL: it sends one only after a robot has moved."""
+CHECK_POSES = "check its network and the node that publishes them"
+
+
 def examine_ros(
     robots: Mapping[str, Robot], safety: Safety, bodies: Sequence[JointedRobot], places: Mapping[str, Pose]
 ) -> Iterator[Finding]:
@@ -170,9 +175,16 @@ def clocks(robots: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
     for name, robot in robots.items():
         if not robot.odom:
             continue
-        age = seen[robot.odom]["age"]
-        if age is None:
+        age, publishers = seen[robot.odom]["age"], seen[robot.odom]["publishers"]
+        localized = any(end["type"] == AFTER_MOVING for end in publishers)
+        if age is None and publishers:
+            nodes = " and ".join(f"{end['node']} publishes {end['type'].rpartition('/')[2]}" for end in publishers)
+            first = "give the robot its first pose, such as with 2D Pose Estimate in rviz" if localized else CHECK_POSES
+            yield absent(f"{name}: {nodes} on {robot.odom}, but no pose came", first)
+        elif age is None:
             yield absent(f"{name}: no poses on {robot.odom}", "start the node that publishes them")
+        elif age > BEHIND and localized:
+            yield good(f"{name}: the latest pose on {robot.odom} is {age:.0f} s old; the next one follows a movement")
         elif age < -AHEAD:
             what = f"{name}: the clock that stamps {robot.odom} is at least {-age:.2f} s ahead of this machine's"
             yield broken(what, "synchronize both, such as with chrony")
@@ -191,7 +203,7 @@ def poses(robots: Mapping[str, Robot], safety: Safety, places: Mapping[str, Pose
         found = seen[robot.odom]
         if found["gap"] > LONGEST_GAP:
             what = f"{name}: for {found['gap']:.1f} s, no pose came on {robot.odom}"
-            yield broken(what, "check its network and the node that publishes them")
+            yield broken(what, CHECK_POSES)
         if robot.odom_frame != "world" or name not in places or not found["pose"]:
             continue
         standing = Standing(places[name], Pose(**found["pose"]))

@@ -127,6 +127,33 @@ def test_clocks_that_stamp_poses_are_compared_with_ours(age: float | None, expec
     assert told(*doctor_ros.clocks(CAST, {})) == []
 
 
+@pytest.mark.parametrize(
+    ("kind", "age", "expected"),
+    [
+        (
+            doctor_ros.AFTER_MOVING,
+            None,
+            "– r: /node publishes PoseWithCovarianceStamped on /r/odom, but no pose came: "
+            "give the robot its first pose, such as with 2D Pose Estimate in rviz",
+        ),
+        (
+            doctor_ros.AFTER_MOVING,
+            90.2,
+            "✓ r: the latest pose on /r/odom is 90 s old; the next one follows a movement",
+        ),
+        (
+            "nav_msgs/msg/Odometry",
+            None,
+            "– r: /node publishes Odometry on /r/odom, but no pose came: "
+            "check its network and the node that publishes them",
+        ),
+    ],
+)
+def test_nodes_without_recent_poses_are_named(kind: str, age: float | None, expected: str) -> None:
+    measured = read_robots('[robots.r]\nodom = "/r/odom"\n').robots
+    assert told(*doctor_ros.clocks(measured, {"/r/odom": ends([], ("/node", kind), age=age)})) == [expected]
+
+
 def test_what_bases_do_by_themselves_is_reported() -> None:
     toml = "".join(f'[robots.{name}]\nprofile = "{name}"\n' for name in ("turtlebot3_burger", "create3"))
     assert told(*doctor_ros.stops(read_robots(f"{toml}[robots.ada]\n").robots)) == [

@@ -31,6 +31,8 @@ message = "Twist"
 odom = "true_pose"
 odom_frame = "world"
 start = { x = 0, y = 0, heading = 0 }
+[robots.emil]
+odom = "amcl_pose"
 """
 
 
@@ -59,6 +61,10 @@ def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
     listen("/lab/carl", type=STAMPED)
     publish("/lab/anna", "geometry_msgs/Twist", name="teleop")
     script(BASE, "dora", "--start", "0.36", "0", "0", "--ahead", "60")
+    listen("/emil/cmd_vel")
+    amcl = publish("/emil/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped", latched=True, name="amcl")
+    then = {"header.stamp.sec": int(time.time()) - 3600, "pose.pose.orientation.w": 1.0}
+    amcl(then, once=True)
     (tmp_path / "improv.toml").write_text(TOML)
     expected = [
         "✓ anna: /listener listens for Twist on /lab/anna",
@@ -67,8 +73,10 @@ def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
         "✗ carl: /twiststamped listens for TwistStamped on /lab/carl, not Twist: "
         'set `message = "auto"` for it in improv.toml',
         "✓ dora: /dora_base listens for Twist on /dora/cmd_vel",
+        "✓ emil: /listener listens for Twist on /emil/cmd_vel",
         "✗ dora: the clock that stamps /dora/true_pose is at least 60 s ahead of this machine's: "
         "synchronize both, such as with chrony",
+        "✓ emil: the latest pose on /emil/amcl_pose is 3600 s old; the next one follows a movement",
         "– dora is not in its place: move dora 0.36 m toward 180°",
     ]
     end = time.monotonic() + LIMIT
@@ -77,7 +85,9 @@ def test_the_doctor_reports_listeners_other_publishers_places_and_clocks(
         assert done.stderr == ""
         lines = done.stdout.splitlines()
         seen = [
-            re.sub(r"(59|60)\.\d\d s", "60 s", line) for line in lines if line[2:6] in ("anna", "bert", "carl", "dora")
+            re.sub(r"36\d\d s", "3600 s", re.sub(r"(59|60)\.\d\d s", "60 s", line))
+            for line in lines
+            if line[2:6] in ("anna", "bert", "carl", "dora", "emil")
         ]
         if seen == expected or time.monotonic() > end:
             break

@@ -32,6 +32,17 @@ def test_poses_of_each_type_and_with_any_stamps_are_read(kind: Any, publish: Pub
     assert 0 <= ago < LIMIT
 
 
+def test_a_pose_that_came_before_anybody_listened_counts_if_it_is_latched(publish: Publish, sink: Sink) -> None:
+    """AMCL sends a pose only after a robot has moved."""
+    kind = "geometry_msgs/PoseWithCovarianceStamped"
+    amcl = publish("/anna/amcl_pose", kind, latched=True)
+    amcl(fields(kind, 1.5, 2.0), once=True)
+    sink("prepare", CMD, odom="/anna/amcl_pose")
+    assert sink("pose")[0] == ["anna", kind, 1.5, 0, 2.0]
+    amcl(fields(kind, 1.6, 2.0), once=True)
+    assert sink("pose")[0] == ["anna", kind, 1.6, 0, 2.0]
+
+
 def test_a_robot_that_moves_without_a_pose_is_named(publish: Publish, sink: Sink) -> None:
     what = "anna's real position is unknown"
     sink("prepare", CMD, odom="/anna/odom")

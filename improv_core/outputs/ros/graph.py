@@ -16,6 +16,7 @@ from importlib import import_module
 from itertools import pairwise
 from typing import Any
 
+from improv_core.outputs.ros.nodes import is_latched, qualities_for
 from improv_core.outputs.ros.sensors.readings import battery
 from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
@@ -26,6 +27,8 @@ VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 """The message types of robots' poses."""
 BATTERY = "sensor_msgs/msg/BatteryState"
+DEPTH = 10
+"""The most messages of a topic that may wait."""
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
@@ -136,17 +139,15 @@ class _Heard:
 
     def listen(self) -> None:
         """Subscribe to topics on which a publisher of poses or batteries has appeared."""
-        from rclpy.qos import qos_profile_sensor_data
-
         for topic in list(self._unheard):
-            for info in self._node.get_publishers_info_by_topic(topic):
+            infos = self._node.get_publishers_info_by_topic(topic)
+            if info := next((info for info in infos if info.topic_type in (*POSES, BATTERY)), None):
                 hear = self._hear_battery if info.topic_type == BATTERY else self._hear_pose
-                if info.topic_type in (*POSES, BATTERY):
-                    package, _, kind = info.topic_type.split("/")
-                    found = getattr(import_module(f"{package}.msg"), kind)
-                    self._node.create_subscription(found, topic, partial(hear, topic), qos_profile_sensor_data)
-                    self._unheard.discard(topic)
-                    break
+                package, _, kind = info.topic_type.split("/")
+                found = getattr(import_module(f"{package}.msg"), kind)
+                for qos in qualities_for(DEPTH, any(map(is_latched, infos))):
+                    self._node.create_subscription(found, topic, partial(hear, topic), qos)
+                self._unheard.discard(topic)
 
     def gap(self, topic: str, end: float) -> float:
         """The longest time without a pose, in seconds, until the end of the look."""
@@ -157,8 +158,7 @@ class _Heard:
         stamp = message.header.stamp
         age = time.time() - stamp.sec - stamp.nanosec / 1e9
         self.ages[topic] = min(age, self.ages.get(topic, age))
-        always = type(message).__name__ != "PoseWithCovarianceStamped"  # the other type comes only after a movement
-        if always:
+        if type(message).__name__ != "PoseWithCovarianceStamped":  # which comes only after a movement
             self._times.setdefault(topic, []).append(time.monotonic())
         pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose
         place, turned = pose.position, pose.orientation

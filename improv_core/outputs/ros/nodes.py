@@ -103,6 +103,21 @@ def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos
     return node.create_subscription(kind, topic, take, qos, event_callbacks=none)
 
 
+def is_latched(publisher: Any) -> bool:
+    """Return whether a publisher keeps messages for later subscriptions: those that ask for that get them."""
+    qos = publisher.qos_profile
+    return (qos.reliability.name, qos.durability.name) == ("RELIABLE", "TRANSIENT_LOCAL")
+
+
+def qualities_for(depth: int, latched: bool) -> list[Any]:
+    """Return the QoS of subscriptions that get every message of a topic, the earlier ones first if some publishers are
+    `latched`. The last one fits all publishers; to ask for more than one of them offers would be an error there."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    kept = QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    return [*([kept] if latched else []), QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)]
+
+
 def node_name(process: int | str = "") -> str:
     """Return a node name that no other Improv process uses, on this machine or another."""
     return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"

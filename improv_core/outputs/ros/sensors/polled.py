@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from improv_core.outputs.ros.nodes import subscribe
+from improv_core.outputs.ros.nodes import is_latched, qualities_for, subscribe
 
 Unread = Callable[[str, str], None]
 """Gets a topic to which it is impossible to subscribe, and a line with the reason."""
@@ -51,7 +51,7 @@ class PolledTopics:
         self._raw = raw
         self._period = period
         self._robots: dict[str, list[str]] = {}  # by topic
-        self._made: dict[str, tuple[str, Any]] = {}  # the type and the subscription, by topic
+        self._made: dict[str, tuple[str, list[Any]]] = {}  # the type and the subscriptions, by topic
         self._failed: dict[str, set[str]] = {}  # the types on topics that can't be read
         self._due = 0.0
 
@@ -61,7 +61,8 @@ class PolledTopics:
         for robot, topic in topics.items():
             self._robots.setdefault(topic, []).append(robot)
         for topic in self._made.keys() - self._robots.keys():
-            self._node().destroy_subscription(self._made.pop(topic)[1])
+            for subscription in self._made.pop(topic)[1]:
+                self._node().destroy_subscription(subscription)
 
     def take(self) -> Iterator[Polled]:
         """Yield the messages that have come."""
@@ -71,30 +72,33 @@ class PolledTopics:
         self._due = now + self._period
         for topic in self._robots.keys() - self._made.keys():
             self._look(topic)
-        for topic, (kind, subscription) in self._made.items():
-            messages: list[tuple[Any, Mapping[str, Any]]] = []
-            with subscription.handle:
-                while len(messages) < self._depth and (
-                    taken := subscription.handle.take_message(subscription.msg_type, self._raw)
-                ):
-                    messages.append(taken)
-            if messages:
+        for topic, (kind, subscriptions) in self._made.items():
+            if messages := [message for each in subscriptions for message in self._waiting(each)]:
                 yield Polled(self._robots[topic], topic, kind, messages)
+
+    def _waiting(self, subscription: Any) -> Iterator[tuple[Any, Mapping[str, Any]]]:
+        """Yield the messages that wait, the latest `depth` at most."""
+        with subscription.handle:
+            for _ in range(self._depth):
+                if not (taken := subscription.handle.take_message(subscription.msg_type, self._raw)):
+                    return
+                yield taken
 
     def _look(self, topic: str) -> None:
         """Subscribe to a topic if the type of its messages is known by now."""
-        kinds = {*self._kinds}
+        kinds, latched = {*self._kinds}, False
         if len(kinds) > 1:
             infos = self._node().get_publishers_info_by_topic(topic)
             kinds = {info.topic_type.replace("/msg/", "/") for info in infos}
+            latched = any(map(is_latched, infos))
         if not kinds or kinds == self._failed.get(topic):
             return
         self._failed[topic] = kinds
         if kind := next((kind for kind in self._kinds if kind in kinds), None):
-            from rclpy.qos import QoSProfile, ReliabilityPolicy
-
-            qos = QoSProfile(depth=self._depth, reliability=ReliabilityPolicy.BEST_EFFORT)
-            if made := try_subscribe(self._node(), kind, topic, lambda message: None, qos, self._unread):
+            take = lambda message: None  # noqa: E731, nothing spins the node
+            qualities = qualities_for(self._depth, latched)
+            made = [try_subscribe(self._node(), kind, topic, take, qos, self._unread) for qos in qualities]
+            if all(made):
                 self._made[topic] = kind, made
         else:
             self._unread(topic, f"{topic} carries {', '.join(sorted(kinds))}, not {', '.join(self._kinds)}")

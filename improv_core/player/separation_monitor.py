@@ -13,7 +13,7 @@ from improv_core.player.run import Run
 from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.messages import RobotsSeen, SeenRobot
 from improv_core.protocol.output import RawPose, Sink
-from improv_core.safety.fault_texts import in_one_phrase
+from improv_core.safety.fault_texts import different_frames, in_one_phrase
 from improv_core.safety.odometry import Odometry
 from improv_core.safety.separation import LOOK_PERIOD, Proximity
 from improv_core.safety.stopping_distance import Base
@@ -42,10 +42,12 @@ class SeparationMonitor:
         self._lost: dict[str, float] = {}  # robots without poses now, and the time when that was so last
         self._delayed: set[str] = set()  # robots whose poses come too late
         self._misdated: set[str] = set()  # robots whose poses have stamps of another time
+        self._strays: frozenset[str] = frozenset()  # robots whose poses have another frame than those of the others
 
     def forget(self) -> None:
         """Report all unguarded robots again, since somebody has restarted everything."""
         self._told, self._lost, self._delayed, self._misdated = set(), {}, set(), set()
+        self._strays = frozenset()
 
     def hear(self, run: Run, poses: Iterable[RawPose]) -> None:
         """Take measured poses."""
@@ -108,7 +110,10 @@ class SeparationMonitor:
     def lines(self, run: Run, odometry: Odometry, now: float) -> Iterator[str]:
         """Yield lines about poses and the checks that need them, each once."""
         ages = odometry.ages()
+        strays, self._strays = self._strays, odometry.strays
         if self._sink.real and run.mode == "playing":
+            if odometry.strays - strays:
+                yield different_frames(odometry.frames, odometry.strays)
             yield from self._unguarded(run, now)
             yield from self._other_clocks(run, odometry.clocks())
             yield from self._delays(run, ages)
@@ -133,7 +138,8 @@ class SeparationMonitor:
         """Yield lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. Their
         stamps are so many seconds `ahead`."""
         parts = run.score.parts
-        for robot in _dependent(run):
+        # Robots in the world must not begin by what was true long ago.
+        for robot in dict.fromkeys((*_dependent(run), *_guarded(run))):
             if robot not in ahead or robot in self._misdated or parts[robot].use_sim_time:
                 continue
             self._misdated.add(robot)

@@ -326,7 +326,8 @@ class Tracks:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
-        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
+        strays = self.odometry.strays
+        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses if raw.robot not in strays]
         self.separation.hear(run, taken)
         if seen := self.separation.shared(run, taken):
             self.tell(seen)

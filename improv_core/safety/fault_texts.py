@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from improv_core.safety.fault_rules import FaultBegan, News, Worst
@@ -45,6 +45,18 @@ def may_still_move(robots: Sequence[str]) -> str:
     """Return the line about robots that were sent zeros while they were out of reach."""
     are = "it is out of reach, so look at it" if len(robots) == 1 else "they are out of reach, so look at them"
     return f"{in_one_phrase(robots)} may still be moving: {are}"
+
+
+def different_frames(frames: Mapping[str, str], strays: Collection[str]) -> str:
+    """Return the line about poses in the world with different frames, of which those of the `strays` don't count."""
+    by_frame: dict[str, list[str]] = {}
+    for robot, frame in sorted(frames.items()):
+        by_frame.setdefault(frame, []).append(robot)
+    named = in_one_phrase([f"{in_one_phrase(robots)} in {frame!r}" for frame, robots in by_frame.items()])
+    return (
+        f"poses in the world have different frames: {named}; no check and no correction uses those of "
+        f"{in_one_phrase(sorted(strays))}: publish all in one frame"
+    )
 
 
 def in_words(worst: Worst) -> str:

@@ -6,7 +6,7 @@ All times are the clock's, in seconds. Standard library only.
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -76,6 +76,10 @@ class Odometry:
 
     def __init__(self) -> None:
         self._tracks: dict[str, _Track] = {}
+        self.frames: dict[str, str] = {}
+        """The frames of poses in the world, by robot."""
+        self.strays: frozenset[str] = frozenset()
+        """The robots whose poses in the world don't count, because those of others have another frame."""
 
     def begin(self, parts: Mapping[str, Part], at: float) -> None:
         """Begin a performance with its robots at their starts."""
@@ -101,6 +105,7 @@ class Odometry:
                     track.place(track.legs[-1].pose_at(at), at)
                     track.latest = None  # another robot has been elsewhere, so the next pose is no jump
                 track.set_part(part)
+        self._compare_frames()
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
         """Put robots at these poses, after playback has jumped to a beat."""
@@ -116,7 +121,7 @@ class Odometry:
     def correction(self, robot: str, twist: Twist, at: float) -> Twist:
         """Return the twist to add to a velocity that is sent to a robot at this time, if it follows its ideal path."""
         track = self._tracks.get(robot)
-        return track.correction(twist, at) if track else STILL
+        return track.correction(twist, at) if track and robot not in self.strays else STILL
 
     def is_doubtful(self, robot: str, at: float) -> bool:
         """Return whether the poses of a robot have jumped lately, so that they may be those of another robot."""
@@ -152,17 +157,42 @@ class Odometry:
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one. Returns None if it can't be compared."""
         track = self._tracks.get(raw.robot)
-        return track.take(raw) if track else None
+        found = track.take(raw) if track else None
+        if track and track.in_world and self.frames.get(raw.robot) != _frame(raw):
+            self._compare_frames()
+        return found
 
     def places(self, now: float) -> dict[str, Standing]:
         """Return the ideal and the measured places of the robots whose poses are in the world, at a time on the
         clock."""
-        return {robot: track.place_at(now) for robot, track in self._tracks.items() if track.in_world}
+        places = {robot: track.place_at(now) for robot, track in self._tracks.items() if track.in_world}
+        if not self.strays:
+            return places
+        why = "its poses are in the frame {!r}, unlike those of others: publish all in one frame"
+        where = {robot: self.frames[robot] for robot in self.strays}
+        return places | {robot: Standing(places[robot].ideal, None, why.format(where[robot])) for robot in where}
 
     @property
     def robots(self) -> Collection[str]:
         """The robots whose poses are compared."""
         return self._tracks.keys()
+
+    def _compare_frames(self) -> None:
+        latest = {robot: track.latest for robot, track in self._tracks.items() if track.in_world}
+        self.frames = {robot: _frame(raw) for robot, raw in latest.items() if raw and raw.source != SIMULATED}
+        self.strays = strays(self.frames)
+
+
+def strays(frames: Mapping[str, str]) -> frozenset[str]:
+    """Return the robots that don't name the frame that more than half of them name: their poses can't be compared with
+    those of the others."""
+    usual = next((frame for frame, count in Counter(frames.values()).items() if 2 * count > len(frames)), None)
+    return frozenset(robot for robot, frame in frames.items() if frame != usual)
+
+
+def _frame(raw: RawPose) -> str:
+    """Return the frame of a pose. A slash before it was allowed in ROS 1."""
+    return raw.frame.removeprefix("/")
 
 
 class _Leg(NamedTuple):
@@ -284,6 +314,8 @@ class _Track:
     def taken_at(self, raw: RawPose) -> float:
         """Return the time at which a pose was measured."""
         at = raw.at
+        if raw.source == AFTER_MOVING and self.legs[-1].twist == STILL:
+            return at  # it may have been kept for us since the robot moved last
         if raw.stamp is not None:
             self.least = min(self.least, raw.at - raw.stamp)
             at = min(raw.stamp, raw.at) if AHEAD <= self.least <= BEHIND else raw.at

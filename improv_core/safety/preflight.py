@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 from improv_core.protocol.fields import to_pose_json
@@ -14,16 +15,23 @@ from improv_core.score.score import Preflight
 
 NAMED = 3
 """The most robots that a line names; the page shows all."""
+SWAPPED = 0.3
+"""Two robots seem to be swapped if the distance of each from the other's place is at most this share of the distance
+from its own."""
+COMPARED = 50
+"""The most robots of which two may be found to be swapped: every two are compared."""
 NEAR = 0.03
 """If a robot has to be turned, a distance of less than this many meters is left out of the advice; and vice versa in
 radians (two degrees)."""
 
 
 class Standing(NamedTuple):
-    """A robot's ideal pose, and its measured pose in the same frame; None if that is unknown."""
+    """A robot's ideal pose, and its measured pose in the same frame; None if that is unknown, for example because of
+    `why`."""
 
     ideal: Pose
     pose: Pose | None
+    why: str = ""
 
 
 def misplaced(places: Mapping[str, Standing], limits: Preflight) -> dict[str, Standing]:
@@ -33,6 +41,7 @@ def misplaced(places: Mapping[str, Standing], limits: Preflight) -> dict[str, St
 
 def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
     """Return the message to pages about these robots; None if nothing waits for robots anymore."""
+    lines = _advice_for(found or {})
     return {
         "type": "misplaced",
         "generation": generation,
@@ -41,7 +50,7 @@ def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
             robot: {
                 "place": to_pose_json(each.ideal),
                 "pose": to_pose_json(each.pose) if each.pose else None,
-                "line": advice(robot, each),
+                "line": lines[robot],
             }
             for robot, each in (found or {}).items()
         },
@@ -51,9 +60,9 @@ def message(found: Mapping[str, Standing] | None, generation: int) -> Misplaced:
 def advice(robot: str, place: Standing) -> str:
     """Return the advice that puts a robot in its place, such as `move ada 0.36 m toward 120° and turn it 5° left`.
     Directions are degrees, counterclockwise from the x axis."""
-    ideal, pose = place
+    ideal, pose, why = place
     if not pose:
-        return f"nobody knows where {robot} stands: its poses have to arrive"
+        return f"nobody knows where {robot} stands: {why or 'its poses have to arrive'}"
     x, y = ideal.x - pose.x, ideal.y - pose.y
     far, turn = math.hypot(x, y), _turn(place)
     toward = round(math.degrees(math.atan2(y, x))) % 360
@@ -66,7 +75,7 @@ def advice(robot: str, place: Standing) -> str:
 
 def refusal(found: Mapping[str, Standing]) -> str:
     """Return the line about robots that are not in their places."""
-    lines = [advice(robot, place) for robot, place in found.items()]
+    lines = shown(found)
     more = f", and {len(lines) - NAMED:,} more" if len(lines) > NAMED else ""
     return (
         f"✗ doesn't begin: {', '.join(lines[:NAMED])}{more}; then play again (`--force` or *Begin anyway* ignores this)"
@@ -75,15 +84,31 @@ def refusal(found: Mapping[str, Standing]) -> str:
 
 def shown(found: Mapping[str, Standing]) -> Sequence[str]:
     """Return the lines that people see; while they stay the same, nothing has to be shown again."""
-    return [advice(robot, place) for robot, place in found.items()]
+    return [*dict.fromkeys(_advice_for(found).values())]
 
 
 def is_there(place: Standing, limits: Preflight) -> bool:
     """Return whether a robot is near enough to its place."""
-    ideal, pose = place
+    ideal, pose, _ = place
     if not pose:
         return False
     return math.hypot(ideal.x - pose.x, ideal.y - pose.y) <= limits.distance and abs(_turn(place)) <= limits.turn
+
+
+def _advice_for(found: Mapping[str, Standing]) -> dict[str, str]:
+    """Return the advice for each of several robots. Two that stand in each other's places have one in common."""
+    lines = {robot: advice(robot, place) for robot, place in found.items()}
+    for one, other in combinations([*found][:COMPARED], 2):
+        if _is_nearer(found[one], found[other]) and _is_nearer(found[other], found[one]):
+            lines[one] = lines[other] = f"swap {one} and {other}"
+    return lines
+
+
+def _is_nearer(one: Standing, other: Standing) -> bool:
+    """Return whether a robot stands much nearer to the place of another one than to its own."""
+    if not one.pose or not other.pose:
+        return False
+    return other.ideal.apart(one.pose)[0] < SWAPPED * one.ideal.apart(one.pose)[0]
 
 
 def _turn(place: Standing) -> float:

@@ -361,6 +361,34 @@ def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     assert found.jump is None
 
 
+@pytest.mark.parametrize(
+    ("frames", "strays", "named"),
+    [
+        ({"a": "map", "b": "/map"}, [], ""),
+        ({"a": "map", "b": "odom"}, ["a", "b"], "a in 'map' and b in 'odom'"),
+        ({"a": "map", "b": "odom", "c": "map"}, ["b"], "a and c in 'map' and b in 'odom'"),
+        ({"a": "a/odom", "b": "b/odom"}, ["a", "b"], "a in 'a/odom' and b in 'b/odom'"),
+    ],
+)
+def test_poses_in_other_frames_than_most_count_for_nothing(
+    frames: dict[str, str], strays: list[str], named: str
+) -> None:
+    odometry, robot = Odometry(), Robot(odom_frame="world")
+    odometry.begin(dict.fromkeys(frames, following()), 0.0)
+    robot.play("".join(f"{name} $ repeat forward\n" for name in frames), anyway=True)
+    for name, frame in frames.items():
+        odometry.take(RawPose(name, LOCALIZATION, Pose(0.1), 1.0, frame))
+        robot.player.measure([RawPose(name, LOCALIZATION, Pose(), robot.stage.now, frame)], robot.stage.now)
+    assert [name for name in frames if odometry.correction(name, Twist(0.1), 1.0) == STILL] == strays
+    assert [name for name, place in odometry.places(1.0).items() if place.pose is None] == strays
+    robot.run(1)
+    assert [each for each in robot.lines if "different frames" in each] == [
+        f"poses in the world have different frames: {named}; no check and no correction uses those of "
+        f"{' and '.join(strays)}: publish all in one frame"
+        for _ in strays[:1]
+    ]
+
+
 LATE = [
     "poses of r come 0.5 s after they were measured: those older than 0.2 s correct no path and keep nobody apart; "
     "check the network, or the clock that stamps them",
@@ -377,6 +405,7 @@ WRONG = (
     [
         ([0.08, 0.5, 0.5, 0.08], {"follow": True}, LATE),
         ([0.5, 0.5], {}, []),  # nothing depends on them
+        ([5.02] * 3, {}, [WRONG.format("5.0 s behind")]),
         ([-59.92] * 3, {"follow": True}, [WRONG.format("59.9 s ahead of")]),
         ([60.08] * 3, {"follow": True}, [WRONG.format("60.1 s behind")]),
         ([0.06] * 3, {"follow": True}, []),
@@ -387,6 +416,7 @@ def test_stamps_that_are_late_or_of_another_clock_are_named_once(
     ages: list[float], how: dict[str, Any], lines: list[str]
 ) -> None:
     robot = Robot(LOCALIZATION, Pose(), "world")
+    robot.pose(Pose())  # which may have been measured long ago
     robot.play("beat 60\nr $ repeat forward\n", anyway=True, **how)
     for age in ages:
         robot.drive(1, age)

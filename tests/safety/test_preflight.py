@@ -7,7 +7,7 @@ import math
 import pytest
 
 from improv_core.safety.odometry import AFTER_MOVING, CONTINUOUS, FRESH
-from improv_core.safety.preflight import NAMED, Standing, advice, misplaced, refusal
+from improv_core.safety.preflight import NAMED, Standing, advice, message, misplaced, refusal, shown
 from improv_core.score.motion import STILL, Pose
 from improv_core.score.score import Preflight
 from tests.safety.test_odometry import Robot
@@ -40,6 +40,23 @@ def degrees(x: float, y: float, heading: float = 0) -> Pose:
 def test_robots_that_are_not_in_their_places_get_advice(ideal: Pose, pose: Pose | None, line: str | None) -> None:
     found = misplaced({"ada": Standing(ideal, pose)}, LIMITS)
     assert [advice(robot, each) for robot, each in found.items()] == ([line] if line else [])
+
+
+@pytest.mark.parametrize(
+    ("poses", "lines"),
+    [
+        ({"a": Pose(2.1), "b": Pose(-0.1), "c": Pose(9)}, ["swap a and b", "move c 5.00 m toward 180°"]),
+        ({"a": Pose(2.1), "b": Pose(4.1), "c": Pose(0.1)}, ["move a 2.10 m", "move b 2.10 m", "move c 3.90 m"]),
+        ({"a": Pose(2.1), "b": None, "c": None}, ["move a 2.10 m", "nobody knows where b", "nobody knows where c"]),
+    ],
+)
+def test_two_swapped_robots_get_one_line(poses: dict[str, Pose | None], lines: list[str]) -> None:
+    ideal = {"a": Pose(), "b": Pose(2), "c": Pose(4)}
+    found = {robot: Standing(ideal[robot], pose) for robot, pose in poses.items()}
+    assert [line.startswith(begin) for line, begin in zip(shown(found), lines, strict=True)] == [True] * len(lines)
+    assert refusal(found).startswith(f"✗ doesn't begin: {lines[0]}")
+    told = message(found, 1)["robots"]
+    assert {told["a"]["line"], told["b"]["line"], told["c"]["line"]} == {*shown(found)}
 
 
 def test_the_limits_are_settings() -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import queue
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -135,3 +137,35 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
     reader.read(Wanted(odometry={"anna": "/anna/pose"}, period=period))
     assert ("prompt" in started.get(timeout=LIMIT)) == urgent
     reader.close()
+
+
+@pytest.mark.parametrize(
+    ("story", "waits"),
+    [
+        ("alive", [True, True, False]),
+        ("alive published", [True, True, True, True, False]),
+        ("published", [True, True, True, True, False]),  # the process has yet to start
+        ("alive bert published", [True, True, True, True, False]),
+        ("alive bert anna published", [False]),
+    ],
+)
+def test_beat_0_waits_longer_for_poses_that_are_published_than_for_missing_ones(story: str, waits: list[bool]) -> None:
+    now, topics = 100.0, {"anna": "/anna/amcl_pose", "bert": "/bert/amcl_pose"}
+    reader = RosReader("node", lambda heard: None, lambda: now)
+    reader._thread = threading.Thread(target=lambda: None)  # no process
+    reader.read(Wanted(odometry=topics))
+    for word in story.split():
+        if word == "alive":
+            reader._take({"type": "alive"})
+        elif word in topics:
+            pose: Any = {"robot": word, "source": "", "frame": "map", "at": now, "stamp": None, "topic": topics[word]}
+            reader._take({"type": "poses", "poses": [{**pose, "pose": {"x": 0, "y": 0, "z": 0, "heading": 0}}]})
+    found, lines = [], []
+    while not found or found[-1]:
+        found.append(reader.under_way(lambda topic: "published" in story))
+        if found[-1] and (line := reader.slowness()):
+            lines.append(line)
+        now += 3 if len(found) < 3 else 7
+    assert found == waits
+    robots = "bert" if "anna" in story else "anna" if "bert" in story else "anna and bert"
+    assert lines == ([f"waiting for poses of {robots}"] if len(waits) > 3 else [])

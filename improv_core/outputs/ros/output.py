@@ -79,7 +79,7 @@ class RosSink(Sink):
         self._closing = threading.Event()
         self._receiving = threading.Thread(target=self._receive, daemon=True)
         self._receiving.start()
-        self._now = now
+        self._now, self._tell = now, tell
         self._resets = Resets(self._node, now)
         self._simulated_time = SimulatedTime(self._node, hear, now)
         self._buttons = Buttons(self._node, hear, now)
@@ -175,8 +175,10 @@ class RosSink(Sink):
             self._resets.under_way(),
             self._buttons.under_way(),
             self._standby.under_way(topics),
-            self._reader.under_way(),
+            self._reader.under_way(self._node.count_publishers),
         ]
+        if any(waits) and (line := self._reader.slowness()):
+            self._tell(line)
         joints_wait = self._controllers.waits()
         self._controllers.home_joints(() if any(waits) else self._ours(homing))
         return joints_wait or any(waits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import asdict
 from typing import NamedTuple
 
@@ -16,12 +16,14 @@ from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper_command
 from improv_core.protocol.output import Edge, RawJoints, RawPose, RawPoses
 from improv_core.protocol.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
+from improv_core.safety.fault_texts import in_one_phrase
 from improv_core.score.motion import Pose
 from improv_core.score.score import Part
 from improv_core.score.senses import RobotSense, Topic
 
-START_LIMIT = 10.0
-"""Seconds until the first sign of life of a new process; on a quiet machine it takes half a second."""
+START_LIMIT = 30.0
+"""Seconds until the first sign of life of a new process: half a second on a quiet machine, more than ten on one that is
+far too busy."""
 SILENT_LIMIT = 0.3
 """Seconds without a sign of life after which nothing from the process counts anymore. It sends twenty a second."""
 ALIVE_LIMIT = 1.0
@@ -29,7 +31,10 @@ ALIVE_LIMIT = 1.0
 SURE = 3
 """Signs of life after which its messages count again: by then, it has read everything that arrived while it stalled."""
 FIND_LIMIT = 5.0
-"""Seconds that beat 0 waits for silent senses, from when they were added."""
+"""Seconds that beat 0 waits for silent senses and poses, from when they were added, or from when the process or another
+one of them was heard first: a busy machine finds them late, but one after the other."""
+POSES_LIMIT = 20.0
+"""The same for poses that somebody publishes, and for the process itself."""
 AGAIN = 1.0
 """Seconds before a failed process is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
@@ -88,6 +93,8 @@ class RosReader:
         """Topics that can't be read, with the reasons."""
         self._wanted = Wanted()
         self._asked = -math.inf  # when the latest sense was added
+        self._found = -math.inf  # when something that was asked for was heard first
+        self._told = -math.inf  # when the latest sense was added whose wait people know of
         self._reported: dict[RobotSense, bool | None] = {}  # the latest values from the process
         self._values: dict[RobotSense, bool | None] = {}  # the values that count
         self._missing_signs = 0  # the signs of life still missing until its messages count again
@@ -113,11 +120,31 @@ class RosReader:
         if any(wanted[:-1]) and not self._thread.ident:
             self._thread.start()
 
-    def under_way(self) -> bool:
-        """Return whether a recently added sense or pose is still missing."""
-        if self._clock() >= self._asked + FIND_LIMIT:
+    def under_way(self, is_published: Callable[[str], bool]) -> bool:
+        """Return whether a recently added sense or pose is still missing, and may come soon."""
+        waited = self._waited
+        if waited >= POSES_LIMIT or not (self._unposed or any(map(self.is_silent, self._wanted.sources))):
             return False
-        return any(map(self.is_silent, self._wanted.sources)) or not self._wanted.odometry.keys() <= self._posed
+        if waited < FIND_LIMIT or self.alive < self._asked:
+            return True
+        return any(is_published(self._wanted.odometry[robot]) for robot in self._unposed)
+
+    def slowness(self) -> str | None:
+        """Return the line about poses for which beat 0 waits long, once."""
+        if self._waited < FIND_LIMIT or self._told == self._asked or not self._unposed:
+            return None
+        self._told = self._asked
+        return f"waiting for poses of {in_one_phrase(sorted(self._unposed))}"
+
+    @property
+    def _unposed(self) -> Set[str]:
+        """The robots of which no pose has come."""
+        return self._wanted.odometry.keys() - self._posed
+
+    @property
+    def _waited(self) -> float:
+        """The seconds since something was asked for, or found."""
+        return self._clock() - max(self._asked, self._found)
 
     def lacks_poses(self, robot: str, since: float) -> bool:
         """Return whether a robot that has moved since a time has never sent a pose. Poses that stop later are a fault
@@ -187,7 +214,8 @@ class RosReader:
             if not self._missing_signs:
                 self._change(sense, message["value"], message["at"])
         elif message["type"] == "alive":
-            self.alive = self._clock()
+            now, before = self._clock(), self.alive
+            self.alive, self._found = now, now if before < self._asked else self._found
             if self._missing_signs:
                 self._missing_signs -= 1
                 if not self._missing_signs:
@@ -208,11 +236,16 @@ class RosReader:
     def _measure(self, message: MeasuredPoses) -> None:
         asked = [each for each in message["poses"] if self._wanted.odometry.get(each["robot"]) == each["topic"]]
         if asked:  # others are from topics that counted until just now
-            self._posed |= {each["robot"] for each in asked}
+            robots = {each["robot"] for each in asked}
+            if not robots <= self._posed:
+                self._found = self._clock()
+            self._posed |= robots
             self._hear(RawPoses([_pose(each) for each in asked]))
 
     def _change(self, sense: RobotSense, value: bool | None, at: float) -> None:
         if self._values.get(sense) != value:
+            if self._values.get(sense) is None:
+                self._found = self._clock()
             self._values[sense] = value
             self._hear(Edge(sense, value, at))
 

@@ -154,14 +154,16 @@ class Editor:
     def report(self, error: str) -> None:
         self._show(error, types.MessageType.Error)
 
-    async def offer(self, message: str, button: str, kind: types.MessageType = types.MessageType.Warning) -> bool:
-        """Show a message with a button, and return whether the person presses it. An editor without such buttons shows
-        only the message."""
+    async def offer(
+        self, message: str, *buttons: str, kind: types.MessageType = types.MessageType.Warning
+    ) -> str | None:
+        """Show a message with buttons, and return the one that the person presses, if any. An editor without such
+        buttons shows only the message."""
         self._read = time.monotonic() + READING
-        action = types.MessageActionItem(button)
-        shown = types.ShowMessageRequestParams(kind, message_without_links(message), [action])
+        actions = [types.MessageActionItem(button) for button in buttons]
+        shown = types.ShowMessageRequestParams(kind, message_without_links(message), actions)
         pressed = await self.server.window_show_message_request_async(shown)
-        return pressed is not None and pressed.title == button
+        return pressed.title if pressed else None
 
     def _done(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)

@@ -18,7 +18,8 @@ from improv_core.program.report import Mistake, mistakes
 from improv_core.protocol.commands import Editing, Stop
 from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.messages import Misplaced, TransportMessage, When
-from improv_core.protocol.robot_messages import FaultMessage
+from improv_core.protocol.robot_messages import FaultMessage, Resumes
+from improv_core.protocol.transport import counted
 from improv_core.robots.config import FILE_NAME
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
@@ -154,7 +155,7 @@ class Performance:
         """Offer that saves continue the dance, in nobody's way."""
         if not self._editor.keeps_settings:
             self._editor.say(HINT)
-        elif await self._editor.offer(OFFER, "Continue from Now On", types.MessageType.Info):
+        elif await self._editor.offer(OFFER, "Continue from Now On", kind=types.MessageType.Info):
             self.set_on_save("continue")
 
     async def _play(
@@ -383,8 +384,21 @@ class Performance:
         if await self._editor.offer(f"{what}, so the dance doesn't begin", "Begin anyway"):
             self.ask({"type": "resume", "anyway": True}, stops)
 
+    async def _offer_to_resume(self, message: TransportMessage, resumes: Resumes) -> None:
+        """Offer buttons to continue after a stop that nobody asked for. After another stop they do nothing, and neither
+        do they once something plays again."""
+        stops = self._editor.server.stops.count
+        scene, beat = (f"From {counted(message, at)}" for at in (resumes["scene"], resumes["beat"]))
+        pressed = await self._editor.offer("Robots were stopped: resume from this scene, or this beat?", scene, beat)
+        latest = self.playing.transport
+        if pressed and latest and latest.get("resumes") == resumes:
+            self.ask({"type": "resume", "beat": resumes["scene" if pressed == scene else "beat"]}, stops)
+
     def _follow(self, message: TransportMessage) -> None:
         """Pass a message on to all objects that follow the performance."""
+        before, resumes = self.playing.transport, message.get("resumes")
+        if resumes and not (before and before.get("resumes") == resumes):
+            self._editor.soon(self._offer_to_resume(message, resumes))
         self.playing.follow(message)
         self.live.follow(message)
         self._progress.follow(message)

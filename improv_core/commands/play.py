@@ -127,6 +127,7 @@ async def play(
     async with performance(
         options, browser=browser, quiet=report, recorder=recorder, settings=settings, begins_with=path.name
     ) as performing:
+        performing.stays = stays
         await performing.play(analysis, path)
         await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
         if performing.refused.is_set():

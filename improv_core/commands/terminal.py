@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, assert_never
+from typing import Any, Literal, assert_never
 
 from improv_core import STARTED
 from improv_core.commands.begin_time import in_words
@@ -30,6 +30,8 @@ from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import Armed, Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
+from improv_core.protocol.robot_messages import Resumes
+from improv_core.protocol.transport import counted
 from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening
@@ -48,6 +50,8 @@ BROWSER_LIMIT = 5.0
 HINT = "o or Enter opens the page again, Ctrl-C ends"
 """Last line of the terminal while it reads keys: an address works only once."""
 USUAL = PlaySettings()
+HINT_RESUMES = "r resumes from this scene, b from this beat, Ctrl-C ends"
+"""Last line of the terminal after a stop that nobody asked for."""
 HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
 """Last line of the terminal while a program is armed."""
 
@@ -117,6 +121,8 @@ async def performance(
         keys = {
             "c": lambda: performing.playback.ask({"type": "cue"}),
             " ": performing.begin,
+            **dict.fromkeys("rR", lambda: performing.resume("scene")),
+            **dict.fromkeys("bB", lambda: performing.resume("beat")),
             **dict.fromkeys("\r\n", performing.enter),
             **dict.fromkeys("oO", performing.open_again),
         }
@@ -154,6 +160,9 @@ class TerminalSession:
         self._opening: set[asyncio.Task[None]] = set()
         self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
         self._hears_keys = False
+        self._resumes: Resumes | None = None  # the beats from which a key has robots continue
+        self.stays = False
+        """True if it doesn't end with a stop that nobody asked for, where a key has robots continue."""
         self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -191,6 +200,11 @@ class TerminalSession:
         """Begin the armed program."""
         if self.playback.state.armed:
             self.playback.ask({"type": "resume"}, self.stops.count)
+
+    def resume(self, place: Literal["scene", "beat"]) -> None:
+        """Continue after a stop that nobody asked for: from the scene that played, or from the beat."""
+        if self._resumes:
+            self.playback.ask({"type": "resume", "beat": self._resumes[place]}, self.stops.count)
 
     def enter(self) -> None:
         """Begin the armed program, or open the page if none is."""
@@ -380,8 +394,20 @@ class TerminalSession:
         self.results.follow(transport, leads)
         if leads:
             self.screen.count(transport)
-        if transport["state"] in ("ended", "stopped") and self.results.is_over:
+            self._offer(transport)
+        if transport["state"] in ("ended", "stopped") and self.results.is_over and not self._resumes:
             self.finished.set()
+
+    def _offer(self, transport: TransportMessage) -> None:
+        """Print from where keys have robots continue, after a stop that nobody asked for."""
+        offered, self._resumes = self._resumes, None
+        if self.stays and self._hears_keys and not self.interrupted.is_set():
+            self._resumes = transport.get("resumes")
+        if self._resumes and self._resumes != offered:
+            scene, beat = (counted(transport, self._resumes[place]) for place in ("scene", "beat"))
+            self.screen.say(f"press r to resume from this scene ({scene}), or b from this beat ({beat})")
+        if bool(self._resumes) != bool(offered):
+            self.screen.hint(HINT_RESUMES if self._resumes else HINT if self.has_page else "")
 
     def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:

@@ -51,6 +51,7 @@ async def watch(path: Path, options: Options, settings: PlaySettings, *, browser
     saved = saved_or_awaited(path)
     begins_with = "" if saved.text is None else path.name
     async with performance(options, browser=browser, settings=settings, begins_with=begins_with) as performing:
+        performing.stays = True
         await first(_follow(performing, path, saved), performing.interrupted.wait())
     return INTERRUPTED
 

@@ -83,7 +83,12 @@ def _asked(run: Run, message: Message, facts: Facts) -> Decided:
         case "pause":
             return stop_rules.pause(run, facts)
         case "resume":
-            return start_rules.resume(run, facts, message.get("by"), anyway=message.get("anyway", False))
+            by, anyway = message.get("by"), message.get("anyway", False)
+            if "beat" not in message or not run.may_start(by):
+                return start_rules.resume(run, facts, by, anyway=anyway)
+            run, acts = _seek(run, message["beat"], facts)
+            run, more = start_rules.resume(run, facts, by, anyway=anyway)
+            return run, [*acts, *more]
         case "seek":
             return _seek(run, message["beat"], facts)
         case "speed":
@@ -276,7 +281,7 @@ _RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
     events.Listened: start_rules.listened,
     events.Replaced: _replaced,
     events.EmergencyStop: stop_rules.emergency_stop,
-    events.ParentSilent: stop_rules.parent_silent,
+    events.Halted: stop_rules.halted,
     events.Changed: start_rules.changed,
     events.Stalled: stop_rules.stalled,
     events.Overloaded: stop_rules.overloaded,

@@ -72,8 +72,11 @@ class EmergencyStop:
 
 
 @dataclass(frozen=True, slots=True)
-class ParentSilent:
-    """The parent on this machine was suspended or hung. What it was asked for since then still waits there."""
+class Halted:
+    """Robots had to be stopped, and nobody asked for that. If the stop `counts`, the parent on this machine was
+    suspended or hung, and what it was asked for since then still waits there."""
+
+    counts: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +123,7 @@ AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
 """The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
 but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
 Internal = (
-    Play | Restarted | Awaited | Listened | Replaced | EmergencyStop | ParentSilent | Changed | Stalled | Overloaded
+    Play | Restarted | Awaited | Listened | Replaced | EmergencyStop | Halted | Changed | Stalled | Overloaded
     | Faults | TooNear | Returning | Anchor | Due
 )  # fmt: skip
 """`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,

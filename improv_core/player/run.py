@@ -50,6 +50,8 @@ class Run:
     0 waits, a `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and comes
     with the next decision.
 
+    Nobody asked for a stop that was `unasked`, so people are offered to continue from there.
+
     `startable_by` are the automations that may have robots begin or continue without a person. After a stop, only the
     automation that caused it may, until a person plays again.
 
@@ -78,6 +80,7 @@ class Run:
     blind: float = -math.inf
     gate: Gate | None = None
     is_due: bool = False
+    unasked: bool = False
     startable_by: frozenset[Automation] = AUTOMATIONS
     clock: Following | None = None
     pace: Fraction = ONE

@@ -17,11 +17,13 @@ from improv_core.safety.separation import as_line
 Decided = tuple[Run, list[Act]]
 
 
-def stop(run: Run, facts: Facts, by: Automation | None = None) -> Decided:
+def stop(run: Run, facts: Facts, by: Automation | None = None, *, unasked: bool = False) -> Decided:
+    """Stop all robots. If nobody has asked for that, people are offered to continue from there."""
     if run.mode == "waiting" and not run.moves:
         return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
+    unasked = unasked and (run.unasked or run.mode in ("playing", "paused"))
     run, acts = leave(run, "stopped", facts, by)
-    return run, [*acts, *_unreached(run, facts)]
+    return replace(run, unasked=unasked), [*acts, *_unreached(run, facts)]
 
 
 def pause(run: Run, facts: Facts) -> Decided:
@@ -46,20 +48,22 @@ def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decid
     return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: save to play again")]
 
 
-def parent_silent(run: Run, event: events.ParentSilent, facts: Facts) -> Decided:
-    """Stop, and refuse what people asked the parent for before they could know of this stop."""
-    run, acts = stop(replace(run, stops=run.stops.counted()), facts)
+def halted(run: Run, event: events.Halted, facts: Facts) -> Decided:
+    """Stop, and refuse what people asked the parent for before they could know of this stop, if it was silent."""
+    if not event.counts:
+        return stop(run, facts, unasked=True)
+    run, acts = stop(replace(run, stops=run.stops.counted()), facts, unasked=True)
     return run, [Tell(run.stops.message), *acts]
 
 
 def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
-    run, acts = stop(run, facts)
+    run, acts = stop(run, facts, unasked=True)
     line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: save to play again"
     return run, [*acts, error_line(line)]
 
 
 def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
-    run, acts = stop(run, facts)
+    run, acts = stop(run, facts, unasked=True)
     count = len(run.score.parts)
     return run, [
         *acts,
@@ -72,7 +76,7 @@ def faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
     began = [(each.robot, rules.response(each.news.fault)) for each in event.found if isinstance(each.news, FaultBegan)]
     acts: list[Act] = []
     if any(response == "stop" for _, response in began):
-        run, acts = stop(run, facts)
+        run, acts = stop(run, facts, unasked=True)
     for robot in [robot for robot, response in began if response == "stand"]:
         run, more = stand(run, robot, facts)
         acts += more
@@ -108,7 +112,8 @@ def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> D
     following = run.next if mode == "paused" else None
     if run.clock:
         run = replace(run, clock=replace(run.clock, enters=None, looks=math.inf))
-    return replace(run, mode=mode, continues=False, too_near=(), next=following), [Zero(), Report()]
+    run = replace(run, mode=mode, continues=False, too_near=(), next=following, unasked=False)
+    return run, [Zero(), Report()]
 
 
 def _unreached(run: Run, facts: Facts) -> list[Act]:

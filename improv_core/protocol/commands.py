@@ -63,10 +63,11 @@ class Pause(_Timed):
 
 class Resume(_Timed, _Asked):
     """Begin what is armed, continue after `pause`, or begin once robots are in their places; with `anyway`, wherever
-    they stand. After a stop, automations may not be able to."""
+    they stand. With a `beat`, seek it first. After a stop, automations may not be able to."""
 
     type: Literal["resume"]
     anyway: NotRequired[bool]
+    beat: NotRequired[Beat]
 
 
 class Seek(_Timed):

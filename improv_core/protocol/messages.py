@@ -19,6 +19,7 @@ from improv_core.protocol.robot_messages import (
     FaultMessage,
     Instant,
     JointPositions,
+    Resumes,
     RobotInstant,
     Unreached,
     Vitals,
@@ -293,6 +294,7 @@ class TransportMessage(Poses, Begins, Paced, Trailing):
     wall: UnixTime
     waits_for: NotRequired[Sequence[str]]
     too_near: NotRequired[Sequence[str]]
+    resumes: NotRequired[Resumes]
     startable_by: NotRequired[Sequence[Automation]]
     bar: NotRequired[int]
     deserted: NotRequired[bool]

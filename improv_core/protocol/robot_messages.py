@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
 from improv_core.score.faults import Fault, Response
+from improv_core.score.fits import NotRequired
 from improv_core.score.times import UnixNanoseconds
 
 
@@ -67,10 +68,20 @@ class Unreached(TypedDict):
 
 
 class WhyStill(TypedDict):
-    """The reason why real robots stand although nobody at a page has stopped them, in one line; empty if they don't."""
+    """The reason why real robots stand although nobody at a page has stopped them, in one line; empty if they don't.
+    If nobody has stopped them at all, a page offers to resume from one of these beats."""
 
     type: Literal["why_still"]
     line: str
+    resumes: NotRequired[Resumes]
+
+
+class Resumes(TypedDict):
+    """The beats at which the scene began in which robots were stopped although nobody asked for that, and at which they
+    were."""
+
+    scene: float
+    beat: float
 
 
 class VitalsRobot(TypedDict):

@@ -72,17 +72,17 @@ def resume(state: SessionState, message: Resume, now: Now) -> Decided:
     if state.mode == "unplaced":
         again = replace(state.on_robots, anyway=anyway, stops=now.stops, by=None)
         return _gathering(replace(state, on_robots=again)), [_score(state, again, now)]
-    if state.mode == "stopped" and lead and lead["state"] == "paused":
-        # Somebody has sought since the stop: they continue from there, and stages that could not seek join them.
+    if state.mode == "stopped" and lead and (lead["state"] == "paused" or "beat" in message):
+        # Somebody has sought since the stop, or does: they continue from there, and stages that can't seek join them.
         said = {host: state.robots[host].transport for host in state.alive}
         apart = {host for host, each in said.items() if not each or each.get("deserted")}
         state = replace(state, mode="paused", joining=frozenset(apart))
     if lead is None or state.mode != "paused":
         return state, []
-    if together.is_led(state) and not anyway:
-        return clock.enter(state, lead["beat"], now)
     # The lead may have yet to report that it has paused.
-    beat = together.beat_at(lead, now.at)
+    beat = message.get("beat", together.beat_at(lead, now.at))
+    if together.is_led(state) and not anyway:
+        return clock.enter(state, beat, now)
     return resume_at(state, state.alive, beat, now.at + together.ahead(state), message)
 
 

@@ -13,7 +13,7 @@ from improv_core.protocol.commands import COMMANDS
 from improv_core.protocol.messages import Decided as SenseDecided
 from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
-from improv_core.protocol.robot_messages import FaultMessage
+from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
 from improv_core.protocol.transport import stop_of
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
@@ -121,7 +121,7 @@ def _reported(state: SessionState, stage: StageKey, message: Heard) -> Decided:
             pauses = _to(state.twin, {"type": "pause"}) if message["robots"] else []
             acts = [*pauses, *_show(state, message)]
         case "unreached" if leads:
-            state, acts = _explained(state, message["message"])
+            state, acts = _explained(state, message["message"], state.resumes)
     return state, [*acts, Announce(message, leads)]
 
 
@@ -153,7 +153,7 @@ def _followed(state: SessionState, output: Output, transport: TransportMessage) 
     if not state.leads(output):
         return state, []
     mode, waited, latest = transport["state"], state.waits_for, state.latest
-    state, acts = _explained(state, _why_still(state, transport))
+    state, acts = _explained(state, _why_still(state, transport), transport.get("resumes"))
     state = replace(
         state,
         is_on=mode in ("waiting", "playing", "paused"),
@@ -193,14 +193,19 @@ def _why_still(state: SessionState, transport: TransportMessage) -> str:
         return f"Too near to each other: {', '.join(near)}. Make room, then press Play."
     if transport["state"] == "paused" and (waits := transport.get("waits_for")):
         return f"Waiting for {', '.join(waits)}."
-    return state.why_still if transport["state"] in ("stopped", "paused") else ""
+    if "resumes" in transport:
+        return state.why_still or "Robots were stopped, although nobody asked for that."
+    return state.why_still if transport["state"] in ("stopped", "paused") and not state.resumes else ""
 
 
-def _explained(state: SessionState, line: str) -> Decided:
-    """Show pages the reason why real robots stand, if it is new."""
-    if line == state.why_still:
+def _explained(state: SessionState, line: str, resumes: Resumes | None) -> Decided:
+    """Show pages the reason why real robots stand, and from where they may continue, if that is new."""
+    if (line, resumes) == (state.why_still, state.resumes):
         return state, []
-    return replace(state, why_still=line), _show(state, {"type": "why_still", "line": line})
+    shown: WhyStill = {"type": "why_still", "line": line}
+    if resumes:
+        shown["resumes"] = resumes
+    return replace(state, why_still=line, resumes=resumes), _show(state, shown)
 
 
 def _enter(state: SessionState, play: PlayScore, entered: TransportMessage, whole: bool = False) -> Decided:

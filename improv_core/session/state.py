@@ -34,6 +34,7 @@ from improv_core.protocol.messages import (
     TransportMessage,
     When,
 )
+from improv_core.protocol.robot_messages import Resumes
 from improv_core.score.outside_clock import Following
 from improv_core.score.score import OutsideClock, Score
 from improv_core.score.transport import BEATS_PER_BAR
@@ -155,6 +156,8 @@ class SessionState:
     waits_for: Sequence[str] = ()
     why_still: str = ""
     """The reason why real robots stand, for pages."""
+    resumes: Resumes | None = None
+    """The beats from which people may have real robots continue, after a stop that nobody asked for."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
     unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     clock: OutsideClock | None = None

@@ -34,6 +34,7 @@ EARLY = 0.0004
 A repeat doesn't need that."""
 STOP: Stop = {"type": "stop"}
 PAUSE: Pause = {"type": "pause"}
+HALTED = events.Halted()
 LATEST = 0.25
 """Seconds by which a score may come late, and still take over at the same beat as in other stages."""
 
@@ -258,14 +259,14 @@ class Loop:
         """Stop all robots because the parent is silent."""
         if not self._is_far:
             line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
-            self._halt(line, now, events.ParentSilent())
+            self._halt(line, now, events.Halted(counts=True))
             return
         self._tell({"type": "deserted", "seconds": self._parent.patience})
         self._deserted = True
         self.player.take(STOP, now)
         self._commands.fence = self._commands.fence.lose()
 
-    def _halt(self, line: str, now: float, event: events.Event = STOP) -> None:
+    def _halt(self, line: str, now: float, event: events.Event = HALTED) -> None:
         """Stop all robots, and report why. No message that the parent has sent until now may move them."""
         self.player.take(event, now)
         self._commands.fence = self._commands.fence.lose()

@@ -19,6 +19,7 @@ from improv_core.safety import preflight
 from improv_core.score.motion import Pose
 from improv_core.session.start import Options
 from tests.session.fakes import Fakes
+from tests.session.story import at
 
 
 def fault(robot: str, beat: float, line: str, *, over: bool = False, worst: WorstJson | None = None) -> FaultMessage:
@@ -65,6 +66,35 @@ def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its
     asyncio.run(run())
     printed = [line.partition(" ")[0] for line in capsys.readouterr().out.splitlines()]
     assert printed == ["watch", "▶", "watch", "▶"]
+
+
+def test_a_key_resumes_after_a_stop_that_nobody_asked_for_and_the_session_stays(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    async def run(stays: bool) -> tuple[bool, list[str]]:
+        fakes, session = Fakes(), TerminalSession(Options("both"))
+        session.playback = fakes.playback
+        session.stays = stays
+        session.show_hint(hears=True)
+        await session.open(browser=False)
+        await session.play(analyze("r $ forward\n"), Path("dance.improv"))
+        asked = list[Any]()
+        fakes.playback.ask = lambda request, stops=0: asked.append(request)  # type: ignore[method-assign]
+        session._hear(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0), True)
+        finished = session.finished.is_set()
+        session.resume("scene")
+        session.resume("beat")
+        session._hear(at("playing", 1), True)
+        session.resume("beat")
+        await fakes.playback.close()
+        return finished, asked
+
+    assert asyncio.run(run(stays=False)) == (True, [])
+    assert "press r" not in capsys.readouterr().out
+    resumed: list[Any] = [{"type": "resume", "beat": beat} for beat in (2.0, 3.5)]
+    assert asyncio.run(run(stays=True)) == (False, resumed)
+    line = "press r to resume from this scene (beat 3/8), or b from this beat (beat 4/8)"
+    assert line in capsys.readouterr().out.splitlines()
 
 
 def test_after_an_interrupt_only_robots_that_may_still_move_are_named(

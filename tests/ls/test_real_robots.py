@@ -11,6 +11,7 @@ from lsprotocol import types
 
 from improv_core.protocol.messages import Misplaced, ToStage
 from tests.ls.client import LIMIT, TURNS, Client
+from tests.session.story import at
 from tests.stage_on_thread import StageOnThread
 
 URI = "file:///dances/dance.improv"
@@ -39,7 +40,7 @@ class Stages:
             client.command("cue")
             while (message := self.sent.get(timeout=LIMIT))["type"] != "cue":
                 if message["type"] == "resume":
-                    kinds.append("anyway" if message.get("anyway") else "resume")
+                    kinds.append("anyway" if message.get("anyway") else f"resume {message.get('beat', '')}".strip())
         return kinds
 
 
@@ -115,6 +116,19 @@ def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
         client.command("stop")
         client.answer_late()
         assert stages.asked(client) == []
+
+
+@pytest.mark.parametrize(("presses", "beat"), [("From beat 3/8", 2.0), ("From beat 4/8", 3.5), ("", None)])
+def test_buttons_resume_after_a_stop_that_nobody_asked_for(
+    presses: str, beat: float | None, stages: Stages, client: Client
+) -> None:
+    client.presses = presses
+    for _ in range(2):  # a report may come again
+        stages.say(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0))
+    asked = client.wait("window/showMessageRequest")
+    assert [each["title"] for each in asked["actions"]] == ["From beat 3/8", "From beat 4/8"]
+    assert offers(client) == ["Robots were stopped: resume from this scene, or this beat?"]
+    assert stages.asked(client) == ([f"resume {beat}"] if beat is not None else [])
 
 
 def test_a_command_begins_anyway(stages: Stages, client: Client) -> None:

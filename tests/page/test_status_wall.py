@@ -136,6 +136,18 @@ def test_the_page_says_why_robots_stand(page: Page, show: Show) -> None:
     expect(why).to_be_hidden()
 
 
+def test_buttons_resume_after_a_stop_that_nobody_asked_for(page: Page, show: Show) -> None:
+    see(page, show, 2)
+    resume = page.get_by_role("button", name="Resume from this")
+    tell(show, {"type": "why_still", "line": "Robots were stopped.", "resumes": {"scene": 4000.0, "beat": 8000.5}})
+    expect(resume).to_have_text(["Resume from this scene", "Resume from this beat"])
+    for button, beat in ((resume.first, 4000), (resume.last, 8000.5)):
+        button.click()
+        wait(page, f"improv.beat >= {beat} && improv.beat < {beat + 1000}")
+    tell(show, {"type": "why_still", "line": ""})
+    expect(resume).to_have_count(0)
+
+
 @pytest.mark.slow("axe looks at the page in three sizes and two colors")
 def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, keep: Keep) -> None:
     see(page, show, 30)

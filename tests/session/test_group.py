@@ -323,6 +323,19 @@ def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
     assert story.sent(PAD)[0] == {"type": "seek", "beat": 2.26, "at": story.now + SPARE}
 
 
+def test_all_resume_from_one_beat_after_a_stop_that_nobody_asked_for() -> None:
+    story = Story.playing(HERE, PI)
+    story.is_at(HERE, "stopped", 2.3, resumes={"scene": 2.0, "beat": 2.3})
+    story.is_at(PI, "stopped", 2.4)
+    assert story.state.mode == "stopped"
+    assert story.told("resume", beat=2.0) == ["here: seek", "here: resume", f"{PI}: seek", f"{PI}: resume"]
+    asked = [message for host in (HERE, PI) for message in story.sent(host)]
+    assert {(each["type"], each["beat"], each["at"]) for each in asked} == {
+        ("seek", 2.0, story.now + SPARE),
+        ("resume", 2.0, story.now + SPARE),
+    }
+
+
 def test_a_stage_that_seeks_the_common_beat_has_not_paused_by_itself() -> None:
     story = Story.playing()
     story.told("pause")

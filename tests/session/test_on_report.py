@@ -266,6 +266,15 @@ def test_pages_show_why_real_robots_stand_until_they_play(why: dict[str, Any], l
     assert story.sent("simulator")[1:] == [{"type": "why_still", "line": ""}]
 
 
+def test_pages_offer_to_resume_after_a_stop_that_nobody_asked_for_until_another_stop() -> None:
+    story, resumes = Story.playing(), {"scene": 2.0, "beat": 3.5}
+    line = "Robots were stopped, although nobody asked for that."
+    story(("ros", at("stopped", 1, resumes=resumes)))
+    assert story.sent("simulator")[-1] == {"type": "why_still", "line": line, "resumes": resumes}
+    story(("ros", at("stopped", 1)))
+    assert story.sent("simulator")[-1] == {"type": "why_still", "line": ""}
+
+
 def test_pages_name_robots_that_may_still_be_moving_until_something_plays() -> None:
     story = Story.playing()
     story(("ros", at("stopped", 1)))

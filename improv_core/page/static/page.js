@@ -121,7 +121,7 @@ const HANDLERS = {
   vitals: (message) => wall.takeVitals(message),
   link: (message) => wall.takeLink(message, performance.now()),
   fault: (message) => wall.takeFault(message),
-  why_still: (message) => notices.takeWhyStill(message),
+  why_still: (message) => notices.takeWhyStill(message, (beat) => send({ type: "resume", beat })),
   stopped: (message) => {
     const { transport } = clock
     if (!message.message && ["playing", "paused", "waiting"].includes(transport.state)) {

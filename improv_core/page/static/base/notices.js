@@ -1,7 +1,7 @@
 // @ts-check
 // The page's messages to people: its connection, and news for screen readers.
 
-import { find } from "./elements.js"
+import { button, find } from "./elements.js"
 import { refit } from "./frames.js"
 
 /** @import { Messages } from "../net/messages.js" */
@@ -60,10 +60,18 @@ export class Notices {
     this.#show()
   }
 
-  /** @param {Messages["why_still"]} message says why real robots stand; its line is empty if they don't */
-  takeWhyStill({ line }) {
+  /**
+   * @param {Messages["why_still"]} message says why real robots stand; its line is empty if they don't
+   * @param {(beat: number) => void} resume continues from a beat, after a stop that nobody asked for
+   */
+  takeWhyStill({ line, resumes }, resume) {
     find("stands").hidden = !line
-    find("stands").textContent = line
+    find("stands").replaceChildren(line)
+    if (resumes) {
+      const { scene, beat } = resumes
+      for (const [place, from] of /** @type {const} */ ([["scene", scene], ["beat", beat]]))
+        find("stands").append(" ", button({ textContent: `Resume from this ${place}` }, () => resume(from)))
+    }
     if (line) announce(line)
     refit()
   }

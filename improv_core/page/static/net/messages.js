@@ -168,7 +168,7 @@ const MESSAGES = {
   bumps: shape({ past: flag, bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text), thing: text })) }),
   sensed: shape({ generation: count, robot: text, sense: text, value: nullOr(flag), beat: number }),
   fault: shape({ generation: count, robot: text, fault: text, over: flag, response: text, message: text, line: text }),
-  why_still: shape({ line: text }),
+  why_still: shape({ line: text, resumes: maybe(shape({ scene: number, beat: number })) }),
   vitals: shape({ generation: count, robots: mapOf(shape({ odom: flag, posed: nullOr(number), battery: nullOr(number), instead: oneOf("", "stands", "drives back") })) }),
   link: shape({ host: text, offset: number, error: number, round_trip: number, lag: number }),
   joints: shape({ generation: count, robot: text, positions: mapOf(number) }),

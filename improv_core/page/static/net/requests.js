@@ -6,7 +6,7 @@
 /**
  * @typedef {{ type: "stop" }
  *   | { type: "pause" }
- *   | { type: "resume", anyway?: boolean }
+ *   | { type: "resume", anyway?: boolean, beat?: number }
  *   | { type: "seek", beat: number }
  *   | { type: "speed", factor: number }
  *   | { type: "silence", muted: string[], soloed: string[] }

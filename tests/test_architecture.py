@@ -103,7 +103,6 @@ LIBRARIES = {
             "output",
             "publisher/topics",
             "requests",
-            "sensors/polled",
             "sensors/subscriptions",
             "topic",
         )

@@ -92,9 +92,14 @@ def _trajectory_begin(joints: tuple[str, ...]) -> bytes:
 def odometry_message(pose: Pose, time: int) -> bytes:
     """A nav_msgs/Odometry of this time, in nanoseconds: a pose of `base_link` in `world`, and no velocity."""
     frames = struct.pack("<I6s2xI10s6x", 6, b"world", 10, b"base_link")
-    half = pose.heading / 2
-    numbers = struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
-    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
+    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + _pose(pose) + bytes(8 * (36 + 6 + 36))
+
+
+def pose_message(pose: Pose, time: int, *, uncertain: bool = False) -> bytes:
+    """A geometry_msgs/PoseStamped of this time, in nanoseconds: a pose in `world`. If `uncertain`, it is a
+    PoseWithCovarianceStamped, and its covariance is 0."""
+    frame = struct.pack("<I6s6x", 6, b"world")
+    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frame + _pose(pose) + bytes(8 * 36 * uncertain)
 
 
 def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:
@@ -162,6 +167,11 @@ def joints_in(message: bytes) -> dict[str, float]:
     except (struct.error, IndexError):
         return {}
     return {name: value for name, value in zip(names, positions, strict=True) if abs(value) <= LARGEST}
+
+
+def _pose(pose: Pose) -> bytes:
+    half = pose.heading / 2
+    return struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
 
 
 def _text(body: memoryview, place: int, order: str) -> tuple[str, int]:

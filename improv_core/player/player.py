@@ -244,11 +244,15 @@ class Player:
         if not self._sink.real:
             return []
         noticed = self._sink.noticed()
+        if line := tracks.faults.simulation(noticed, run.score):
+            tracks.tell({"type": "warning", "message": line})
         if now >= self._vitals_due:
             self._vitals_due = now + VITALS_PERIOD
             posed = {robot: run.transport.performed(at) for robot, at in tracks.faults.posed.items()}
             away = tracks.listeners.standing, tracks.returns.driving
             tracks.tell(reports.vitals(run, posed, noticed.batteries, *away))
+            for line in tracks.faults.low_batteries(noticed.batteries):
+                tracks.tell({"type": "warning", "message": line})
         return list(tracks.faults.look_around(run.score, tracks.listeners.gone, noticed, now))
 
     @property

@@ -15,7 +15,9 @@ from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import window
 from improv_core.protocol.messages import Measured, Sensed, TransportMessage
 from improv_core.protocol.page_messages import RobotWindow
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.protocol.transport import beat_at, is_muted
+from improv_core.score.faults import Fault
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Exact, near
 from improv_core.score.replay import Replay
@@ -70,6 +72,8 @@ class Forecast:
         """The score that plays, with the beats and the poses at which its parts began."""
         self.transport: TransportMessage | None = None
         """The stage's latest transport message."""
+        self.faults: dict[str, dict[Fault, str]] = {}
+        """The open faults of robots since the latest restart, with a line about each."""
 
     def add_score(self, score: Score, generation: int) -> None:
         """Add a score that may play from now on."""
@@ -89,9 +93,18 @@ class Forecast:
                 if each["frame"]:
                     self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
         elif self._scores.knows(message["generation"]):
+            if self.transport and self.transport["restarted"] != message["restarted"]:
+                self.faults = {}
             self.score = self._scores.take(message)
             self._replay = followed(self._replay, self.score, self.transport, message)
             self.transport = message
+
+    def note_fault(self, message: FaultMessage) -> None:
+        """Note that a fault of a robot has begun, or is over."""
+        faults = self.faults.setdefault(message["robot"], {})
+        faults.pop(message["fault"], None)
+        if not message["over"]:
+            faults[message["fault"]] = message["message"]
 
     def frame(self, robot: str) -> Frame:
         """The frame of a robot's odometry, if known, or else the world of the score."""

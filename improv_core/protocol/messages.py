@@ -310,11 +310,13 @@ class Request(TypedDict):
 
 class Sent(TypedDict):
     """With `--report-sent`: a velocity has been sent, before the limits of the robot's profile (`twist`: x, y, z, and
-    yaw), or a command to `joints`: the position of each, in radians or meters, and its velocity."""
+    yaw; as a TwistStamped if `stamped`), or a command to `joints`: the position of each, in radians or meters, and its
+    velocity."""
 
     type: Literal["sent"]
     robot: str
     twist: NotRequired[Sequence[float]]
+    stamped: NotRequired[bool]
     joints: NotRequired[Mapping[str, Sequence[float]]]
     wall: UnixNanoseconds
 

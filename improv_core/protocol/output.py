@@ -79,12 +79,14 @@ class Unfollowed(NamedTuple):
 class Noticed:
     """The observations of a sink of real robots: all poses that were sent by `heard`, in monotonic seconds, have come.
     By robot, the commands since the last time left `late` by so many seconds at most, if they did. `batteries` are
-    their charges, from 0 to 1. Joints of the robots in `unfollowed` don't follow."""
+    their charges, from 0 to 1. Joints of the robots in `unfollowed` don't follow. The time of the simulation is
+    `frozen` if it stamps messages and stands still."""
 
     heard: float = math.inf
     late: Mapping[str, float] = field(default_factory=dict)
     batteries: Mapping[str, float] = field(default_factory=dict)
     unfollowed: Mapping[str, Unfollowed] = field(default_factory=dict)
+    frozen: bool = False
 
 
 class RawJoints(NamedTuple):
@@ -173,6 +175,10 @@ class Sink:
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
         raise NotImplementedError
+
+    def is_stamped(self, robot: str) -> bool:
+        """Return whether the robot's velocities are sent with stamps."""
+        return False
 
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf

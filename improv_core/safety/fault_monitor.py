@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from improv_core.protocol.output import Noticed
 from improv_core.safety.fault_rules import FaultBegan, News, RobotFacts, RobotWatch, are_swapped, look
+from improv_core.safety.fault_texts import low_battery
 from improv_core.safety.odometry import Comparison
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Part, Score
@@ -23,6 +24,14 @@ PERIOD = 0.1
 TOGETHER = 100
 """The number of robots that it looks at together, so that one line reports what several have in common. More would take
 longer than a command may wait."""
+
+
+PAUSED = (
+    "the simulation is paused, since /clock stands still, but the dance continues: run it, or have the dance follow it "
+    'with `follow = "ros"` under [clock] in improv.toml'
+)
+LOW = (0.2, 0.1)
+"""The levels of a battery, from 0 to 1, below which people get a line."""
 
 
 class RobotNews(NamedTuple):
@@ -61,6 +70,8 @@ class FaultMonitor:
         self._robots: defaultdict[str, _Robot] = defaultdict(_Robot)
         self._looked = -math.inf
         self._place = 0  # the number of robots seen in this round
+        self._frozen = False  # whether the simulation is paused, as far as people know
+        self._low: Mapping[str, float] = {}  # robots whose batteries people know to be low, by the level that they know
 
     @property
     def posed(self) -> Mapping[str, float]:
@@ -75,6 +86,7 @@ class FaultMonitor:
 
     def restart(self) -> None:
         """Forget what belongs to the previous performance."""
+        self._low = {}
         for robot, each in self._robots.items():
             self._robots[robot] = _Robot(moves=each.moves)
 
@@ -102,6 +114,20 @@ class FaultMonitor:
         else:
             each.moves = at if each.moves is None else each.moves
             each.moved = True
+
+    def simulation(self, noticed: Noticed, score: Score) -> str | None:
+        """Return the line about a simulation that has paused, or runs again, unless the dance follows it."""
+        before, self._frozen = self._frozen, noticed.frozen
+        if before == noticed.frozen or (score.clock and score.clock.follow == "ros"):
+            return None
+        return PAUSED if noticed.frozen else "the simulation runs again"
+
+    def low_batteries(self, levels: Mapping[str, float]) -> list[str]:
+        """Return the lines about batteries that have become low, by their levels from 0 to 1."""
+        before = self._low
+        self._low = {robot: limit for robot, level in levels.items() for limit in LOW if level < limit}
+        fallen = {robot: levels[robot] for robot, limit in self._low.items() if limit < before.get(robot, 1.0)}
+        return [low_battery(robots, max(fallen.values())) for robots in [sorted(fallen)] if robots]
 
     def look_around(self, score: Score, gone: Collection[str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
         """Look at as many robots as the time since the last look requires, and yield what is new. Does nothing if no
@@ -131,6 +157,9 @@ class FaultMonitor:
         needed = part.profile.seconds_between
         each.rushed = each.rushed or any(needed(before, after) > lasts for before, after, lasts in each.changes)
         known = RobotFacts(now, each.poses, heard, each.moves, gone, each.late, unfollowed, each.rushed)
+        if noticed.frozen and part.use_sim_time:  # it stands because the simulation does
+            known = replace(known, heard=None, moves=None)
+            each.watch = replace(each.watch, anchor=None)
         each.watch, news = look(each.watch, known, score.safety.faults)
         each.poses, each.late, each.changes = [], 0.0, []
         return news

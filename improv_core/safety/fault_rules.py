@@ -24,9 +24,9 @@ LONGEST_USUAL = 1.0
 BACK = 0.8
 """The share of the limits within which a robot counts as back on its path. It is less than 1, so that a robot at the
 limit is reported once."""
-STUCK = 1.0
+STUCK = 0.7
 """Seconds for which a robot that is sent a velocity may stand. One that speeds up by 0.9 m/s², and whose poses come 80
-ms late, has moved by `MOVES` after 0.34 s."""
+ms late, has moved by `MOVES` after 0.34 s; at 0.2 m/s, with poses 0.3 s late, after 0.6 s."""
 TOLD, TOLD_TURN = 0.1, math.radians(15)
 """Meters and radians that it should have moved meanwhile: a robot that should only tremble on the spot is not stuck."""
 MOVES, MOVES_TURN = 0.03, math.radians(3)

@@ -47,6 +47,13 @@ def may_still_move(robots: Sequence[str]) -> str:
     return f"{in_one_phrase(robots)} may still be moving: {are}"
 
 
+def low_battery(robots: Sequence[str], level: float) -> str:
+    """Return the line about robots whose batteries have fallen to this level at most, from 0 to 1."""
+    if len(robots) == 1:
+        return f"the battery of {robots[0]} is at {level:.0%}: charge it soon"
+    return f"the batteries of {in_one_phrase(robots)} are at {level:.0%} or less: charge them soon"
+
+
 def different_frames(frames: Mapping[str, str], strays: Collection[str]) -> str:
     """Return the line about poses in the world with different frames, of which those of the `strays` don't count."""
     by_frame: dict[str, list[str]] = {}
@@ -123,7 +130,10 @@ _BEGAN: Mapping[Fault, str] = {
         "no [pose|poses] of {names} [has|have] come for {seconds:.1f} s: "
         "check [its|the] network and what publishes [on {odom}|their poses]"
     ),
-    "jumped": "the [pose|poses] of {names} jumped by [|up to ]{off}: check the node that publishes [on {odom}|them]",
+    "jumped": (
+        "the [pose|poses] of {names} jumped by [|up to ]{off}: unless somebody moved [it|them], "
+        "check the node that publishes [on {odom}|them]"
+    ),
     "stuck": (
         "{names} [is|are] told to move but [stands|stand]: check [its motors, its battery, and what is in its way"
         "|their motors, their batteries, and what is in their way]"

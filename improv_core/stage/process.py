@@ -20,7 +20,7 @@ from improv_core.plain import one_line
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
-from improv_core.protocol.messages import FromStage, Ready
+from improv_core.protocol.messages import FromStage, Ready, Sent
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.halts import asleep
@@ -140,7 +140,8 @@ def report_sent(sink: Sink, put: Tell) -> None:
     def send_and_tell(robot: str, twist: Twist, at: float) -> None:
         wall = time.time_ns()
         send(robot, twist, at)
-        put({"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall})
+        told: Sent = {"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall}
+        put({**told, "stamped": True} if sink.is_stamped(robot) else told)
 
     def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, *more: float) -> None:
         wall = time.time_ns()

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import socket
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -57,6 +59,36 @@ def test_diagnostics_report_lateness_reach_and_limits() -> None:
     whole, one, two = diagnose(forecast, health, stage.now + 0.5)
     assert (whole.level, whole.message) == (1, "playing, 70 ms late")
     assert whole.values == {"beat": "0.50", "tempo": "60", "late (ms)": "70.0", "waits for": ""}
-    assert (one.level, one.message) == (2, "gone")
-    assert one.values == {"listens": "no", "within its limits": "no", "muted": "no"}
+    assert (one.level, one.message) == (2, "gone; its commands exceeded its limits and were scaled down")
+    assert one.values == {"listens": "no", "within its limits": "no", "muted": "no", "faults": ""}
     assert (two.level, two.values["muted"]) == (1, "yes")
+
+
+def test_diagnostics_report_the_faults_of_each_robot_until_they_are_over_or_all_restarts() -> None:
+    stage, forecast, made = Stage(), Forecast(), score("a $ forward\nb $ forward\n")
+    health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
+
+    def check(level: int, message: str, faults: str = "") -> None:
+        whole, one, other = diagnose(forecast, health, stage.now)
+        assert (one.level, one.message, one.values["faults"]) == (level, message, faults)
+        assert (one.hardware, other.message) == ("/a", "OK")
+        assert whole.hardware == socket.gethostname()
+
+    def fault(kind: str, over: bool = False) -> None:
+        told: Any = {"type": "fault", "robot": "a", "fault": kind, "over": over, "message": f"a: {kind}"}
+        forecast.note_fault(told)
+
+    def restart(generation: int) -> None:
+        forecast.add_score(made, generation)
+        stage.perform(made, generation)
+        forecast.take(stage.transports[-1])
+
+    restart(1)
+    fault("off_path")
+    check(1, "a: off_path", "off_path")
+    fault("gone")
+    check(2, "a: off_path; a: gone", "gone, off_path")
+    fault("gone", over=True)
+    check(1, "a: off_path", "off_path")
+    restart(2)
+    check(0, "OK")

@@ -20,14 +20,16 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import note, recording
-from improv_core.outputs.cdr import SECOND
+from improv_core.outputs.cdr import SECOND, pose_in
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
+from improv_core.outputs.ros.sensors.poses import TEXTS
 from improv_core.outputs.simulator.recorded import RecordedSimulator
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
+from improv_core.protocol.messages import Sent
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Twist
+from improv_core.score.motion import Pose, Twist
 from improv_core.score.world import World
 from improv_core.stage.dry_run import perform
 from tests.recordings import ROS, changes, read, read_joints, topics
@@ -263,11 +265,43 @@ def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> N
     assert {name for each in read_joints(path) for name in each.joints} == {"head_yaw", "head_pitch"}
 
 
+def test_velocities_have_the_type_that_was_sent(tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    sent: Sent = {"type": "sent", "robot": "r", "twist": [0.1, 0, 0, 0], "wall": START}
+    with path.open("wb") as file:
+        recorder = Recorder(file, START)
+        recorder.prepare(score_of(analyzed("r $ forward")), restart=True)
+        recorder.take({**sent, "stamped": True})
+        recorder.finish()
+    assert {topic: found.msgtype for topic, found in topics(path).items()} == {
+        "/r/cmd_vel": "geometry_msgs/msg/TwistStamped"
+    }
+    (message,) = read(path)
+    assert (message.stamp, message.velocity) == (START, (0.1, 0, 0, 0))
+
+
+@pytest.mark.parametrize("kind", ["geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"])
+def test_measured_poses_have_the_type_that_came(kind: str, tmp_path: Path) -> None:
+    path, pose = tmp_path / "dance.mcap", {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
+    measured: Any = {"pose": pose, "wall": START, "source": kind}
+    with path.open("wb") as file:
+        recorder = Recorder(file, START)
+        recorder.prepare(score_of(analyzed("r $ forward", "[robots.r]\nodom = 'pose'\n")), restart=True)
+        recorder.record_poses({"type": "measured", "generation": 1, "robots": {"r": measured}})
+        recorder.finish()
+    with AnyReader([path], default_typestore=ROS) as reader:
+        ((connection, _, raw),) = reader.messages()
+        found: Any = reader.deserialize(raw, connection.msgtype)
+    assert (connection.topic, connection.msgtype) == ("/r/pose", kind.replace("/", "/msg/"))
+    assert found.header.frame_id == "world"
+    assert pose_in(raw, TEXTS[kind]) == Pose(1.5, -2.0, 0.25, pytest.approx(math.radians(150)))
+
+
 def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:
     robots = "[robots.r]\nodom = 'odom'\n"
     path = tmp_path / "dance.mcap"
     pose = {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
-    measured: Any = {"pose": pose, "wall": START}
+    measured: Any = {"pose": pose, "wall": START, "source": "nav_msgs/Odometry"}
     with path.open("wb") as file:
         recorder = Recorder(file, START)
         recorder.prepare(score_of(analyzed("r $ forward", robots)), restart=True)

@@ -106,8 +106,9 @@ def test_turns_neither_bring_a_robot_back_on_its_path_nor_take_it_off() -> None:
         # A source that sends a pose every 0.8 s has three times as long.
         (driving(lambda at: on_path(at) if at < 3 else None, 8, every=0.8), ["4.9 +silent"]),
         # It is blocked at 2 s.
-        (driving(halts, 3.1), ["3.0 +stuck"]),
-        (driving(rests, 4.3), ["3.0 +stuck", "3.6 +off_path", "4.2 -stuck"]),
+        (driving(halts, 3.1), ["2.7 +stuck"]),
+        (driving(lambda at: Pose(SPEED * max(at - 0.12, 0)), 3, late=0.3), []),
+        (driving(rests, 4.3), ["2.7 +stuck", "3.6 +off_path", "4.2 -stuck"]),
         # Wheels 20% off: after 6.25 s it is 0.25 m behind, and after 7.5 s also behind its ideal pose of 0.25 s ago.
         (driving(lambda at: Pose(0.8 * SPEED * at), 8), ["7.6 +off_path"]),
         # It is turned by 16 degrees, without a command.

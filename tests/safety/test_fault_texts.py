@@ -65,7 +65,8 @@ def test_one_line_names_three_robots_and_counts_the_others(robots: str, who: str
         ),
         (
             "jumped",
-            "the poses of a and b jumped by up to 0.31 m and 4 degrees: check the node that publishes them",
+            "the poses of a and b jumped by up to 0.31 m and 4 degrees: "
+            "unless somebody moved them, check the node that publishes them",
             "the poses of a and b no longer jump",
         ),
         (

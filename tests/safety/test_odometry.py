@@ -183,7 +183,8 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     robot.run(0.05)
     assert robot.off(Pose(-5.98)) == (off, 0)
     robot.run(0.2)
-    assert "beat 2: the pose of r jumped by 7.78 m: check the node that publishes on /r/odom" in robot.lines
+    line = "beat 2: the pose of r jumped by 7.78 m: unless somebody moved it, check the node that publishes on /r/odom"
+    assert line in robot.lines
 
 
 def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
@@ -430,7 +431,11 @@ def test_stamps_that_are_late_or_of_another_clock_are_named_once(
             lambda y: 1.5 - y,
             "beat 2: a and b seem to be swapped, their poses jumped by 1.50 m: check what tells them apart",
         ),
-        (lambda y: y + 3, "beat 2: the poses of a and b jumped by up to 3.00 m: check the node that publishes them"),
+        (
+            lambda y: y + 3,
+            "beat 2: the poses of a and b jumped by up to 3.00 m: "
+            "unless somebody moved them, check the node that publishes them",
+        ),
     ],
 )
 def test_two_swapped_robots_are_reported_in_one_line(others: Callable[[float], float], line: str) -> None:
@@ -509,6 +514,46 @@ def test_the_states_of_real_robots_are_reported_every_second() -> None:
     assert len(vitals) == 2
     assert vitals[-1]["posed"] == pytest.approx(0.95, abs=0.1)
     assert (vitals[-1]["odom"], vitals[-1]["battery"]) == (True, 0.4)
+
+
+@pytest.mark.parametrize("use_sim_time", [True, False])
+def test_robots_that_stand_because_the_simulation_is_paused_are_not_blamed(use_sim_time: bool) -> None:
+    robot = Robot(frame=Pose())
+    robot.play("beat 60\nr $ repeat forward\n", use_sim_time=use_sim_time)
+    robot.drive(1)
+    noted = robot.stage.sink.noted
+    robot.stage.sink.noted = replace(noted, frozen=True)
+    for _ in range(40):
+        robot.pose(Pose(2))
+        robot.run(0.05)
+    robot.run(2)
+    robot.stage.sink.noted = noted
+    for _ in range(10):
+        robot.pose(Pose(2))
+        robot.run(0.05)
+    pauses = [line for line in robot.lines if "simulation" in line]
+    assert [line.partition(",")[0] for line in pauses] == ["the simulation is paused", "the simulation runs again"]
+    blamed = [line for line in robot.lines if "told to move" in line or "no pose of" in line]
+    assert (blamed == []) == use_sim_time
+
+
+def test_people_get_a_line_when_batteries_fall_below_20_and_10_percent() -> None:
+    robot = Robot()
+
+    def fall(seconds: float, **levels: float) -> list[str]:
+        before = len(robot.lines)
+        robot.stage.sink.noted = Noticed(batteries=levels)
+        robot.run(seconds)
+        return robot.lines[before:]
+
+    robot.play("beat 60\na b $ repeat forward\n")
+    assert fall(3, a=0.42, b=0.21) == []
+    assert fall(3, a=0.42, b=0.194) == ["the battery of b is at 19%: charge it soon"]
+    assert fall(3, a=0.42, b=0.15) == []
+    assert fall(3, a=0.09, b=0.05) == ["the batteries of a and b are at 9% or less: charge them soon"]
+    assert fall(3, a=0.09, b=0.0) == []
+    robot.play("beat 60\na b $ repeat forward\n")
+    assert fall(3, a=0.09, b=0.3) == ["the battery of a is at 9%: charge it soon"]
 
 
 def test_positions_of_joints_are_reported_while_robots_play_and_for_a_moment_after() -> None:

@@ -14,6 +14,7 @@ from improv_core.outputs.cdr import (
     frame_field,
     joint_state_message,
     odometry_message,
+    pose_message,
     stamped,
     string_message,
     string_of,
@@ -49,6 +50,16 @@ SCHEMAS = {
             *(_POSE, _POINT, _QUATERNION, f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME),
         ]
     ),
+    "geometry_msgs/msg/PoseStamped": _BETWEEN.join(
+        ["std_msgs/Header header\nPose pose", _POSE, _POINT, _QUATERNION, _HEADER, _TIME]
+    ),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": _BETWEEN.join(
+        [
+            "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose",
+            "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance",
+            *(_POSE, _POINT, _QUATERNION, _HEADER, _TIME),
+        ]
+    ),
     "sensor_msgs/msg/JointState": _BETWEEN.join(
         [
             "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
@@ -57,6 +68,9 @@ SCHEMAS = {
     ),
 }
 """Each message and its components, in the order that `ros2msg` requires, separated by its lines of 80 `=`."""
+
+POSES = {"geometry_msgs/msg/PoseStamped": False, "geometry_msgs/msg/PoseWithCovarianceStamped": True}
+"""The types of poses without velocities, and whether they are uncertain."""
 
 # The QoS that outputs/ros/output.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to
 # Iron: later releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
@@ -113,7 +127,7 @@ class Recorder(Sink):
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # with the frame and the channel of each
+        self._robots: dict[str, tuple[Profile, bytes, str]] = {}  # with the frame and the topic of each
         self._odometry: dict[str, str] = {}  # the topics of poses
         self._joints: dict[str, str] = {}  # the topics of joints
         self._channels: dict[tuple[str, str], int] = {}
@@ -134,9 +148,7 @@ class Recorder(Sink):
 
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
-            kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
-            channel = self._channel(part.topic, f"geometry_msgs/msg/{kind}")
-            self._robots[robot] = part.profile, frame_field(part.frame), channel
+            self._robots[robot] = part.profile, frame_field(part.frame), part.topic
             if part.odom:
                 self._odometry[robot] = part.odom
             if body := part.profile.body:
@@ -145,14 +157,16 @@ class Recorder(Sink):
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self.record(robot, twist, self.time(at))
 
-    def record(self, robot: str, twist: Twist, time: int) -> None:
-        """Record a command at a Unix time in nanoseconds. Raises ValueError if it isn't finite, and OSError."""
+    def record(self, robot: str, twist: Twist, time: int, *, is_stamped: bool = False) -> None:
+        """Record a command at a Unix time in nanoseconds, as the type that was sent. Raises ValueError if it isn't
+        finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
-        profile, frame, channel = self._robots[robot]
-        data = twist_message(profile.told(twist))
-        if profile.message == "TwistStamped":
-            data = stamped(data, time, frame)
+        profile, frame, topic = self._robots[robot]
+        data, kind = twist_message(profile.told(twist)), "Twist"
+        if is_stamped or profile.message == "TwistStamped":
+            data, kind = stamped(data, time, frame), "TwistStamped"
+        channel = self._channel(topic, f"geometry_msgs/msg/{kind}")
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)
@@ -170,7 +184,8 @@ class Recorder(Sink):
             self.note(message, message["wall"])
         else:
             if "twist" in message:
-                self.record(message["robot"], Twist(*message["twist"]), message["wall"])
+                is_stamped = message.get("stamped", False)
+                self.record(message["robot"], Twist(*message["twist"]), message["wall"], is_stamped=is_stamped)
             if "joints" in message:
                 joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
                 self.record_joints(message["robot"], joints, message["wall"])
@@ -182,12 +197,16 @@ class Recorder(Sink):
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def record_poses(self, message: Measured) -> None:
-        """Record the measured poses of robots, in the world of the score, as odometry on their topics. Raises
-        OSError."""
+        """Record the measured poses of robots, in the world of the score, on their topics, as the types that came
+        there. Raises OSError."""
         for robot, each in message["robots"].items():
             if topic := self._odometry.get(robot):
-                data = odometry_message(Pose(**each["pose"]), each["wall"])
-                channel = self._channel(topic, "nav_msgs/msg/Odometry")
+                kind, pose = each["source"].replace("/", "/msg/"), Pose(**each["pose"])
+                if kind in POSES:
+                    data = pose_message(pose, each["wall"], uncertain=POSES[kind])
+                else:
+                    data, kind = odometry_message(pose, each["wall"]), "nav_msgs/msg/Odometry"
+                channel = self._channel(topic, kind)
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
     def send_joints(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -9,9 +10,28 @@ from improv_core.outputs.ros.nodes import subscribe
 from improv_core.outputs.ros.topic import Now
 from improv_core.score.peer_clock import Anchor, Estimate, first_seen, sighted
 
+FROZEN = 0.5
+"""Seconds without another time on /clock after which the simulation counts as paused, before a robot counts as
+stuck."""
 TOPIC = "/clock"
 OFTEN = 0.05
 """The least number of seconds between two anchors: /clock may arrive a thousand times a second."""
+
+
+class FrozenTime:
+    """Finds out if the time of a node that uses /clock stands still."""
+
+    def __init__(self, clock: Any) -> None:
+        self._clock = clock
+        self._latest = (0, math.inf)  # the time on /clock, and since when
+
+    def is_frozen(self, now: float) -> bool:
+        """Return whether it has stood for a while, at a monotonic time; false if nothing has come on /clock."""
+        if not self._clock.ros_time_is_active or not (time := self._clock.now().nanoseconds):
+            return False
+        if time != self._latest[0]:
+            self._latest = time, now
+        return now >= self._latest[1] + FROZEN
 
 
 class SimulatedTime:

@@ -13,7 +13,7 @@ from improv_core.ipc.arrivals import End
 from improv_core.outputs.cdr import frame_field
 from improv_core.outputs.ros.base import RosBase
 from improv_core.outputs.ros.buttons import Buttons
-from improv_core.outputs.ros.clock import SimulatedTime
+from improv_core.outputs.ros.clock import FrozenTime, SimulatedTime
 from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
@@ -73,6 +73,7 @@ class RosSink(Sink):
         self._node = self._nodes.first
         self._requests = Requests(self._node, ask)
         self._clock = self._node.get_clock()
+        self._frozen = FrozenTime(self._clock)
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._hear = hear
@@ -269,6 +270,10 @@ class RosSink(Sink):
         if (late := self._publisher.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
+    def is_stamped(self, robot: str) -> bool:
+        known = self._robots.get(robot)
+        return known is not None and known.topic.is_stamped
+
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
     ) -> None:
@@ -290,7 +295,8 @@ class RosSink(Sink):
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}
-        return Noticed(self._reader.alive, late, self._reader.batteries, self._controllers.unfollowed())
+        unfollowed, frozen = self._controllers.unfollowed(), self._frozen.is_frozen(self._now())
+        return Noticed(self._reader.alive, late, self._reader.batteries, unfollowed, frozen)
 
     def close(self) -> None:
         self._standby.close()

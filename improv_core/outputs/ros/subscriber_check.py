@@ -17,8 +17,9 @@ PERIOD = 0.1
 SETTLE = 0.2
 """Seconds after which a best-effort listener, which confirms nothing, counts. Until then, commands arrived up to 0.16 s
 late."""
-ANSWER_LIMIT = 5.0
-"""Seconds after which a warning names a listener that hasn't confirmed."""
+ANSWER_LIMIT = 10.0
+"""Seconds after which a warning names a listener that hasn't confirmed. In four runs on a busy machine, it named one
+that heard everything after five."""
 
 
 @dataclass(frozen=True, slots=True)

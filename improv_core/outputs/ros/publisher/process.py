@@ -66,6 +66,7 @@ def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
             elif message["type"] == "health":
                 health = message
             elif message["type"] == "fault":
+                forecast.note_fault(message)
                 if message["line"]:
                     publications.log("error" if message["response"] == "stop" else "warning", message["line"])
             else:

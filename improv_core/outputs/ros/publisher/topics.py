@@ -6,7 +6,8 @@ import colorsys
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import socket
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 from improv_core.outputs.ros.nodes import Nodes
@@ -15,12 +16,15 @@ from improv_core.protocol.messages import TransportMessage
 from improv_core.protocol.publisher_messages import Health
 from improv_core.protocol.transport import counted, is_muted
 from improv_core.safety.fault_rules import LATE
+from improv_core.score.faults import Fault
 from improv_core.score.motion import Pose
 
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
 """Meters: the size of a marker's text, and its height above the robot."""
 LONGEST_NAME = 200
 """The most characters of a robot's name in the name of a topic, which may have 247."""
+SEVERE: Set[Fault] = {"gone", "silent", "stuck"}
+"""The faults that are errors for monitors: the robot doesn't take part in the dance. Others are warnings."""
 GOLDEN = 0.618
 """The share of the color circle between two robots, so that no two look alike."""
 
@@ -149,6 +153,8 @@ class Diagnosis(NamedTuple):
     level: int
     message: str
     values: Mapping[str, str]
+    hardware: str
+    """The real robot, or the machine that runs Improv."""
 
 
 def diagnose(forecast: Forecast, health: Health, now: float) -> Iterator[Diagnosis]:
@@ -164,13 +170,15 @@ def diagnose(forecast: Forecast, health: Health, now: float) -> Iterator[Diagnos
         "waits for": ", ".join(transport.get("waits_for", ())),
     }
     message = f"{transport['state']}, {late * 1000:.0f} ms late" if late > LATE else transport["state"]
-    yield Diagnosis("improv", int(late > LATE), message, values)
-    for robot in score.parts:
+    yield Diagnosis("improv", int(late > LATE), message, values, socket.gethostname())
+    for robot, part in score.parts.items():
         missing, clipped = health["missing"].get(robot), robot in health["clipped"]
-        message = missing or ("its commands exceeded its limits and were scaled down" if clipped else "OK")
-        yield Diagnosis(
-            f"improv: {robot}", 2 if missing else int(clipped), message, _flags(robot, missing, clipped, transport)
-        )
+        faults = forecast.faults.get(robot, {})
+        lines = [*([missing] if missing else []), *faults.values()]
+        lines += ["its commands exceeded its limits and were scaled down"] if clipped else []
+        level = 2 if missing or not SEVERE.isdisjoint(faults) else int(bool(lines))
+        flags = {**_flags(robot, missing, clipped, transport), "faults": ", ".join(sorted(faults))}
+        yield Diagnosis(f"improv: {robot}", level, "; ".join(lines) or "OK", flags, part.namespace)
 
 
 def path_topics(robots: Sequence[str] | Mapping[str, Any]) -> dict[str, str]:
@@ -205,7 +213,13 @@ def _status(diagnosis: Diagnosis) -> Any:
 
     values = [KeyValue(key=key, value=value) for key, value in diagnosis.values.items()]
     level = bytes([diagnosis.level])
-    return DiagnosticStatus(level=level, name=diagnosis.name, message=diagnosis.message, values=values)
+    return DiagnosticStatus(
+        level=level,
+        name=diagnosis.name,
+        message=diagnosis.message,
+        hardware_id=diagnosis.hardware,
+        values=values,
+    )
 
 
 def _position(forecast: Forecast, now: float) -> str:

@@ -10,7 +10,7 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.score.motion import Pose, Twist
 
@@ -22,6 +22,9 @@ SECOND = 1_000_000_000
 
 LARGEST = 1e9
 """The largest number allowed in a pose, in meters. Sums and products of larger ones could become infinite or NaN."""
+
+MOST_TRANSFORMS = 1_000
+"""The most transforms that are read from one message."""
 
 MOST_JOINTS = 1_000
 """The most joints that are read from one message. No robot has more."""
@@ -139,13 +142,46 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
             place += -place % 4
             (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + place)
             place += 4 + length
-        x, y, z, *turn = struct.unpack_from(f"{order}7d", message, len(_HEADER) + place + -place % 8)
+        return _placed(struct.unpack_from(f"{order}7d", message, len(_HEADER) + place + -place % 8))
     except struct.error:
         return None
+
+
+def _placed(numbers: Sequence[float]) -> Pose | None:
+    """Return the pose of a place and an orientation, if they are valid."""
+    x, y, z, *turn = numbers
     i, j, k, w = turn
     if not all(abs(each) <= LARGEST for each in (x, y, z, *turn)) or not any(turn):
         return None
     return Pose(x, y, z, math.atan2(2 * (w * k + i * j), w * w + i * i - j * j - k * k))
+
+
+class Transform(NamedTuple):
+    """The pose of the frame `child` in the frame `parent`, at a time in nanoseconds (0: it has none)."""
+
+    parent: str
+    child: str
+    pose: Pose
+    stamp: int
+
+
+def transforms_in(message: bytes) -> list[Transform]:
+    """Return the transforms in a tf2_msgs/TFMessage, except invalid ones; none if the message can't be read."""
+    order, body, found = "<" if message[1] & 1 else ">", memoryview(message)[len(_HEADER) :], list[Transform]()
+    try:
+        (count,) = struct.unpack_from(f"{order}I", body)
+        place = 4
+        for _ in range(min(count, MOST_TRANSFORMS)):
+            seconds, nanoseconds = struct.unpack_from(f"{order}iI", body, place := _aligned(place, 4))
+            parent, place = _text(body, place + 8, order)
+            child, place = _text(body, _aligned(place, 4), order)
+            pose = _placed(struct.unpack_from(f"{order}7d", body, place := _aligned(place, 8)))
+            place += 56
+            if pose:
+                found.append(Transform(parent, child, pose, seconds * SECOND + nanoseconds))
+    except (struct.error, IndexError):
+        return []
+    return found
 
 
 def joints_in(message: bytes) -> dict[str, float]:

@@ -57,8 +57,8 @@ def transport(
     if run.mode == "paused" and run.too_near:
         message["too_near"] = run.too_near
     if run.mode == "stopped" and run.unasked:
-        begins = run.score.scene_begins[run.scene - run.score.scene :][:1]
-        message["resumes"] = {"scene": float(begins[0] if begins else run.score.since), "beat": message["beat"]}
+        scene = run.score.scene_begins[run.scene - run.score.scene :][:1]
+        message["resumes"] = {"scene": float(scene[0] if scene else run.score.since), "beat": message["beat"]}
     if run.startable_by != AUTOMATIONS:
         message["startable_by"] = sorted(run.startable_by)
     if begins := {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}:

@@ -19,12 +19,13 @@ class SenseToRead(TypedDict):
 
 class Read(TypedDict):
     """Read these senses, and the poses, batteries, and joint states of these robots (robot: topic), and no others.
-    `period` is the seconds between two looks for poses."""
+    `bases` are the robots' own frames in tf. `period` is the seconds between two looks for poses."""
 
     type: Literal["read"]
     period: float
     senses: Sequence[SenseToRead]
     odometry: Mapping[str, str]
+    bases: Mapping[str, str]
     batteries: Mapping[str, str]
     joint_states: Mapping[str, str]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy
@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from improv_core.outputs.cdr import SECOND, pose_in, stamp_in
-from improv_core.outputs.ros.sensors.poses import TEXTS
+from improv_core.outputs.cdr import SECOND, pose_in, stamp_in, transforms_in
+from improv_core.outputs.ros.sensors.polled import STATIC, Polled
+from improv_core.outputs.ros.sensors.poses import TEXTS, PoseReader
 from improv_core.score.motion import Pose
 from tests.recordings import ROS
 
@@ -45,6 +46,70 @@ def message(kind: str, pose: Pose, frames: Sequence[str] = ("odom", "base_link")
         moving = of("geometry_msgs/TwistWithCovariance", twist=twist, covariance=covariance)
         made = of(kind, header=header, child_frame_id=frames[1], pose=uncertain, twist=moving)
     return bytes(ROS.serialize_cdr(made, kind.replace("/", "/msg/")))
+
+
+def transforms(*links: tuple[str, str, Pose], at: int = 3) -> bytes:
+    """A message with the poses of frames in their parents, at a time in seconds."""
+
+    def of(name: str, **fields: Any) -> Any:
+        return TYPES[f"geometry_msgs/msg/{name}"](**fields)
+
+    made = []
+    for parent, child, pose in links:
+        stamp = TYPES["builtin_interfaces/msg/Time"](sec=at, nanosec=5)
+        header = TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id=parent)
+        turn = of("Quaternion", x=0.0, y=0.0, z=math.sin(pose.heading / 2), w=math.cos(pose.heading / 2))
+        place = of("Transform", translation=of("Vector3", x=pose.x, y=pose.y, z=pose.z), rotation=turn)
+        made.append(of("TransformStamped", header=header, child_frame_id=child, transform=place))
+    return bytes(ROS.serialize_cdr(TYPES[TF](transforms=made), TF))
+
+
+TF = "tf2_msgs/msg/TFMessage"
+QUARTER = math.pi / 2
+MAP = ("map", "odom", Pose(5, heading=QUARTER))
+WHEELS = ("odom", "base_footprint", Pose(1))
+BODY = ("base_footprint", "base_link", Pose(0.25, heading=QUARTER))
+FIXED: Mapping[str, Any] = {STATIC: True}
+
+
+def test_a_pose_in_tf_is_that_of_the_robot_in_the_root() -> None:
+    """The stamp is that of the wheels: a correction of the map moves the robot only when they are heard again."""
+    poses = PoseReader()
+    poses.bases = {"anna": "tb1/base_link"}
+
+    def hear(*messages: tuple[bytes, Mapping[str, Any]]) -> list[tuple[str, float, float, int]]:
+        found = poses.take([Polled(["anna"], "/tb1/tf", "tf2_msgs/TFMessage", messages)])
+        return [
+            (each.frame, round(each.pose.x, 6), round(each.pose.y, 6), round(math.degrees(each.pose.heading)))
+            for each in found
+        ]
+
+    assert hear((transforms(BODY, at=0), FIXED)) == [("base_footprint", 0.25, 0, 90)]
+    assert hear((transforms(WHEELS), {})) == [("odom", 1.25, 0, 90)]
+    assert hear((transforms(MAP), {})) == []
+    assert hear((transforms(WHEELS, at=4), {})) == [("map", 5, 1.25, 180)]
+    assert hear((b"\0\1\0\0", {})) == []
+
+
+def test_robots_that_share_tf_have_frames_with_their_namespaces() -> None:
+    poses = PoseReader()
+    poses.bases = {"anna": "tb1/base_link", "bert": "tb2/base_link", "carl": "tb3/base_link"}
+    heard = transforms(
+        ("map", "tb1/base_link", Pose(1)), ("/map", "/tb2/base_link", Pose(2)), ("map", "base_link", Pose(3))
+    )
+    found = poses.take([Polled(["anna", "bert", "carl"], "/tf", "tf2_msgs/TFMessage", [(heard, {})])])
+    assert [(each.robot, each.frame, each.pose.x) for each in found] == [("anna", "map", 1), ("bert", "map", 2)]
+
+
+def test_frames_in_a_circle_have_no_root() -> None:
+    heard = transforms(("odom", "base_link", Pose(1)), ("base_link", "odom", Pose(1)))
+    assert PoseReader().take([Polled(["anna"], "/anna/tf", "tf2_msgs/TFMessage", [(heard, {})])]) == []
+
+
+@given(st.binary(max_size=300), st.booleans())
+def test_broken_transforms_are_refused(body: bytes, whole: bool) -> None:
+    message = transforms(MAP, WHEELS)
+    assert isinstance(transforms_in((message[:40] if whole else b"\0\1\0\0") + body), list)
 
 
 @pytest.mark.parametrize("kind", TEXTS)

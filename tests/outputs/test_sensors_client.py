@@ -159,8 +159,9 @@ def test_beat_0_waits_longer_for_poses_that_are_published_than_for_missing_ones(
             reader._take({"type": "alive"})
         elif word in topics:
             pose: Any = {"robot": word, "source": "", "frame": "map", "at": now, "stamp": None, "topic": topics[word]}
-            reader._take({"type": "poses", "poses": [{**pose, "pose": {"x": 0, "y": 0, "z": 0, "heading": 0}}]})
-    found, lines = [], []
+            pose["pose"] = {"x": 0, "y": 0, "z": 0, "heading": 0}
+            reader._take({"type": "poses", "poses": [pose]})
+    found, lines = list[bool](), list[str]()
     while not found or found[-1]:
         found.append(reader.under_way(lambda topic: "published" in story))
         if found[-1] and (line := reader.slowness()):

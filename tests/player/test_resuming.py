@@ -30,9 +30,8 @@ def playing(seconds: float = 3.5) -> Stage:
     return stage
 
 
-def offered(stage: Stage) -> dict[str, float] | None:
-    found: Any = stage.transports[-1].get("resumes")
-    return found
+def offered(stage: Stage) -> Any:
+    return stage.transports[-1].get("resumes")
 
 
 @pytest.mark.parametrize(
@@ -49,7 +48,7 @@ def test_after_a_stop_that_nobody_asked_for_a_person_has_robots_continue(event: 
     stage.sink.sent.clear()
     stage.run(60)
     assert [twist for _, _, twist in stage.sink.sent if twist != Twist()] == [], "nothing moves by itself"
-    stage.ask("resume", beat=offered(stage)[place])  # type: ignore[index]
+    stage.ask("resume", beat=offered(stage)[place])
     assert (stage.states[-1], stage.transports[-1]["beat"], offered(stage)) == ("playing", beat, None)
     stage.run(5 - beat - 0.1)
     assert stage.sink.sent[-1][2] == Twist(2)

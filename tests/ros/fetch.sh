@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes .cache/ros: a Python environment with the packages that `improv ros setup` installs, and nothing of ours in it.
+# Makes .cache/ros: a Python environment with the packages that `improv ros setup` installs, and types that only ROS has.
 # Their wheels stay in .cache/ros-wheels, from where test_setup.py installs them again.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -10,3 +10,4 @@ listed="--quiet --require-hashes --only-binary :all: --no-deps --requirement imp
 # shellcheck disable=SC2086
 .cache/ros/bin/pip install $listed --no-index --find-links .cache/ros-wheels
 .cache/ros/bin/python -c 'import rclpy, geometry_msgs.msg'
+sh tests/ros/interfaces.sh tf2_msgs geometry_msgs std_msgs builtin_interfaces

@@ -199,10 +199,13 @@ class Publisher:
         if message is not None:
             self._publisher.publish(message)
 
-    def _message(self, fields: dict[str, Any]) -> Any:
-        message = self._kind()
+    def _message(self, fields: dict[str, Any], name: str = "") -> Any:
+        """Return a message with these fields; those of a message in a list name its type, too."""
+        message = kind(name)() if name else self._kind()
         for path, value in fields.items():
             *outer, last = path.split(".")
+            if isinstance(value, list) and value and isinstance(value[0], dict):
+                value = [self._message(each["fields"], each["type"]) for each in value]
             setattr(reduce(getattr, outer, message), last, value)
         return message
 

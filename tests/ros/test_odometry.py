@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import subprocess
 from typing import Any
 
 import pytest
 
 from improv_core.outputs.ros.sensors.poses import TEXTS
+from tests.needs import lacking
 from tests.ros.conftest import LIMIT, Publish, Sink
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
@@ -41,6 +43,24 @@ def test_a_pose_that_came_before_anybody_listened_counts_if_it_is_latched(publis
     assert sink("pose")[0] == ["anna", kind, 1.5, 0, 2.0]
     amcl(fields(kind, 1.6, 2.0), once=True)
     assert sink("pose")[0] == ["anna", kind, 1.6, 0, 2.0]
+
+
+def transform(parent: str, child: str, x: float) -> dict[str, Any]:
+    place = {"header.frame_id": parent, "child_frame_id": child, "transform.translation.x": x}
+    return {"type": "geometry_msgs/TransformStamped", "fields": {"header.stamp.sec": 1, **place}}
+
+
+def test_poses_come_from_tf_and_from_transforms_that_never_change(
+    ros_python: str, publish: Publish, sink: Sink
+) -> None:
+    if subprocess.run([ros_python, "-c", "import tf2_msgs.msg"], capture_output=True).returncode:
+        lacking("tf2_msgs is not installed: sh tests/ros/fetch.sh")
+    fixed = publish("/anna/tf_static", "tf2_msgs/TFMessage", latched=True, name="description")
+    fixed({"transforms": [transform("map", "odom", 4.0)]}, once=True)
+    publish("/anna/tf", "tf2_msgs/TFMessage")({"transforms": [transform("odom", "base_link", 1.5)]})
+    sink("prepare", CMD, odom="/anna/tf", namespace="/anna")
+    while sink("pose")[0] != ["anna", "tf2_msgs/TFMessage", 5.5, 0, 0.0]:
+        pass  # the other topic has yet to be found
 
 
 def test_a_robot_that_moves_without_a_pose_is_named(publish: Publish, sink: Sink) -> None:

@@ -69,6 +69,8 @@ SCHEMAS = {
 }
 """Each message and its components, in the order that `ros2msg` requires, separated by its lines of 80 `=`."""
 
+TF = "tf2_msgs/TFMessage"
+"""The source of poses that are not recorded."""
 POSES = {"geometry_msgs/msg/PoseStamped": False, "geometry_msgs/msg/PoseWithCovarianceStamped": True}
 """The types of poses without velocities, and whether they are uncertain."""
 
@@ -200,7 +202,8 @@ class Recorder(Sink):
         """Record the measured poses of robots, in the world of the score, on their topics, as the types that came
         there. Raises OSError."""
         for robot, each in message["robots"].items():
-            if topic := self._odometry.get(robot):
+            topic = self._odometry.get(robot)
+            if topic and each["source"] != TF:  # players of tf need its whole tree
                 kind, pose = each["source"].replace("/", "/msg/"), Pose(**each["pose"])
                 if kind in POSES:
                     data = pose_message(pose, each["wall"], uncertain=POSES[kind])

@@ -26,6 +26,8 @@ VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 """The message types of robots' poses."""
+TF = "tf2_msgs/msg/TFMessage"
+"""The message type of transforms, which show where robots are, too."""
 BATTERY = "sensor_msgs/msg/BatteryState"
 DEPTH = 10
 """The most messages of a topic that may wait."""
@@ -141,8 +143,8 @@ class _Heard:
         """Subscribe to topics on which a publisher of poses or batteries has appeared."""
         for topic in list(self._unheard):
             infos = self._node.get_publishers_info_by_topic(topic)
-            if info := next((info for info in infos if info.topic_type in (*POSES, BATTERY)), None):
-                hear = self._hear_battery if info.topic_type == BATTERY else self._hear_pose
+            if info := next((info for info in infos if info.topic_type in (*POSES, TF, BATTERY)), None):
+                hear = {BATTERY: self._hear_battery, TF: self._hear_transforms}.get(info.topic_type, self._hear_pose)
                 package, _, kind = info.topic_type.split("/")
                 found = getattr(import_module(f"{package}.msg"), kind)
                 for qos in qualities_for(DEPTH, any(map(is_latched, infos))):
@@ -154,10 +156,18 @@ class _Heard:
         times = self._times.get(topic, [])
         return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
 
-    def _hear_pose(self, topic: str, message: Any) -> None:
-        stamp = message.header.stamp
+    def _hear_transforms(self, topic: str, message: Any) -> None:
+        for transform in message.transforms:
+            self._note_age(topic, transform.header.stamp)
+        self._times.setdefault(topic, []).append(time.monotonic())
+
+    def _note_age(self, topic: str, stamp: Any) -> None:
         age = time.time() - stamp.sec - stamp.nanosec / 1e9
-        self.ages[topic] = min(age, self.ages.get(topic, age))
+        # AMCL stamps its transforms ahead, so that they count until the next.
+        self.ages[topic] = min(max(age, 0.0) if topic.endswith("tf") else age, self.ages.get(topic, age))
+
+    def _hear_pose(self, topic: str, message: Any) -> None:
+        self._note_age(topic, message.header.stamp)
         if type(message).__name__ != "PoseWithCovarianceStamped":  # which comes only after a movement
             self._times.setdefault(topic, []).append(time.monotonic())
         pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose

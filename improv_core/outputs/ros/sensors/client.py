@@ -48,13 +48,14 @@ USUAL, PROMPT = 0.05, 0.02
 
 
 class Wanted(NamedTuple):
-    """The senses to read, the topics of robots' poses, batteries, and joint states, and the seconds between two looks
-    for poses."""
+    """The senses to read, the topics of robots' poses, batteries, and joint states, robots' own frames in tf, and the
+    seconds between two looks for poses."""
 
     sources: Mapping[RobotSense, Topic] = {}
     odometry: Mapping[str, str] = {}
     batteries: Mapping[str, str] = {}
     joint_states: Mapping[str, str] = {}
+    bases: Mapping[str, str] = {}
     period: float = USUAL
 
 
@@ -70,6 +71,7 @@ def wanted_by(parts: Mapping[str, Part], period: float) -> Wanted:
         {robot: part.odom for robot, part in parts.items() if part.odom},
         {robot: part.battery for robot, part in parts.items() if part.battery},
         {robot: topic for robot, part in parts.items() if (topic := joint_states_of(part))},
+        {robot: f"{part.namespace.strip('/')}/{part.frame}" for robot, part in parts.items() if part.odom},
         period,
     )
 
@@ -269,6 +271,7 @@ def _request(wanted: Wanted) -> bytes:
         "period": wanted.period,
         "senses": senses,
         "odometry": wanted.odometry,
+        "bases": wanted.bases,
         "batteries": wanted.batteries,
         "joint_states": wanted.joint_states,
     }

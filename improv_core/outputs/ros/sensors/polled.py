@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
 from improv_core.outputs.ros.nodes import is_latched, qualities_for, subscribe
 
+TF = "tf2_msgs/TFMessage"
+"""The message with transforms between frames."""
+STATIC = "_static"
+"""Ends the name of the topic for transforms that never change. It is also a fact about their messages."""
 Unread = Callable[[str, str], None]
 """Gets a topic to which it is impossible to subscribe, and a line with the reason."""
 
@@ -30,16 +34,15 @@ class PolledTopics:
     """Subscribes to the topics of robots, on a node without an executor, so that messages that nobody takes cost
     nothing.
 
-    If several `kinds` of messages are possible, the publishers on a topic decide, as soon as there are some. Keeps the
-    latest `depth` messages, serialized if `raw`. `period` is the fewest seconds between two looks.
+    If several `kinds` of messages are possible, the publishers on a topic decide, as soon as there are some. So many
+    messages of each kind are kept, serialized if `raw`. `period` is the fewest seconds between two looks.
     """
 
     def __init__(
         self,
         node: Callable[[], Any],
         unread: Unread,
-        kinds: Collection[str],
-        depth: int,
+        kinds: Mapping[str, int],
         *,
         raw: bool = True,
         period: float = 0.0,
@@ -47,11 +50,11 @@ class PolledTopics:
         self._node = node
         self._unread = unread
         self._kinds = kinds
-        self._depth = depth
         self._raw = raw
         self._period = period
         self._robots: dict[str, list[str]] = {}  # by topic
-        self._made: dict[str, tuple[str, list[Any]]] = {}  # the type and the subscriptions, by topic
+        # By topic, the type, and the subscriptions with facts about all of their messages.
+        self._made: dict[str, tuple[str, list[tuple[Any, Mapping[str, Any]]]]] = {}
         self._failed: dict[str, set[str]] = {}  # the types on topics that can't be read
         self._due = 0.0
 
@@ -61,7 +64,7 @@ class PolledTopics:
         for robot, topic in topics.items():
             self._robots.setdefault(topic, []).append(robot)
         for topic in self._made.keys() - self._robots.keys():
-            for subscription in self._made.pop(topic)[1]:
+            for subscription, _ in self._made.pop(topic)[1]:
                 self._node().destroy_subscription(subscription)
 
     def take(self) -> Iterator[Polled]:
@@ -73,16 +76,19 @@ class PolledTopics:
         for topic in self._robots.keys() - self._made.keys():
             self._look(topic)
         for topic, (kind, subscriptions) in self._made.items():
-            if messages := [message for each in subscriptions for message in self._waiting(each)]:
+            if messages := [message for each in subscriptions for message in self._waiting(*each, self._kinds[kind])]:
                 yield Polled(self._robots[topic], topic, kind, messages)
 
-    def _waiting(self, subscription: Any) -> Iterator[tuple[Any, Mapping[str, Any]]]:
-        """Yield the messages that wait, the latest `depth` at most."""
+    def _waiting(
+        self, subscription: Any, facts: Mapping[str, Any], most: int
+    ) -> Iterator[tuple[Any, Mapping[str, Any]]]:
+        """Yield the messages that wait, the latest ones at most."""
         with subscription.handle:
-            for _ in range(self._depth):
+            for _ in range(most):
                 if not (taken := subscription.handle.take_message(subscription.msg_type, self._raw)):
                     return
-                yield taken
+                message, about = taken
+                yield message, {**about, **facts} if facts else about
 
     def _look(self, topic: str) -> None:
         """Subscribe to a topic if the type of its messages is known by now."""
@@ -95,13 +101,20 @@ class PolledTopics:
             return
         self._failed[topic] = kinds
         if kind := next((kind for kind in self._kinds if kind in kinds), None):
-            take = lambda message: None  # noqa: E731, nothing spins the node
-            qualities = qualities_for(self._depth, latched)
-            made = [try_subscribe(self._node(), kind, topic, take, qos, self._unread) for qos in qualities]
-            if all(made):
+            depth, made = self._kinds[kind], list[tuple[Any, Mapping[str, Any]]]()
+            # Transforms that never change have a topic of their own.
+            fixed = [(f"{topic}{STATIC}", qos) for qos in qualities_for(depth, True)] if kind == TF else []
+            for name, qos in [*fixed, *((topic, qos) for qos in qualities_for(depth, latched))]:
+                subscription = try_subscribe(self._node(), kind, name, _nothing, qos, self._unread)
+                made.append((subscription, {} if name == topic else {STATIC: True}))
+            if all(subscription for subscription, _ in made):
                 self._made[topic] = kind, made
         else:
             self._unread(topic, f"{topic} carries {', '.join(sorted(kinds))}, not {', '.join(self._kinds)}")
+
+
+def _nothing(message: Any) -> None:
+    """Take no message: nothing spins the node."""
 
 
 def try_subscribe(node: Any, kind: str, topic: str, take: Callable[[Any], None], qos: Any, unread: Unread) -> Any:

@@ -18,7 +18,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from improv_core.outputs.cdr import joints_in
-from improv_core.outputs.ros.sensors.poses import poses_in
+from improv_core.outputs.ros.sensors.poses import PoseReader
 from improv_core.outputs.ros.sensors.readings import battery
 from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.json_lines import Lines, own_output
@@ -43,7 +43,7 @@ def main() -> int:
         os.nice(NICENESS)
     from improv_core.outputs.ros.sensors.subscriptions import Subscriptions
 
-    senses = HeardSenses(time.monotonic())
+    senses, poses = HeardSenses(time.monotonic()), PoseReader()
 
     def tell_edges(edges: Iterable[Edge]) -> None:
         for edge in edges:
@@ -66,11 +66,12 @@ def main() -> int:
             subscriptions.keep(senses.topics)
             period = message["period"]
             subscriptions.poses.keep(message["odometry"])
+            poses.bases = message["bases"]
             subscriptions.batteries.keep(message["batteries"])
             subscriptions.joint_states.keep(message["joint_states"])
         subscriptions.spin(min(period, LOOK))
-        if poses := poses_in(subscriptions.poses.take()):
-            tell({"type": "poses", "poses": [*map(_pose, poses)]})
+        if found := poses.take(subscriptions.poses.take()):
+            tell({"type": "poses", "poses": [*map(_pose, found)]})
         for robots, _, _, messages in subscriptions.batteries.take():
             if (share := battery(messages[-1][0])) is not None:
                 tell({"type": "batteries", "batteries": dict.fromkeys(robots, share)})

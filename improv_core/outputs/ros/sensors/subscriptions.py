@@ -8,7 +8,7 @@ from typing import Any
 
 from improv_core.outputs.ros.nodes import Nodes
 from improv_core.outputs.ros.sensors.polled import PolledTopics, Unread, try_subscribe
-from improv_core.outputs.ros.sensors.poses import TEXTS
+from improv_core.outputs.ros.sensors.poses import KINDS
 from improv_core.outputs.ros.sensors.readings import holds
 from improv_core.score.senses import Message, Topic
 
@@ -35,11 +35,10 @@ class Subscriptions:
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
         self._polling: Any = None  # a node, once it is needed
-        self.poses = PolledTopics(self._polling_node, unread, TEXTS, depth=1)
-        self.batteries = PolledTopics(self._polling_node, unread, [BATTERY], depth=1, raw=False)
-        self.joint_states = PolledTopics(
-            self._polling_node, unread, [JOINT_STATE], depth=JOINTS_KEPT, period=JOINTS_PERIOD
-        )
+        self.poses = PolledTopics(self._polling_node, unread, KINDS)
+        self.batteries = PolledTopics(self._polling_node, unread, {BATTERY: 1}, raw=False)
+        joints = {JOINT_STATE: JOINTS_KEPT}
+        self.joint_states = PolledTopics(self._polling_node, unread, joints, period=JOINTS_PERIOD)
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 

@@ -100,7 +100,8 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     if not found.waits:
         tracks.beginning.compute(tracks.run)
     may_home = robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf) if tracks.sink.real else ()
-    return replace(found, waits=tracks.sink.resetting(may_home) or found.waits)
+    arrives = tracks.odometry.lacks(tracks.sink.posed())
+    return replace(found, waits=tracks.sink.resetting(may_home) or arrives or found.waits)
 
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:

@@ -158,6 +158,11 @@ class Sink:
         `homing`, which may move, to their starts, if the settings ask for that. The joints of all others stand."""
         return False
 
+    def posed(self) -> Collection[str]:
+        """Return the robots of which a pose has come since it was asked for. It may still be on its way to the
+        player."""
+        return ()
+
     def ask(self, robots: Collection[str]) -> None:
         """Have the listeners of these robots, which stand, confirm that they receive a zero, unless they have. Call it
         repeatedly until they are no longer `missing`."""

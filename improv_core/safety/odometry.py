@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -153,6 +153,10 @@ class Odometry:
         its way."""
         track = self._tracks.get(raw.robot)
         return not (track and raw.topic) or raw.topic == track.odom
+
+    def lacks(self, robots: Iterable[str]) -> bool:
+        """Return whether no pose of one of these robots has been taken, although it is compared."""
+        return any(robot in self._tracks and not self._tracks[robot].latest for robot in robots)
 
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one. Returns None if it can't be compared."""

@@ -139,6 +139,18 @@ def test_a_robot_that_is_not_in_its_place_does_not_begin_and_begins_when_it_is()
     assert (lab.moves, lab.waits) == (("playing", True), False)
 
 
+def test_robots_do_not_begin_before_a_pose_that_has_come_has_been_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between the thread that reads it and the player, it waits like any other arrival."""
+    lab = Lab(AFTER_MOVING)
+    monkeypatch.setattr(lab.stage.sink, "posed", lambda: ["r"])
+    lab.play()
+    lab.run(1)
+    assert lab.stage.states == ["waiting"]
+    lab.pose(Pose())
+    lab.run(0.1)
+    assert lab.stage.states == ["waiting", "playing"]
+
+
 @pytest.mark.parametrize(("source", "state"), [(TRACKED, "paused"), (CONTINUOUS, "paused"), (AFTER_MOVING, "playing")])
 def test_an_old_pose_counts_only_if_its_source_is_silent_while_robots_stand(source: str, state: str) -> None:
     lab = Lab(source)

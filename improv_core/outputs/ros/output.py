@@ -184,6 +184,9 @@ class RosSink(Sink):
         self._controllers.home_joints(() if any(waits) else self._ours(homing))
         return joints_wait or any(waits)
 
+    def posed(self) -> Collection[str]:
+        return self._reader.posed
+
     def ask(self, robots: Collection[str]) -> None:
         robots = self._ours(robots)
         for known in map(self._robots.__getitem__, robots):

@@ -106,7 +106,8 @@ class RosReader:
         """The battery levels of robots, from 0 to 1."""
         self.joints: dict[str, Mapping[str, tuple[float, float]]] = {}
         """The positions of robots' joints, with their times of arrival."""
-        self._posed: set[str] = set()  # robots whose first pose has arrived
+        self.posed: frozenset[str] = frozenset()
+        """The robots whose first pose has arrived."""
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -115,7 +116,8 @@ class RosReader:
         before, self._wanted = self._wanted, wanted
         if wanted.sources.items() - before.sources.items() or wanted.odometry.items() - before.odometry.items():
             self._asked = self._clock()
-        self._posed = {robot for robot in self._posed if before.odometry.get(robot) == wanted.odometry.get(robot)}
+        same = before.odometry.items() & wanted.odometry.items()
+        self.posed &= {robot for robot, _ in same}
         kept = before.joint_states.items() & wanted.joint_states.items()
         self.joints = {robot: self.joints.get(robot, {}) for robot, _ in kept}
         self.batteries = {robot: share for robot, share in self.batteries.items() if robot in wanted.batteries}
@@ -141,7 +143,7 @@ class RosReader:
     @property
     def _unposed(self) -> Set[str]:
         """The robots of which no pose has come."""
-        return self._wanted.odometry.keys() - self._posed
+        return self._wanted.odometry.keys() - self.posed
 
     @property
     def _waited(self) -> float:
@@ -151,7 +153,7 @@ class RosReader:
     def lacks_poses(self, robot: str, since: float) -> bool:
         """Return whether a robot that has moved since a time has never sent a pose. Poses that stop later are a fault
         of the robot (safety/fault_rules.py)."""
-        return robot in self._wanted.odometry and robot not in self._posed and self.alive > since + POSE_LIMIT
+        return robot in self._wanted.odometry and robot not in self.posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Return whether a sense has no known value."""
@@ -239,9 +241,9 @@ class RosReader:
         asked = [each for each in message["poses"] if self._wanted.odometry.get(each["robot"]) == each["topic"]]
         if asked:  # others are from topics that counted until just now
             robots = {each["robot"] for each in asked}
-            if not robots <= self._posed:
+            if not robots <= self.posed:
                 self._found = self._clock()
-            self._posed |= robots
+            self.posed |= robots
             self._hear(RawPoses([_pose(each) for each in asked]))
 
     def _change(self, sense: RobotSense, value: bool | None, at: float) -> None:

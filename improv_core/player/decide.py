@@ -79,7 +79,7 @@ def _asked(run: Run, message: Message, facts: Facts) -> Decided:
     """Return what follows from a message to the stage."""
     match message["type"]:
         case "stop":
-            return stop_rules.stop(run, facts, message.get("by"))
+            return stop_rules.stop(run, facts, message.get("by"), unasked=message.get("unasked", False))
         case "pause":
             return stop_rules.pause(run, facts)
         case "resume":

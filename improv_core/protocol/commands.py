@@ -44,7 +44,10 @@ class Marked(TypedDict, total=False):
 
 
 class Added(_Timed, Marked, _Asked):
-    """The fields that only Improv itself adds to a request."""
+    """The fields that only Improv itself adds to a request. Nobody asked for a stop that is `unasked`: another stage
+    has stopped by itself."""
+
+    unasked: NotRequired[bool]
 
 
 class Stop(Added):

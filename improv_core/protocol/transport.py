@@ -52,6 +52,12 @@ def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> boo
 
 
 def stop_of(transport: TransportMessage) -> Stop:
-    """Return the stop for another stage when one has stopped; it keeps `by`, since that counts for all."""
+    """Return the stop for another stage when one has stopped; it keeps whether somebody asked for that, and `by`, since
+    that counts for all."""
+    stop: Stop = {"type": "stop"}
     startable_by = transport.get("startable_by", ())
-    return {"type": "stop", "by": startable_by[0]} if len(startable_by) == 1 else {"type": "stop"}
+    if len(startable_by) == 1:
+        stop["by"] = startable_by[0]
+    if "resumes" in transport:
+        stop["unasked"] = True
+    return stop

@@ -36,8 +36,15 @@ def offered(stage: Stage) -> Any:
 
 @pytest.mark.parametrize(
     "event",
-    [events.Halted(), events.Halted(counts=True), events.Stalled(0.6), events.Overloaded(), SILENT],
-    ids=["machine slept", "parent hung", "late", "too slow", "fault"],
+    [
+        {"type": "stop", "unasked": True},
+        events.Halted(),
+        events.Halted(counts=True),
+        events.Stalled(0.6),
+        events.Overloaded(),
+        SILENT,
+    ],
+    ids=["another stage", "machine slept", "parent hung", "late", "too slow", "fault"],
 )
 @pytest.mark.parametrize(("place", "beat"), [("scene", 2.0), ("beat", 3.5)])
 def test_after_a_stop_that_nobody_asked_for_a_person_has_robots_continue(event: Any, place: str, beat: float) -> None:

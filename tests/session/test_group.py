@@ -326,7 +326,8 @@ def test_a_pause_ends_for_all_at_the_same_instant_and_beat() -> None:
 def test_all_resume_from_one_beat_after_a_stop_that_nobody_asked_for() -> None:
     story = Story.playing(HERE, PI)
     story.is_at(HERE, "stopped", 2.3, resumes={"scene": 2.0, "beat": 2.3})
-    story.is_at(PI, "stopped", 2.4)
+    assert story.sent(PI) == [{"type": "stop", "unasked": True}]
+    story.is_at(PI, "stopped", 2.4, resumes={"scene": 2.0, "beat": 2.4})
     assert story.state.mode == "stopped"
     assert story.told("resume", beat=2.0) == ["here: seek", "here: resume", f"{PI}: seek", f"{PI}: resume"]
     asked = [message for host in (HERE, PI) for message in story.sent(host)]

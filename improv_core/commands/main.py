@@ -24,6 +24,7 @@ COMMANDS = {
     "compile": ("compile", "Print the velocities that programs compile to."),
     "plot": ("plot", "Draw the ideal paths of a program's robots."),
     "format": ("format", "Format programs."),
+    "transcribe": ("transcribe", "Write the program for paths that were recorded or drawn."),
     "merge": ("merge", "Merge programs into one, in which all play side by side."),
     "play": ("play", "Play a program."),
     "watch": ("watch", "Play a program every time it is saved."),
@@ -36,7 +37,7 @@ COMMANDS = {
     "site": ("site", "Build a website in FOLDER, on which people write programs and play them in the simulator."),
     "class": ("class_room", "Let a class write dances on tablets, and play them in the simulator."),
     "doctor": ("doctor", "Check what works here, and which robots listen."),
-    "hosts": ("hosts", "Allow Improv to start stages on other machines, with your ssh keys."),
+    "hosts": ("hosts", "Allow Improv to start stages on other machines, with your ssh keys, and to open robots' addresses."),
     "ros": ("ros_setup", "Set up ROS 2 on a machine without it."),
 }
 """Commands in the order of `improv --help`: the module of each, which holds it as `command`, and the first sentence of

@@ -1,0 +1,122 @@
+"""`improv transcribe`: recorded or drawn paths → a program that performs them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from improv_core.commands.echo import echo, echo_text
+from improv_core.commands.exit_codes import CommandError
+from improv_core.program.files import ReadError, robots_near
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.transcription.reading import read_source
+from improv_core.transcription.sources import Recording, SourceError, robot_name
+from improv_core.transcription.track import TimedPlace
+from improv_core.transcription.transcribe import Tolerance, Transcription, transcribe
+
+_LENGTH = re.compile(r"([0-9]*\.?[0-9]+)(m|cm|mm)")
+_METERS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+class _Length(click.ParamType):  # type: ignore[type-arg]
+    """A length above 0 with its unit, in meters."""
+
+    name = "length"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, float):
+            return value
+        form = _LENGTH.fullmatch(str(value))
+        if not form or not float(form[1]):
+            self.fail(f"{value} is no length above 0: write 3cm, 5mm, or 0.1m", param, ctx)
+        return float(form[1]) * _METERS[form[2]]
+
+
+@click.command("transcribe")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--output", "-o", type=click.Path(path_type=Path), help="Write a new file; default: standard output.")
+@click.option("--tolerance", type=_Length(), default="3cm", show_default=True, help="How far a path may be off.")
+@click.option("--tempo", type=click.IntRange(1, 1000), help="Beats per minute; default: the likeliest.")
+@click.option("--robot", help="Transcribe only this robot, or name the only one.")
+@click.option(
+    "--seconds", type=click.FloatRange(0.1, 3600), default=20.0, show_default=True, help="How long a drawing takes."
+)
+@click.option(
+    "--scale", type=click.FloatRange(1e-6, 1e6), help="Meters for each unit of a drawing; default: 4 m in all."
+)
+def command(
+    files: tuple[Path, ...],
+    output: Path | None,
+    tolerance: float,
+    tempo: int | None,
+    robot: str | None,
+    seconds: float,
+    scale: float | None,
+) -> None:
+    """Write the program for paths that were recorded or drawn.
+
+    FILES are tables (.csv with columns for time, x, y, and perhaps heading and robot), recordings of ROS 2 (.mcap,
+    .db3), or drawings (.svg). A path stays within the tolerance of what was recorded, 5 degrees, and 50 ms.
+    """
+    try:
+        recorded = _only(_recorded(files, seconds, scale), robot)
+        robots = robots_near(Path.cwd())
+    except (SourceError, ReadError) as problem:
+        raise CommandError(str(problem)) from None
+    profiles = {name: robots.profile_of(name) for name in recorded}
+    made = transcribe(recorded, profiles, Tolerance(tolerance), tempo)
+    if output is None:
+        echo_text(made.text)
+    else:
+        _write(output, made)
+    for name, (far, turned) in made.deviations.items():
+        within = "" if far <= tolerance else f", more than {100 * tolerance:.2g} cm: allow more, or record more poses"
+        echo(
+            f"improv: {name} is at most {_brief(100 * far)} cm and {_brief(math.degrees(turned))}° off{within}",
+            err=True,
+        )
+
+
+def _brief(value: float) -> str:
+    """Return a number with at most two digits after the point."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def _write(output: Path, made: Transcription) -> None:
+    try:
+        if not swap(output, None, made.text.encode()):
+            raise CommandError(f"{output} exists already: name a new file")
+    except OSError as error:
+        raise CommandError(f"{output}: {why(error)}") from None
+
+
+def _recorded(files: Sequence[Path], seconds: float, scale: float | None) -> dict[str, Sequence[TimedPlace]]:
+    """Return the places of all robots in files. What was guessed is printed."""
+    found: dict[str, Sequence[TimedPlace]] = {}
+    for path in files:
+        try:
+            source: Recording = read_source(path, seconds, scale)
+        except OSError as error:
+            raise CommandError(f"{path}: {why(error)}") from None
+        for guess in source.guesses:
+            echo(f"improv: {path.name}: {guess}", err=True)
+        for name, places in source.places.items():
+            found[robot_name(name if name not in WORDS else f"{name}_robot", list(found))] = places
+    return found
+
+
+def _only(recorded: dict[str, Sequence[TimedPlace]], robot: str | None) -> Mapping[str, Sequence[TimedPlace]]:
+    if robot is None:
+        return recorded
+    if robot in recorded:
+        return {robot: recorded[robot]}
+    if len(recorded) == 1:
+        return {robot_name(robot): next(iter(recorded.values()))}
+    raise CommandError(f"no robot is named {robot}: there are {', '.join(recorded)}")

@@ -1,0 +1,156 @@
+"""Finds what robots do together: in unison, in canon, and in formation. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from improv_core.robots.formation import Formation, on_circle
+from improv_core.score.motion import Pose
+from improv_core.transcription.wording import REST, Move, Node, Rounding
+
+
+@dataclass(frozen=True, slots=True)
+class SharedLine:
+    """Robots and all that they perform together. With `apart`, each begins that many beats after the one before: a
+    canon of the first `voices` nodes, after which all go on together."""
+
+    robots: tuple[str, ...]
+    items: tuple[Node, ...]
+    apart: Fraction = Fraction(0)
+    voices: int = 0
+
+    @property
+    def rests(self) -> int:
+        """The number of rests before a canon."""
+        return _rests(self.items)
+
+    @property
+    def parts(self) -> list[tuple[Node, ...]]:
+        """Parts that are written by themselves: all, or the theme of a canon and what comes after it."""
+        if not self.apart:
+            return [self.items]
+        end = self.rests + self.voices
+        return [each for each in (self.items[self.rests : end], self.items[end:]) if each]
+
+
+def lines_of(parts: Mapping[str, Sequence[Node]]) -> list[SharedLine]:
+    """Return the lines of a program in which each robot performs its part."""
+    left = {robot: _without_end(part) for robot, part in parts.items()}
+    lines = []
+    while left:
+        line = _canon(left) or _unison(left)
+        lines.append(line)
+        for robot in line.robots:
+            del left[robot]
+    return lines
+
+
+def _without_end(part: Sequence[Node]) -> tuple[Node, ...]:
+    """Return a part without the rests at its end: a robot whose part is over stands anyway."""
+    end = len(part)
+    while end and is_rest(part[end - 1]):
+        end -= 1
+    return tuple(part[:end])
+
+
+def is_rest(node: Node) -> bool:
+    return isinstance(node, Move) and node.voices == REST.voices
+
+
+def _unison(parts: Mapping[str, tuple[Node, ...]]) -> SharedLine:
+    first = next(iter(parts.values()))
+    return SharedLine(tuple(robot for robot, part in parts.items() if part == first), first)
+
+
+def _rests(part: Sequence[Node]) -> int:
+    return next((place for place, each in enumerate(part) if each != REST), len(part))
+
+
+def _canon(parts: Mapping[str, tuple[Node, ...]]) -> SharedLine | None:
+    """Return the canon of the first robot and those that follow it; None if there is none."""
+    first, theme = next(iter(parts.items()))
+    lead = _rests(theme)
+    bodies = {robot: (_rests(part) - lead, part[_rests(part) :]) for robot, part in parts.items() if part}
+    followers = sorted(
+        (robot for robot, (late, body) in bodies.items() if late > 0 and body[:1] == theme[lead : lead + 1]),
+        key=lambda robot: bodies[robot][0],
+    )
+    for count in range(len(followers), 0, -1):
+        robots = (first, *followers[:count])
+        apart = bodies[robots[1]][0]
+        if any(bodies[robot][0] != place * apart for place, robot in enumerate(robots)):
+            continue
+        found = _theme([bodies[robot][1] for robot in robots], apart)
+        if found is not None:
+            body, tail = found
+            return SharedLine(robots, (*(REST,) * lead, *body, *tail), Fraction(apart), len(body))
+    return None
+
+
+def _theme(bodies: Sequence[tuple[Node, ...]], apart: int) -> tuple[tuple[Node, ...], tuple[Node, ...]] | None:
+    """Return what the voices of a canon share, and what all perform after it."""
+    last = len(bodies) - 1
+    for size in range(min(map(len, bodies)), 0, -1):
+        body, tail = bodies[-1][:size], bodies[-1][size:]
+        if all(
+            each[:size] == body and each[size:] == ((REST,) * (apart * (last - place)) + tail if tail else ())
+            for place, each in enumerate(bodies)
+        ):
+            return body, tail
+    return None
+
+
+def formation_of(starts: Mapping[str, Pose], rounding: Rounding) -> tuple[Sequence[str], str] | None:
+    """Return the robots in the order of a formation, and its words after `at`; None if they stand in none."""
+    if len(starts) < 3:
+        return None
+    middle = Pose(
+        math.fsum(pose.x for pose in starts.values()) / len(starts),
+        math.fsum(pose.y for pose in starts.values()) / len(starts),
+    )
+    for center in dict.fromkeys([_coarse(middle), _fine(middle)]):
+        moved = {robot: Pose(p.x - center[0], p.y - center[1], p.z, p.heading) for robot, p in starts.items()}
+        around = "" if center == (0, 0) else f" around {center[0]:g} {center[1]:g}"
+        for words, poses in _shapes(moved):
+            if order := _order(moved, poses, rounding):
+                return order, words + around
+    return None
+
+
+def _coarse(pose: Pose) -> tuple[float, float]:
+    return round(pose.x, 1) + 0.0, round(pose.y, 1) + 0.0
+
+
+def _fine(pose: Pose) -> tuple[float, float]:
+    return round(pose.x, 3) + 0.0, round(pose.y, 3) + 0.0
+
+
+def _shapes(starts: Mapping[str, Pose]) -> list[tuple[str, list[Pose]]]:
+    """Return the formations that these robots may stand in, around the origin: their words, and their poses."""
+    count = len(starts)
+    radius = math.fsum(math.hypot(pose.x, pose.y) for pose in starts.values()) / count
+    nearest = min(math.dist((a.x, a.y), (b.x, b.y)) for a in starts.values() for b in starts.values() if a is not b)
+    found = []
+    for digits in (1, 2, 3, 4):
+        for facing in ("in", "out"):
+            words = f"circle {round(radius, digits):g}" + (" facing out" if facing == "out" else "")
+            found.append((words, on_circle(round(radius, digits), count, facing)))
+        for shape in ("line", "grid"):
+            distance = round(nearest, digits)
+            found.append((f"{shape} {distance:g}", Formation(shape, distance, "in").poses(count)))
+    return found
+
+
+def _order(starts: Mapping[str, Pose], poses: Sequence[Pose], rounding: Rounding) -> list[str] | None:
+    """Return the robots in the order of the poses at which they stand; None if one stands elsewhere."""
+    left, order = dict(starts), []
+    for pose in poses:
+        robot = min(left, key=lambda robot: left[robot].apart(pose)[0])
+        far, turned = left.pop(robot).apart(pose)
+        if far > rounding.meters or turned > rounding.radians:
+            return None
+        order.append(robot)
+    return order

@@ -1,0 +1,259 @@
+"""Finds what comes back in a dance: repetitions, and phrases that return plain, mirrored, or retraced."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import groupby
+
+from improv_core.transcription.wording import (
+    Bracketed,
+    Move,
+    Named,
+    Node,
+    NodeSeries,
+    Shaped,
+    around,
+    cost,
+    cost_of_text,
+    mirrored,
+    retraced,
+    series_text,
+)
+
+_LONGEST_PERIOD = 64
+"""The most nodes of a repeated body."""
+_MOST_FOLDS = 200
+_MOST_NAMES = 6
+_LEAST_SAVED = 0.5
+"""The words that a fold must save: less is not worth a thought of whoever reads it."""
+_WORTH_A_NAME = 3.0
+_NAME_COST = 2.3
+"""The cost of a definition besides its body: its name and the equals sign, and the line."""
+NAMES = ("phrase", "figure", "answer", "theme", "motif", "turn", "step", "coda")
+
+
+def series(items: Sequence[Node]) -> Node:
+    return items[0] if len(items) == 1 else NodeSeries(tuple(items))
+
+
+def bracketed(items: Sequence[Node]) -> list[Node]:
+    """Put moves of an nth of a beat into brackets of n, where they begin on a beat, and moves that are equally slow
+    under one `slow`."""
+    found: list[Node] = []
+    beat = Fraction(0)
+    for beats, group in groupby(items, key=lambda each: each.beats if isinstance(each, Move) else None):
+        moves = list(group)
+        if beats is None or beats == 1 or len(moves) < 2:
+            found.extend(moves)
+            beat += sum((length(each) for each in moves), Fraction(0))
+            continue
+        count = beats.denominator
+        if beats.numerator == 1 and count > 1:
+            lead = min(int((-beat % 1) / beats), len(moves)) if (beat % 1) % beats == 0 else len(moves)
+            found.extend(moves[:lead])
+            whole = (len(moves) - lead) // count * count
+            starts = range(lead, lead + whole, count)
+            found.extend(Bracketed(tuple(moves[first : first + count])) for first in starts)
+            found.extend(moves[lead + whole :])
+        else:
+            plain = tuple(Move(Fraction(1), each.voices) for each in moves if isinstance(each, Move))
+            found.append(Shaped("slow" if beats > 1 else "fast", (beats if beats > 1 else 1 / beats,), folded(plain)))
+        beat += beats * len(moves)
+    return found
+
+
+def length(node: Node, names: Mapping[str, Node] = {}) -> Fraction:
+    """Return the beats of a node."""
+    match node:
+        case Move(beats, _):
+            return beats
+        case NodeSeries(items):
+            return sum((length(each, names) for each in items), Fraction(0))
+        case Bracketed():
+            return Fraction(1)
+        case Named(name):
+            return length(names[name], names)
+        case Shaped(by, numbers, body):
+            inner = length(body, names)
+            if by in ("repeat", "slow"):
+                return inner * numbers[0]
+            if by == "fast":
+                return inner / numbers[0]
+            return 2 * inner / sum(numbers) if by == "ramp" else inner
+
+
+def folded(items: Sequence[Node]) -> Node:
+    """Return a series with repetitions folded, those first that save the most."""
+    left = list(items)
+    for _ in range(_MOST_FOLDS):
+        best = max(_repetitions(left), default=None, key=lambda each: each[0])
+        if best is None or best[0] < _LEAST_SAVED:
+            break
+        _, first, period, times = best
+        body = left[first : first + period]
+        left[first : first + period * times] = [Shaped("repeat", (Fraction(times),), series(body))]
+    return series(left)
+
+
+def _repetitions(items: Sequence[Node]) -> Iterator[tuple[float, int, int, int]]:
+    """Yield repetitions: what each saves, its place, its period in nodes, and how many times it comes."""
+    kinds: dict[Node, int] = {}
+    known = [kinds.setdefault(each, len(kinds)) for each in items]
+    costs = [cost(each) for each in items]
+    for period in range(1, min(len(items) // 2, _LONGEST_PERIOD) + 1):
+        place = 0
+        while place + period < len(items):
+            same = 0
+            while place + same + period < len(items) and known[place + same] == known[place + same + period]:
+                same += 1
+            times = same // period + 1
+            if times > 1:
+                body = sum(costs[place : place + period])
+                wrapped = cost_of_text(f"repeat {times}") + (0.6 if period > 1 else 0.0)
+                # Of a run whose ends could belong to it or not, the first place counts.
+                yield body * (times - 1) - wrapped, place, period, times
+            place += max(same, 1) if times == 1 else same + 1
+
+
+def with_names(lines: Sequence[Node], taken: Sequence[str]) -> tuple[dict[str, Node], list[Node]]:
+    """Return definitions of phrases that come back in these lines, in order, and the lines that use them."""
+    names: dict[str, Node] = {}
+    found = list(lines)
+    free = [name for name in NAMES if name not in taken]
+    while len(names) < min(_MOST_NAMES, len(free)):
+        best = _best_phrase([*names.values(), *found])
+        if best is None:
+            break
+        name = free[len(names)]
+        replaced = _replacing(best, name)
+        names = {each: replaced(body) for each, body in names.items()}
+        found = [replaced(line) for line in found]
+        names[name] = series(best)
+    return _in_order(names), found
+
+
+def _in_order(names: Mapping[str, Node]) -> dict[str, Node]:
+    """Return the definitions so that each comes before its uses."""
+    ordered: dict[str, Node] = {}
+
+    def add(name: str) -> None:
+        if name not in ordered:
+            for other in names:
+                if other != name and other in re.findall(r"\w+", series_text(names[name])):
+                    add(other)
+            ordered[name] = names[name]
+
+    for name in names:
+        add(name)
+    return ordered
+
+
+Window = tuple[Node, ...]
+FORMS: Sequence[Callable[[Window], Window]] = (
+    lambda window: window,
+    lambda window: tuple(mirrored(each) for each in window),
+    lambda window: tuple(retraced(each) for each in reversed(window)),
+    lambda window: tuple(mirrored(retraced(each)) for each in reversed(window)),
+)
+"""The forms in which a phrase may come back: plain, mirrored, retraced, or both; in the order of `TURNS`."""
+
+
+def _best_phrase(nodes: Sequence[Node]) -> Window | None:
+    """Return the phrase whose name would save the most words; None if no name saves any."""
+    kinds: dict[Node, int] = {}
+    places: dict[tuple[int, ...], list[tuple[int, int, int]]] = defaultdict(list)  # of each canonical form
+    lists = [items for node in nodes for items in _lists(node)]
+    for number, items in enumerate(lists):
+        forms = [[kinds.setdefault(each, len(kinds)) for each in form(tuple(items))] for form in FORMS]
+        count = len(items)
+        for size in range(1, min(count, _LONGEST_PERIOD) + 1):
+            for place in range(count - size + 1):
+                back = count - place - size
+                firsts = (place, place, back, back)
+                windows = [tuple(form[first : first + size]) for form, first in zip(forms, firsts, strict=True)]
+                turns = min(range(4), key=windows.__getitem__)
+                places[windows[turns]].append((number, place, turns))
+    best, saved = None, _LEAST_SAVED
+    for key, found in places.items():
+        if len(found) < 2 or len(apart := _apart(found, len(key))) < 2:
+            continue
+        number, place, plain = apart[0]  # the first one is the definition
+        window = lists[number][place : place + len(key)]
+        body = sum(cost(each) for each in window)
+        if len(window) == 1 and body < _WORTH_A_NAME:
+            continue
+        uses = sum(1.0 + _TURN_COSTS[plain ^ turns] for _, _, turns in apart)
+        saves = body * len(apart) - (body + _NAME_COST + uses)
+        if saves > saved:
+            best, saved = window, saves
+    return best
+
+
+_TURN_COSTS = (0.0, 2.0, 1.0, 3.0)
+
+
+def _apart(found: Sequence[tuple[int, int, int]], size: int) -> list[tuple[int, int, int]]:
+    """Return occurrences that don't overlap, from the first one on."""
+    kept: list[tuple[int, int, int]] = []
+    for each in found:
+        if not kept or kept[-1][0] != each[0] or kept[-1][1] + size <= each[1]:
+            kept.append(each)
+    return kept
+
+
+def _lists(node: Node) -> Iterator[tuple[Node, ...]]:
+    """Yield all series within a node; a node that is none stands for a series of one."""
+    match node:
+        case NodeSeries(items):
+            yield items
+            for each in items:
+                yield from _inner_lists(each)
+        case _:
+            yield (node,)
+            yield from _inner_lists(node)
+
+
+def _inner_lists(node: Node) -> Iterator[tuple[Node, ...]]:
+    match node:
+        case Shaped(by, _, body) if by not in ("retrograde", "reflect sagittal", "retrograde reflect sagittal"):
+            yield from _lists(body)
+        case NodeSeries():
+            yield from _lists(node)
+
+
+def _replacing(phrase: Window, name: str) -> Callable[[Node], Node]:
+    """Return a function that puts a name in the place of a phrase, in each of its forms."""
+    forms = {form(phrase): turns for turns, form in reversed(list(enumerate(FORMS)))}
+    size = len(phrase)
+
+    def replaced(node: Node) -> Node:
+        match node:
+            case NodeSeries(items):
+                return series(in_items(items))
+            case Shaped(by, numbers, body):
+                return (
+                    in_items((Shaped(by, numbers, replaced(body)),))[0]
+                    if (node,) not in forms
+                    else in_items((node,))[0]
+                )
+            case _:
+                return in_items((node,))[0]
+
+    def in_items(items: Sequence[Node]) -> list[Node]:
+        found: list[Node] = []
+        place = 0
+        while place < len(items):
+            window = tuple(items[place : place + size])
+            if (turns := forms.get(window)) is not None:
+                found.append(around(turns, Named(name)))
+                place += size
+            else:
+                each = items[place]
+                found.append(Shaped(each.by, each.numbers, replaced(each.body)) if isinstance(each, Shaped) else each)
+                place += 1
+        return found
+
+    return replaced

@@ -1,0 +1,183 @@
+"""Reads recordings of ROS 2: poses and velocities of robots in .mcap (mcap, imported lazily) and .db3 files."""
+
+from __future__ import annotations
+
+import itertools
+import sqlite3
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+
+from improv_core.outputs.cdr import pose_in
+from improv_core.score.motion import Pose, Twist
+from improv_core.transcription.sources import Recording, SourceError, robot_name
+from improv_core.transcription.track import TimedPlace
+
+Message = tuple[str, str, int, bytes]
+"""A topic, its type, the time in nanoseconds, and the data."""
+_TEXTS = {
+    "nav_msgs/msg/Odometry": 2,
+    "geometry_msgs/msg/PoseStamped": 1,
+    "geometry_msgs/msg/PoseWithCovarianceStamped": 1,
+}
+"""The number of texts before the pose of a message that begins with a stamp."""
+_TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+_TF = "tf2_msgs/msg/TFMessage"
+_STILL = 0.02
+"""Meters and radians: at the ends of a recording, poses that are nearer to each other are waiting."""
+_TYPES = "Odometry, PoseStamped, PoseWithCovarianceStamped, TFMessage, or Twist"
+_ENDINGS = ("odom", "pose", "amcl_pose", "cmd_vel", "improv", "odometry", "filtered", "ground_truth")
+
+
+def read_recording(path: Path) -> Recording:
+    """Read the robots of a recording, each from the best of its topics. Raises SourceError.
+
+    Poses count before velocities, which are added up. Waiting at the beginning and the end is left out.
+    """
+    read = _mcap if path.suffix == ".mcap" else _db3
+    tracks: dict[tuple[int, str], list[tuple[int, Pose]]] = {}  # by kind and topic or frame
+    twists: dict[str, list[tuple[int, Twist]]] = {}
+    for topic, kind, time, data in read(path):
+        if kind in _TEXTS:
+            if pose := pose_in(data, _TEXTS[kind]):
+                tracks.setdefault((0, topic), []).append((time, pose))
+        elif kind == _TF:
+            for frame, pose in _transforms(data):
+                tracks.setdefault((1, frame), []).append((time, pose))
+        elif kind in _TWISTS and (twist := _twist(data, kind)):
+            twists.setdefault(topic, []).append((time, twist))
+    for topic, found in twists.items():
+        tracks[2, topic] = list(_driven(found))
+    best: dict[str, tuple[int, str, list[tuple[int, Pose]]]] = {}
+    for (rank, topic), poses in sorted(tracks.items()):
+        robot = _robot(topic, path.stem)
+        if len(poses) > 1 and robot not in best:
+            best[robot] = rank, topic, poses
+    if not best:
+        raise SourceError(f"{path}: it has no {_TYPES}")
+    begin = min(poses[0][0] for _, _, poses in best.values())
+    guesses = [f"{robot} is read from {topic}" for robot, (_, topic, _) in best.items()]
+    return Recording(_trimmed({robot: _places(poses, begin) for robot, (_, _, poses) in best.items()}), guesses)
+
+
+def _robot(topic: str, file: str) -> str:
+    """Return the robot that a topic or frame is of: `tb1` for `/tb1/odom`."""
+    parts = [part for part in topic.replace("/improv/", "/").strip("/").split("/") if part not in _ENDINGS]
+    first = parts[0] if parts else file
+    return robot_name("robot" if first in ("base_link", "base_footprint", "tf") else first)
+
+
+def _places(poses: Sequence[tuple[int, Pose]], begin: int) -> list[TimedPlace]:
+    found: list[TimedPlace] = []
+    for time, pose in poses:
+        seconds = (time - begin) / 1e9
+        if not found or seconds > found[-1].time:
+            found.append(TimedPlace(seconds, pose.x, pose.y, pose.z, pose.heading))
+    return found
+
+
+def _trimmed(places: Mapping[str, list[TimedPlace]]) -> dict[str, Sequence[TimedPlace]]:
+    """Leave out the waiting that is common to all robots, at both ends."""
+
+    def moves(one: TimedPlace, other: TimedPlace) -> bool:
+        far = max(abs(one.x - other.x), abs(one.y - other.y), abs(one.z - other.z))
+        return max(far, abs((one.heading or 0.0) - (other.heading or 0.0))) > _STILL
+
+    def first(all_of: Sequence[TimedPlace]) -> float:
+        return next(
+            (before.time for before, here in itertools.pairwise(all_of) if moves(all_of[0], here)),
+            all_of[-1].time,
+        )
+
+    begin = min(first(each) for each in places.values())
+    end = max(first(each[::-1]) for each in places.values())
+    if end <= begin:
+        return dict(places)
+    kept = {
+        robot: [p._replace(time=p.time - begin) for p in each if begin <= p.time <= end]
+        for robot, each in places.items()
+    }
+    return {robot: each for robot, each in kept.items() if len(each) > 1}
+
+
+def _driven(twists: Sequence[tuple[int, Twist]]) -> Iterator[tuple[int, Pose]]:
+    """Yield the poses of a robot that holds each velocity until the next one."""
+    pose = Pose()
+    yield twists[0][0], pose
+    for (time, twist), (after, _) in itertools.pairwise(twists):
+        pose = pose.after(twist, (after - time) / 1e9)
+        yield after, pose
+
+
+def _twist(data: bytes, kind: str) -> Twist | None:
+    order, place = "<" if data[1] & 1 else ">", 4
+    try:
+        if kind.endswith("TwistStamped"):
+            (length,) = struct.unpack_from(f"{order}I", data, 12)
+            place = 16 + length
+            place += -(place - 4) % 8
+        x, y, z, _, _, yaw = struct.unpack_from(f"{order}6d", data, place)
+    except (struct.error, IndexError):
+        return None
+    return Twist(x, y, z, yaw) if all(abs(each) < 1e6 for each in (x, y, z, yaw)) else None
+
+
+def _transforms(data: bytes) -> Iterator[tuple[str, Pose]]:
+    """Yield the child frames and poses of a tf2_msgs/TFMessage, of those that bases have."""
+    order = "<" if data[1] & 1 else ">"
+    body = data[4:]
+    try:
+        (count,) = struct.unpack_from(f"{order}I", body, 0)
+        place = 4
+        for _ in range(min(count, 1000)):
+            begin = place = place + -place % 4
+            place += 8
+            for _ in range(2):
+                place += -place % 4
+                (length,) = struct.unpack_from(f"{order}I", body, place)
+                place += 4 + length
+                frame = body[place - length : place].rstrip(b"\0").decode(errors="replace")
+            pose = pose_in(data[:4] + bytes(begin % 8) + body[begin:], 2) if begin % 8 == 0 else _shifted(data, begin)
+            place += -place % 8 + 56
+            if pose and frame.rpartition("/")[2] in ("base_link", "base_footprint"):
+                yield frame, pose
+    except (struct.error, IndexError):
+        return
+
+
+def _shifted(data: bytes, begin: int) -> Pose | None:
+    """Return the pose of a transform that begins in the middle of eight bytes: put its fields where `pose_in` expects
+    them."""
+    order = "<" if data[1] & 1 else ">"
+    body, place = data[4:], begin + 8
+    for _ in range(2):
+        place += -place % 4
+        (length,) = struct.unpack_from(f"{order}I", body, place)
+        place += 4 + length
+    return pose_in(data[:4] + bytes(8) + body[place + -place % 8 :], 0)
+
+
+def _mcap(path: Path) -> Iterator[Message]:
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        with path.open("rb") as file:
+            for schema, channel, message in make_reader(file).iter_messages():
+                if schema:
+                    yield channel.topic, schema.name, message.log_time, message.data
+    except (McapError, struct.error, EOFError) as error:
+        raise SourceError(f"{path}: it is no MCAP recording: {error}") from None
+
+
+def _db3(path: Path) -> Iterator[Message]:
+    rows = (
+        "SELECT topics.name, topics.type, messages.timestamp, messages.data"
+        " FROM messages JOIN topics ON topics.id = messages.topic_id ORDER BY messages.timestamp"
+    )
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as base:
+            yield from base.execute(rows)
+    except sqlite3.Error as error:
+        raise SourceError(f"{path}: it is no recording of rosbag2: {error}") from None

@@ -1,0 +1,45 @@
+"""Recordings as they are read from files: where each robot was when. Standard library only."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from improv_core.transcription.track import TimedPlace
+
+LARGEST = 1e6
+"""Meters and seconds: a larger number is a mistake in a file."""
+
+
+class SourceError(ValueError):
+    """A recording can't be read; its text is one plain line."""
+
+
+class Recording(NamedTuple):
+    """The places of each robot in a file, and what was guessed about it, one plain line each."""
+
+    places: Mapping[str, Sequence[TimedPlace]]
+    guesses: Sequence[str] = ()
+
+
+def robot_name(text: str, taken: Sequence[str] = ()) -> str:
+    """Return a valid robot's name that is like this text and not taken."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
+    name = name if name[:1].isalpha() else f"robot{name}"
+    number, wanted = 1, name
+    while wanted in taken:
+        number += 1
+        wanted = f"{name}_{number}"
+    return wanted
+
+
+def checked(places: Sequence[TimedPlace], where: str) -> Sequence[TimedPlace]:
+    """Return places whose times rise, if there are enough of them. Raises SourceError."""
+    for number, (before, here) in enumerate(itertools.pairwise(places)):
+        if here.time <= before.time:
+            raise SourceError(f"{where}: place {number + 2} is at {here.time:g} s, not after {before.time:g} s")
+    if len(places) < 2:
+        raise SourceError(f"{where}: it has fewer than two places, so nothing moves")
+    return places

@@ -1,0 +1,58 @@
+"""Finds the tempo at which most changes fall on beats, or on simple parts of beats. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+USUAL = 60
+"""The tempo of a program that says none."""
+SLOWEST, FASTEST = 30, 240
+PARTS = (1, 2, 3, 4, 6, 8)
+"""A beat is divided by these, the simplest first."""
+FINEST_PART = 1000
+"""The finest part of a beat that is ever written."""
+_MISS = 3.0
+"""Bits that a change costs that falls on no part of a beat, besides those of its time."""
+
+
+def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
+    """Return the likeliest tempi for changes at these seconds from beat 0, the best one first.
+
+    Each change costs the bits that tell its place: fewer on a coarse grid, more on a fine one, most outside of all
+    grids (minimum description length). `allowed` is how many seconds a change may be off.
+    """
+    if not changes:
+        return [USUAL]
+    costs = {tempo: math.fsum(_bits(time, tempo, allowed) for time in changes) for tempo in range(SLOWEST, FASTEST + 1)}
+    ranked = sorted(costs, key=lambda tempo: (round(costs[tempo], 6), tempo != USUAL, tempo))
+    doubled = [tempo * 2 for tempo in ranked[:most] if tempo * 2 <= FASTEST]
+    usual = costs[USUAL] <= costs[ranked[0]] + len(changes)
+    return list(dict.fromkeys([*ranked[:most], *doubled, *([USUAL] if usual else [])]))
+
+
+def _bits(time: float, tempo: int, allowed: float) -> float:
+    beats, second = time * tempo / 60, tempo / 60
+    for parts in PARTS:
+        off = abs(beats * parts - round(beats * parts)) / parts / second
+        if off <= allowed:
+            return math.log2(second * parts) + (off / allowed) ** 2
+    return math.log2(1 / allowed) + _MISS
+
+
+def on_grid(seconds: float, tempo: int, allowed: float) -> Fraction:
+    """Return the simplest number of beats within `allowed` seconds of this time."""
+    beats, off = seconds * tempo / 60, allowed * tempo / 60
+    for parts in PARTS:
+        if abs(round(beats * parts) - beats * parts) <= off * parts:
+            return Fraction(round(beats * parts), parts)
+    return simplest(beats - off, beats + off)
+
+
+def simplest(low: float, high: float) -> Fraction:
+    """Return the fraction with the smallest denominator from `low` to `high`."""
+    for parts in range(1, FINEST_PART):
+        if (above := math.ceil(low * parts)) <= high * parts:
+            return Fraction(above, parts)
+    return Fraction(round((low + high) / 2 * FINEST_PART), FINEST_PART)

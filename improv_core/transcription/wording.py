@@ -1,0 +1,331 @@
+"""The words for a motion: those of the robot's profile where they fit, measures otherwise. Standard library only."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
+
+from improv_core.score.profiles import Profile
+from improv_core.transcription.stretches import Amounts
+
+MIRRORED = {"left": "right", "halfleft": "halfright", "strafeleft": "straferight"}
+MIRRORED |= {other: word for word, other in MIRRORED.items()}
+"""Each word that `reflect sagittal` changes, and what it becomes."""
+NEGATED = {"forward": "backward", "up": "down", **MIRRORED}
+NEGATED |= {other: word for word, other in NEGATED.items()}
+"""Each word that `retrograde` changes, and what it becomes."""
+_LENGTHS = tuple(Fraction(1, parts) for parts in (10, 20, 100, 1000, 10_000))
+"""Meters to which a length is rounded, as people would: the coarsest that is near enough."""
+_ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000))
+"""Degrees to which an angle is rounded."""
+_MOST_COPIES = 24
+"""A motion of more beats is one slow word, not so many words of one beat."""
+
+
+class WordedVoice(NamedTuple):
+    """A word that moves, with its measure in meters or degrees and its radius in meters, if it has them. With
+    `frontal`, it is reflected so that it goes backward."""
+
+    word: str
+    measure: Fraction | None = None
+    radius: Fraction | None = None
+    frontal: bool = False
+
+    @property
+    def text(self) -> str:
+        turns = self.word in MIRRORED and "strafe" not in self.word
+        measure = "" if self.measure is None else f" {angle_text(self.measure) if turns else length_text(self.measure)}"
+        radius = "" if self.radius is None else f" radius {length_text(self.radius)}"
+        return f"{'reflect frontal ' if self.frontal else ''}{self.word}{measure}{radius}"
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """Voices that move a robot together for a number of beats. In them, they move it as if in one beat."""
+
+    beats: Fraction
+    voices: tuple[WordedVoice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NodeSeries:
+    """Nodes one after another."""
+
+    items: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Shaped:
+    """A node with a transformer in front of it, such as `repeat 4` or `ease`."""
+
+    by: str
+    numbers: tuple[Fraction, ...]
+    body: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Bracketed:
+    """Moves of equal length that fill one beat."""
+
+    items: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A name that is defined in the program."""
+
+    name: str
+
+
+Node: TypeAlias = "Move | NodeSeries | Shaped | Bracketed | Named"
+REST = Move(Fraction(1), (WordedVoice("rest"),))
+
+
+def series_text(node: Node) -> str:
+    """Return a node as one or more terms."""
+    return " ".join(term_text(each) for each in node.items) if isinstance(node, NodeSeries) else term_text(node)
+
+
+@lru_cache(maxsize=10_000)
+def term_text(node: Node) -> str:
+    """Return a node as one term."""
+    match node:
+        case Named(name):
+            return name
+        case Bracketed(items):
+            return f"[{' '.join(term_text(_in_bracket(each)) for each in items)}]"
+        case NodeSeries():
+            return f"({series_text(node)})"
+        case Shaped(by, numbers, body):
+            return " ".join([by, *map(number_text, numbers), term_text(body)])
+        case Move(beats, voices):
+            together = " || ".join(voice.text for voice in voices)
+            one = f"({together})" if len(voices) > 1 else together
+            return one if beats == 1 else f"{pace_text(beats)} {one}"
+
+
+def _in_bracket(node: Node) -> Node:
+    return replace(node, beats=Fraction(1)) if isinstance(node, Move) else node
+
+
+def pace_text(beats: Fraction) -> str:
+    """Return the transformer that makes one beat so many."""
+    return f"slow {number_text(beats)}" if beats > 1 else f"fast {number_text(1 / beats)}"
+
+
+def number_text(number: Fraction) -> str:
+    return str(number)
+
+
+def _decimal(number: Fraction) -> str:
+    return f"{float(number):.6f}".rstrip("0").rstrip(".")
+
+
+def length_text(meters: Fraction) -> str:
+    """Return a length as people write it: `1.5m`, `40cm`, `289mm`."""
+    if meters < 1 and (meters * 100).denominator == 1:
+        return f"{meters * 100}cm"
+    if meters < 1 and (meters * 1000).denominator == 1:
+        return f"{meters * 1000}mm"
+    return f"{_decimal(meters)}m"
+
+
+def angle_text(degrees: Fraction) -> str:
+    return f"{_decimal(degrees)}deg"
+
+
+_TOKENS = re.compile(r"[0-9.]+(?:/[0-9]+)?|\w+|\|\||[()\[\]]")
+
+
+@lru_cache(maxsize=10_000)
+def cost(node: Node) -> float:
+    """Return how much there is to read: a word costs one, a number more the longer it is, a bracket little."""
+    return cost_of_text(term_text(node))
+
+
+def cost_of_text(text: str) -> float:
+    total = 0.0
+    for token in _TOKENS.findall(text):
+        if token[0] in "()|":
+            total += 0.3
+        elif token[0] in "[]":  # a reader has to count what is in it
+            total += 0.6
+        elif token[0].isdigit():
+            total += 0.8 + 0.2 * len(token)
+        elif token not in ("m", "cm", "mm", "deg"):
+            total += 1.0
+    return total
+
+
+class Rounding(NamedTuple):
+    """The distance that the words of a motion may be from it in all, in meters and radians."""
+
+    meters: float
+    radians: float
+
+    def times(self, factor: float) -> Rounding:
+        return Rounding(self.meters * factor, self.radians * factor)
+
+
+def moves_for(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[Move, ...]:
+    """Return the cheapest moves that make this motion, within what rounding allows."""
+    options = [*_copies(beats, amounts, profile, rounding), *_whole(beats, amounts, profile, rounding)]
+    return min(options, key=_cost_of_copies)
+
+
+def _cost_of_copies(moves: Sequence[Move]) -> float:
+    one = cost(moves[0])
+    return one if len(moves) == 1 else min(one * len(moves), one + 2.0)
+
+
+def _copies(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[Move, ...]]:
+    """Yield as many words of the profile as there are beats, if the motion is made of them."""
+    count = beats.numerator
+    if beats.denominator > 1 or not 1 <= count <= _MOST_COPIES:
+        return
+    one = Amounts(*(amount / count for amount in amounts))
+    if voices := _plain(one, profile, rounding.times(1 / count)):
+        yield (Move(Fraction(1), voices),) * count
+
+
+def _plain(amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[WordedVoice, ...] | None:
+    """Return the words of the profile that make a motion in one beat; None if there are none."""
+    voices = []
+    for value, word, unit, allowed in _components(amounts, profile, rounding):
+        if abs(abs(value) - unit) <= allowed:
+            voices.append(WordedVoice(word))
+        elif word in ("left", "right") and abs(abs(value) - unit / 2) <= allowed:
+            voices.append(WordedVoice(f"half{word}"))
+        else:
+            return None
+    return tuple(voices) or (WordedVoice("rest"),)
+
+
+def _components(amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[float, str, float, float]]:
+    """Yield each component that is not nearly zero: its value, its word, what the plain word moves, what is allowed."""
+    pairs = (("forward", "backward"), ("strafeleft", "straferight"), ("up", "down"))
+    for value, words in zip(amounts[:3], pairs, strict=True):
+        if abs(value) > rounding.meters:
+            yield value, words[value < 0], profile.step, rounding.meters
+    if abs(amounts.yaw) > rounding.radians:
+        yield amounts.yaw, ("left", "right")[amounts.yaw < 0], profile.quarter_turn, rounding.radians
+
+
+def _whole(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[Move, ...]]:
+    """Yield one move that makes the motion in all its beats."""
+    voices = [_measured(*component) for component in _components(amounts, profile, rounding)]
+    yield (Move(beats, tuple(voices) or (WordedVoice("rest"),)),)
+    if abs(amounts.x) > rounding.meters and abs(amounts.yaw) > rounding.radians:
+        turn, ahead = abs(amounts.yaw), abs(amounts.x)
+        for voice in _turns(amounts.yaw, profile, rounding):
+            radius = _rounded(ahead / turn, _LENGTHS, rounding.meters / turn)
+            arc = voice._replace(radius=radius, frontal=amounts.x < 0)
+            others = amounts._replace(x=0.0, yaw=0.0)
+            beside = [_measured(*component) for component in _components(others, profile, rounding)]
+            yield (Move(beats, (arc, *beside)),)
+
+
+def _turns(yaw: float, profile: Profile, rounding: Rounding) -> Iterator[WordedVoice]:
+    word = ("left", "right")[yaw < 0]
+    if plain := _plain(Amounts(0, 0, 0, yaw), profile, rounding):
+        yield plain[0]
+    yield WordedVoice(word, _rounded(math.degrees(abs(yaw)), _ANGLES, math.degrees(rounding.radians)))
+
+
+def _measured(value: float, word: str, unit: float, allowed: float) -> WordedVoice:
+    """Return the word with a measure, or without one if it fits as it is."""
+    if abs(abs(value) - unit) <= allowed:
+        return WordedVoice(word)
+    if word in ("left", "right"):
+        if abs(abs(value) - unit / 2) <= allowed:
+            return WordedVoice(f"half{word}")
+        return WordedVoice(word, _rounded(math.degrees(abs(value)), _ANGLES, math.degrees(allowed)))
+    return WordedVoice(word, _rounded(abs(value), _LENGTHS, allowed))
+
+
+def _rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
+    """Round to the coarsest level that is near enough; never to zero."""
+    for level in levels:
+        rounded = round(value / level) * level
+        if rounded and abs(float(rounded) - value) <= allowed:
+            return Fraction(rounded)
+    return max(Fraction(round(value / levels[-1])), Fraction(1)) * levels[-1]
+
+
+def amounts_of(move: Move, profile: Profile) -> Amounts:
+    """Return what a move moves in all its beats."""
+    total = [0.0, 0.0, 0.0, 0.0]
+    for voice in move.voices:
+        for place, value in enumerate(_amounts(voice, profile)):
+            total[place] += value
+    return Amounts(*total)
+
+
+def _amounts(voice: WordedVoice, profile: Profile) -> Amounts:
+    word, measure, radius, frontal = voice
+    sign = -1.0 if word in ("backward", "straferight", "down", "right", "halfright") else 1.0
+    if word == "rest":
+        return Amounts(0, 0, 0, 0)
+    if word in ("left", "right", "halfleft", "halfright"):
+        plain = profile.quarter_turn / (2 if word.startswith("half") else 1)
+        turn = math.radians(measure) if measure is not None else plain
+        ahead = float(radius) * turn if radius is not None else 0.0
+        return Amounts(-ahead if frontal else ahead, 0.0, 0.0, sign * turn)
+    way = sign * (float(measure) if measure is not None else profile.step)
+    place = 0 if word in ("forward", "backward") else 1 if "strafe" in word else 2
+    return Amounts(*(way if at == place else 0.0 for at in range(4)))
+
+
+def mirrored(node: Node) -> Node:
+    """Return what `reflect sagittal` makes of a node."""
+    return _turned(node, MIRRORED, backward=False)
+
+
+def retraced(node: Node) -> Node:
+    """Return what `retrograde` makes of a node."""
+    return _turned(node, NEGATED, backward=True)
+
+
+@lru_cache(maxsize=20_000)
+def _turned_move(node: Move, backward: bool) -> Move:
+    words = NEGATED if backward else MIRRORED
+    voices = [
+        each._replace(
+            word=words.get(each.word, each.word), frontal=each.frontal != (backward and each.radius is not None)
+        )
+        for each in node.voices
+    ]
+    return replace(node, voices=tuple(voices))
+
+
+def _turned(node: Node, words: dict[str, str], backward: bool) -> Node:
+    order = -1 if backward else 1
+    match node:
+        case Move():
+            return _turned_move(node, backward)
+        case NodeSeries(items):
+            return NodeSeries(tuple(_turned(each, words, backward) for each in items[::order]))
+        case Bracketed(items):
+            return Bracketed(tuple(_turned(each, words, backward) for each in items[::order]))
+        case Shaped("ramp", numbers, body):
+            return Shaped("ramp", numbers[::order], _turned(body, words, backward))
+        case Shaped(by, numbers, body):
+            if by in TURNS:
+                return around(TURNS[by] ^ (2 if backward else 1), body)
+            return Shaped(by, numbers, _turned(body, words, backward))
+        case Named():
+            return around(2 if backward else 1, node)
+
+
+TURNS = {"reflect sagittal": 1, "retrograde": 2, "retrograde reflect sagittal": 3}
+
+
+def around(turns: int, node: Node) -> Node:
+    """Return a node under `reflect sagittal` (1), `retrograde` (2), both (3), or neither (0)."""
+    by = next((name for name, each in TURNS.items() if each == turns), None)
+    return Shaped(by, (), node) if by else node

@@ -1,0 +1,52 @@
+"""`improv transcribe`, run as people run it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.commands.command_line import run, written
+from tests.transcription.test_transcribe import path_of
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    rows = [
+        f"{place.time},{place.x},{place.y},{place.heading}" for place in path_of("a $ repeat 4 (forward left)")["a"]
+    ]
+    return written(tmp_path, "\n".join(["t_s,x_m,y_m,yaw_rad", *rows]), "ada.csv")
+
+
+def test_a_table_becomes_a_program_that_is_right(table: Path) -> None:
+    done = run("transcribe", table)
+    assert (done.returncode, done.stdout) == (0, "ada $ repeat 4 (forward left)\n")
+    assert done.stderr == "improv: ada is at most 0 cm and 0° off\n"
+
+
+def test_a_new_file_is_written_and_no_other(table: Path) -> None:
+    output = table.with_suffix(".improv")
+    assert run("transcribe", table, "-o", output, "--robot", "bo").stdout == ""
+    assert output.read_text() == "bo $ repeat 4 (forward left)\n"
+    done = run("transcribe", table, "-o", output)
+    assert (done.returncode, done.stderr) == (2, f"improv: {output} exists already: name a new file\n")
+
+
+def test_a_recording_of_commands_becomes_its_program(tmp_path: Path) -> None:
+    program = written(tmp_path, "ada $ repeat 3 (forward left) backward\n")
+    run("record", program, "-o", tmp_path / "dance.mcap")
+    assert "ada $ repeat 3 (forward left) backward" in run("transcribe", tmp_path / "dance.mcap").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--tolerance", "3"], "3 is no length above 0"),
+        (["--robot", "zoe"], ""),
+    ],
+)
+def test_wrong_arguments_are_one_line(table: Path, arguments: list[str], line: str) -> None:
+    both = written(table.parent, table.read_text(), "bo.csv")
+    done = run("transcribe", table, both, *arguments)
+    assert done.returncode == 2
+    assert (line or "no robot is named zoe: there are ada, bo") in done.stderr

@@ -1,0 +1,162 @@
+"""Paths → programs: before, a program whose path is taken; after, the program that comes back."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping
+from fractions import Fraction
+from textwrap import dedent
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.path import pose_at
+from improv_core.score.score import Score
+from improv_core.transcription.track import TimedPlace
+from improv_core.transcription.transcribe import Tolerance, Transcription, transcribe
+
+CLEAN = Tolerance(0.001, math.radians(0.3), 0.01)
+RATE = 20
+
+
+def score_for(text: str) -> Score:
+    analysis = analyze(dedent(text).strip() + "\n")
+    assert analysis.ok, (text, analysis.diagnostics)
+    return score_of(analysis)
+
+
+def path_of(text: str, noise: tuple[float, float] = (0.0, 0.0), rate: int = RATE) -> Mapping[str, list[TimedPlace]]:
+    """Return a program's ideal path, at `rate` places per second, with noise in meters and radians."""
+    score, dice = score_for(text), random.Random(1)
+    found: dict[str, list[TimedPlace]] = {}
+    for robot, part in score.parts.items():
+        seconds = Fraction(part.begins + part.movement.duration) * 60 / score.tempo
+        found[robot] = []
+        for number in range(int(seconds * rate) + 2):
+            time = Fraction(number, rate)
+            pose = pose_at(part, min(time, seconds) * score.tempo / 60)
+            assert pose
+            x, y, heading = (
+                value + dice.gauss(0, deviation) if deviation else value
+                for value, deviation in zip((pose.x, pose.y, pose.heading), (noise[0], *noise), strict=True)
+            )
+            found[robot].append(TimedPlace(float(time), x, y, pose.z, heading))
+    return found
+
+
+def farthest(path: Mapping[str, list[TimedPlace]], made: Transcription) -> float:
+    """Return how far the program that was made is from a path at most, in meters."""
+    score = score_for(made.text)
+
+    def off(robot: str, place: TimedPlace) -> float:
+        pose = pose_at(score.parts[robot], Fraction(place.time).limit_denominator(1000) * score.tempo / 60)
+        assert pose
+        return math.dist((place.x, place.y, place.z), (pose.x, pose.y, pose.z))
+
+    return max(off(robot, place) for robot, places in path.items() for place in places)
+
+
+def check(before: str, after: str | None = None, noise: tuple[float, float] = (0.0, 0.0)) -> Transcription:
+    """Check that a program's path becomes `after` (itself, by default), near the path."""
+    path = path_of(before, noise)
+    made = transcribe(path, tolerance=Tolerance() if any(noise) else CLEAN)
+    assert made.text == dedent(before if after is None else after).strip() + "\n"
+    assert farthest(path_of(before), made) < (0.03 if any(noise) else 0.001)
+    return made
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "a $ repeat 4 (forward left)",
+        "a $ forward 1.5m left 60deg forward 40cm",
+        "beat 100\n\na $ repeat 3 (forward (forward || halfright))",
+        "a $ slow 4 left 180deg radius 60cm",
+        "a $ repeat 2 [forward left] backward strafeleft rest up",
+        "beat 90\n\na $ ease slow 2 forward ease repeat 4 (forward || left)",
+        "a $ ramp 1/2 3/2 repeat 4 forward",
+        "beat 100\na b c d at line 3 around 0 -4.5\n\na b c d $ canon 2 repeat 3 (forward halfleft)",
+        "a b c at circle 2\n\na b c $ repeat 3 (forward right)",
+    ],
+)
+def test_a_program_comes_back_from_its_path(program: str) -> None:
+    check(program)
+
+
+def test_a_mirror_image_gets_the_phrase_by_its_name() -> None:
+    check(
+        """
+        a at 0 0
+        b at 0 -3
+
+        steps = forward left 60deg forward 1m right forward (forward || halfleft)
+
+        a $ steps
+        b $ reflect sagittal steps
+        """,
+        """
+        a at 0 0
+        b at 0 -3
+
+        phrase = forward left 60deg forward 1m right forward (forward || halfleft)
+
+        a $ phrase
+        b $ reflect sagittal phrase
+        """,
+    )
+
+
+def test_a_way_back_is_retrograde() -> None:
+    check(
+        "x = forward left 60deg forward 1m right forward\na $ x rest retrograde x",
+        """
+        phrase = forward left 60deg forward 1m right forward
+
+        a $ phrase rest retrograde phrase
+        """,
+    )
+
+
+@pytest.mark.parametrize("program", ["a $ repeat 4 (forward left)", "a $ repeat 2 (forward ease (left left))"])
+def test_noise_of_5_mm_and_1_degree_changes_nothing(program: str) -> None:
+    made = transcribe(path_of(program, noise=(0.005, math.radians(1))))
+    assert "a $ " + program.partition("$ ")[2] in made.text
+    assert farthest(path_of(program), made) < 0.03
+
+
+def test_headings_come_from_the_path_if_there_are_none() -> None:
+    path = [place._replace(heading=None) for place in path_of("a $ forward slow 4 left 180deg radius 1m")["a"]]
+    assert farthest({"a": path}, transcribe({"a": path})) < 0.03
+
+
+def test_a_robot_that_goes_back_does_not_turn_around() -> None:
+    path = [place._replace(heading=None) for place in path_of("a $ forward backward")["a"]]
+    assert transcribe({"a": path}, tolerance=CLEAN).text == "a $ forward backward\n"
+
+
+def test_uneven_samples_and_a_gap_change_nothing() -> None:
+    places = path_of("a $ repeat 4 (forward left) rest", rate=100)["a"]
+    kept = [place for number, place in enumerate(places) if number % 7 in (0, 3) and not 210 < number < 250]
+    assert transcribe({"a": kept}, tolerance=CLEAN).text == "a $ repeat 4 (forward left)\n"
+
+
+def test_a_tempo_that_was_given_is_kept() -> None:
+    made = transcribe(path_of("a $ forward left"), tolerance=CLEAN, tempo=30)
+    assert made.text == "beat 30\n\na $ [forward left]\n"
+
+
+WORDS = st.sampled_from(
+    ["forward", "left", "halfright", "backward 80cm", "rest", "right 60deg", "left 90deg radius 1m"]
+)
+
+
+@settings(max_examples=20)
+@given(st.lists(st.lists(WORDS, min_size=1, max_size=3), min_size=1, max_size=3))
+def test_paths_of_random_programs_stay_the_same(phrases: list[list[str]]) -> None:
+    text = "a $ forward " + " ".join(f"repeat 2 ({' '.join(phrase)})" for phrase in phrases)
+    path = path_of(text)
+    assert farthest(path, transcribe(path, tolerance=CLEAN)) < 0.001

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypedDict
 
 from improv_core.diagnostics import Severity
@@ -130,13 +129,11 @@ def embody(name: str, text: str, robot: str, toml: str) -> Prepared:
     real = analyze(own, read_robots(toml, Path(FILE_NAME)))
     wrong = [each.message for each in real.diagnostics if each.severity is Severity.ERROR or each.code in LIMITS]
     if real.ok and not wrong:
-        return _prepared(name, real)
+        return _prepared(name, real, (), {})
     return _refused(f"{name}: {robot} can't perform it: {wrong[0] if wrong else 'its improv.toml has errors'}")
 
 
-def _prepared(
-    name: str, analysis: Analysis, notes: Sequence[str] = (), names: Mapping[str, str] = MappingProxyType({})
-) -> Prepared:
+def _prepared(name: str, analysis: Analysis, notes: Sequence[str], names: Mapping[str, str]) -> Prepared:
     played = score_of(analysis)
     score = to_json(played)
     if len(json.dumps(score)) > LARGEST_SCORE:

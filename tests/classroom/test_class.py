@@ -523,7 +523,7 @@ profile = "slow"
 
 
 def test_a_real_robot_gets_the_dance_of_one_robot_within_its_limits() -> None:
-    ready = embody("Ada", "at = forward\nr at 1 2\nr $ at left\n", "turtle1", ROBOTS)
+    ready = json.loads(json.dumps(embody("Ada", "at = forward\nr at 1 2\nr $ at left\n", "turtle1", ROBOTS)))
     assert ready["problem"] == ""
     assert ready["score"]
     assert [*ready["score"]["parts"]] == ["turtle1"]

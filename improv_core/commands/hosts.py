@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 @click.group("hosts", cls=Group)
 def command() -> None:
-    """Allow Improv to start stages on other machines, with your ssh keys, and to open robots' addresses."""
+    """Allow Improv to use other machines, with your ssh keys, and robots' addresses."""
 
 
 @command.command()

@@ -122,6 +122,7 @@ def test_near_looks_ahead() -> None:
         r $ until near repeat 900 (backward left)
                   ^^^^ looks-ahead: `near` looks only ahead, and this goes backward: declare a sense that looks there in improv.toml
         r $ until near repeat 4 left until not near repeat 4 backward until near repeat (backward forward)
+        r $ until near choose (left forward) until near repeat choose (forward left)
     """)  # noqa: E501
 
 

@@ -179,7 +179,7 @@ def _too_sudden(
         moments, after = [*together], twist(velocity, profile, tempo)
         lasts = float(sum(moment.duration for moment in moments) * 60 / tempo)
         found = rush(profile.seconds_between(before, after), lasts, tempo)
-        if found and moments[0].sources and (not worst or found.slow > worst[0][0].slow):
+        if found and moments[0].sources and (not worst or found.shortage > worst[0][0].shortage):
             worst = [(found, moments[0])]
         before = after
     for over, moment in worst:
@@ -271,7 +271,7 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
     return next((node for node in words if node.word.velocity.yaw), None)
 
 
-def _too_much_at(code: str, span: Span, message: str, slow: Fraction, body: Span) -> Diagnostic:
+def _too_much_at(code: str, span: Span, message: str, slow: int, body: Span) -> Diagnostic:
     wrapped = (Edit(Span(body.start, body.start), f"slow {slow} ("), Edit(Span(body.end, body.end), ")"))
     return Diagnostic(code, span, message, (Fix(f"Wrap in slow {slow}", wrapped),))
 

@@ -9,16 +9,13 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.score.measured import DEGREE, Measure, in_si
+from improv_core.score.measured import DEGREE, in_si
 from improv_core.score.movement import NOTHING_AROUND, Movement, Peak, Piecewise, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.score.score import in_axes
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
-
-_LONGEST_FRACTION = 4
-"""The largest denominator of a suggested `slow`: 4/3 is easy to read, 17/13 is not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +29,13 @@ class Speeds:
 @dataclass(frozen=True, slots=True)
 class Fitting:
     """Changes that make a movement fit: `tempo` is the largest whole tempo at which it fits (None if below 1), and
-    `slow` the smallest simple factor for `slow` at the current tempo."""
+    `slow` the smallest whole factor for `slow` at the current tempo."""
 
     tempo: int | None
-    slow: Fraction
+    slow: int
 
     def advice(self) -> str:
-        """Return a sentence such as: use `beat 41` or `slow 3/2`"""
+        """Return a sentence such as: use `beat 41` or `slow 2`"""
         return f"use `beat {self.tempo}` or `slow {self.slow}`" if self.tempo else f"use `slow {self.slow}`"
 
 
@@ -47,7 +44,7 @@ class Excess(Fitting):
     """Amount by which a velocity exceeds a robot's limits, and the changes that make it fit.
 
     `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
-    their ratio. `slow` is whole if the velocity is measured.
+    their ratio.
     """
 
     kind: str
@@ -110,10 +107,7 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     if ratio <= 1:
         return None
     fitting = math.isqrt(math.floor(tempo * tempo / ratio))  # whole n with n² <= tempo² / ratio
-    is_measured = any(isinstance(each, Measure) for each in velocity)
-    longest = 1 if is_measured else _LONGEST_FRACTION
-    slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, longest + 1))
-    return Excess(fitting or None, slow, kind, _root(square), limit, _root(ratio))
+    return Excess(fitting or None, _root_up(ratio), kind, _root(square), limit, _root(ratio))
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +116,10 @@ class Rush(Fitting):
 
     needs: float
     lasts: float
+
+    @property
+    def shortage(self) -> float:
+        return self.needs / self.lasts
 
 
 def rush(needs: float, lasts: float, tempo: Fraction) -> Rush | None:
@@ -138,8 +136,7 @@ def rush(needs: float, lasts: float, tempo: Fraction) -> Rush | None:
 def fitting_by(factor: float, tempo: Fraction) -> Fitting:
     """Return what makes a movement fit that would have to be `factor` times as slow."""
     factor /= _SLACK
-    slow = min(Fraction(math.ceil(factor * parts), parts) for parts in range(1, _LONGEST_FRACTION + 1))
-    return Fitting(math.floor(float(tempo) / factor) or None, slow)
+    return Fitting(math.floor(float(tempo) / factor) or None, math.ceil(factor))
 
 
 def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:

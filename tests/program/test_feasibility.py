@@ -66,7 +66,7 @@ def test_movements_too_fast_to_be_smoothed() -> None:
         beat 60
         a = left forward
         tower $ left a backward
-                     ^ too-fast: smoothed, this would reach 0.267 m/s, over tower's limit of 0.22 m/s, so it is not smoothed: use `beat 49` or `slow 5/4`
+                     ^ too-fast: smoothed, this would reach 0.267 m/s, over tower's limit of 0.22 m/s, so it is not smoothed: use `beat 49` or `slow 2`
         burger $ forward
     """)
     check("""
@@ -119,10 +119,10 @@ def test_a_velocity_that_a_robot_cannot_get_to_in_time_is_too_sudden() -> None:
     check("""
         beat 60
         slow_turner $ [halfleft halfright] rest
-                                ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 3/2`
+                                ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 2`
         slow_turner $ halfleft halfright [forward rest]
         slow_turner $ fast 4 (forward rest)
-                              ^^^^^^^ too-sudden: this lasts 0.25 s, but slow_turner needs 0.533 s to get to that velocity: use `beat 41` or `slow 3/2`
+                              ^^^^^^^ too-sudden: this lasts 0.25 s, but slow_turner needs 0.533 s to get to that velocity: use `beat 41` or `slow 2`
         burger $ [halfleft halfright]
     """)
     check("""
@@ -134,7 +134,7 @@ def test_a_velocity_that_a_robot_cannot_get_to_in_time_is_too_sudden() -> None:
         beat 60
         slow_turner $ slow 3/2 [halfleft halfright] rest
         slow_turner $ repeat 1000000 [halfleft halfright]
-                                               ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 3/2`
+                                               ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 2`
     """)
 
 
@@ -144,7 +144,7 @@ def test_smoothing_may_need_more_than_a_robot_s_accelerations() -> None:
         beat 60
         gentle $ slow 2 halfleft
         gentle $ fast 2 halfleft
-                        ^^^^^^^^ too-sudden: this lasts 0.125 s, but gentle needs 0.349 s to get to that velocity: use `beat 35` or `slow 7/4`
+                        ^^^^^^^^ too-sudden: this lasts 0.125 s, but gentle needs 0.349 s to get to that velocity: use `beat 35` or `slow 2`
     """)
 
 
@@ -155,7 +155,7 @@ def test_too_fast_advises_a_tempo_and_a_factor() -> None:
         burger $ left quick forward
                       ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: use `beat 33` or `slow 2`
         burger $ [left left]
-                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: use `beat 54` or `slow 5/4`
+                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: use `beat 54` or `slow 2`
         burger omni $ scale 1/2 (forward || forward) rest
     """)
 
@@ -164,9 +164,9 @@ def test_too_fast_marks_the_fastest_item() -> None:
     check("""
         beat 60
         burger $ ease [forward forward] forward
-                       ^^^^^^^ too-fast: 0.533 m/s is over burger's limit of 0.22 m/s: use `beat 24` or `slow 5/2`
+                       ^^^^^^^ too-fast: 0.533 m/s is over burger's limit of 0.22 m/s: use `beat 24` or `slow 3`
         burger $ fast 2 forward left fast 3 forward
-                                            ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22` or `slow 11/4`
+                                            ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22` or `slow 3`
     """)
 
 

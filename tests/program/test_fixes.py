@@ -92,7 +92,7 @@ def test_brackets_are_closed_one_after_the_other() -> None:
 
 def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     robots = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
-    check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
+    check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 2 (forward || left)\n", robots)
 
 
 def test_only_a_robot_that_is_listed_is_played() -> None:

@@ -39,7 +39,7 @@ def test_limits_hold_for_commands_to_a_calibrated_robot() -> None:
 def test_an_excess_has_its_ratio_and_values_that_fit() -> None:
     found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
     assert found
-    assert found == Excess(66, Fraction(3, 2), "linear", 0.3, 0.22, found.factor)
+    assert found == Excess(66, 2, "linear", 0.3, 0.22, found.factor)
     assert found.factor == pytest.approx(0.3 / 0.22)
 
 
@@ -47,13 +47,13 @@ def test_the_most_exceeded_limit_is_named() -> None:
     both = Velocity(x=Fraction(2), yaw=Fraction(4))  # 0.4 m/s of 0.22; 6.28 rad/s of 2.84
     found = excess(both, TURTLEBOT3_BURGER, SIXTY)
     assert found
-    assert (found.kind, found.tempo, found.slow) == ("angular", 27, Fraction(9, 4))
+    assert (found.kind, found.tempo, found.slow) == ("angular", 27, 3)
 
 
 def test_no_whole_tempo_may_fit() -> None:
     found = excess(Velocity(x=Fraction(1000)), limited, Fraction(1))
     assert found
-    assert (found.tempo, found.slow) == (None, Fraction(20, 3))
+    assert (found.tempo, found.slow) == (None, 7)
 
 
 def test_without_limits_nothing_is_too_fast() -> None:
@@ -72,8 +72,7 @@ def test_suggested_tempos_fit_and_are_the_fastest(velocity: Velocity, tempo: Fra
     if not found:
         return
     assert excess(velocity, limited, tempo / found.slow) is None
-    assert found.slow.denominator <= 4
-    assert found.slow - Fraction(1, 4) < Fraction(found.factor).limit_denominator(10**6) <= found.slow
+    assert found.slow - 1 < Fraction(found.factor).limit_denominator(10**6) <= found.slow
     if found.tempo:
         assert excess(velocity, limited, Fraction(found.tempo)) is None
     assert excess(velocity, limited, Fraction((found.tempo or 0) + 1)) is not None

@@ -81,9 +81,17 @@ def lasting(parts: Iterable[Lengths], tempo: Fraction) -> str:
 
 
 def scene_lasting(analysis: Analysis, scene: int) -> str:
-    """Describe the length of a scene, counted from 0, like `lasting`."""
+    """Describe the length of a scene, counted from 0, like `lasting`, or what it lacks."""
+    if why := lack(analysis, scene):
+        return why
     parts = [scenes[scene] for scenes in analysis.parts.values() if scene < len(scenes)]
     return lasting(map(lengths, parts), analysis.tempo)
+
+
+def lack(analysis: Analysis, scene: int | None = None) -> str:
+    """Return the first error because of which nobody knows what robots play in a scene, or in all; empty if none."""
+    lines = ((index, analysis.played.get(index)) for index in sorted(analysis.lacks))
+    return next((analysis.lacks[index] for index, line in lines if line and scene in (None, line.scene)), "")
 
 
 def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | None:
@@ -100,7 +108,7 @@ def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | N
 
 def _lasting(analysis: Analysis, placed: Placed) -> str:
     """Describe the length of a line or a name, in brackets; empty for a phrase, which depends on its arguments."""
-    if not placed.meaning.ok or placed.statement.parameters:
+    if placed.index in analysis.lacks or placed.statement.parameters:
         return ""
     return _in_brackets(lasting([lengths(placed.meaning.movement)], analysis.tempo))
 

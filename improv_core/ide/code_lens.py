@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.ide.code_action_play import lasting, scene_lasting
+from improv_core.ide.code_action_play import lack, lasting, scene_lasting
 from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.program.analysis import Analysis
 
@@ -30,8 +30,7 @@ class Lens:
 def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
     """Yield the lens of a program, and those of the scenes that begin with these statements, in the order of the
     text."""
-    is_known = all(meaning.ok for meaning in analysis.meanings if meaning.robots)
-    yield Lens(0, _titled("▶ play", lasting(analysis.lengths.values(), analysis.tempo) if is_known else ""))
+    yield Lens(0, _titled("▶ play", lack(analysis) or lasting(analysis.lengths.values(), analysis.tempo)))
     for scene, index in enumerate(islice(analysis.breaks, MOST_SCENES), 1):
         if analysis.statement_ids[index] in scenes:
             line = analysis.lines.position(analysis.offsets[index]).line

@@ -113,6 +113,9 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
         return None
     placed = (f"starts at {stand_at(part.start)}",) if name in analysis.opening.places else ()
     about = f" (robot, profile {_code(part.profile.name)}): "
+    lines = (index for index, line in analysis.played.items() if name in dict(line.parts))
+    if lack := next((analysis.lacks[index] for index in lines if index in analysis.lacks), ""):
+        return Hover(Span(0, 0), _code(name), f"{about}everything it plays", (lack, *placed))
     if name not in analysis.lengths:
         return Hover(Span(0, 0), _code(name), f"{about}only stands there", placed)
     whole = timing(analysis.lengths[name], analysis.tempo)
@@ -156,12 +159,14 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         around, node = around[:-1], around[-2]
     meaning = None if _depends(node, statement.parameters) else analysis.movement(placed, node)
     here = _here(around, meaning, analysis.tempo) if placed.meaning.ok and meaning else ()
+    lack = _lack(analysis, placed, node)
     if isinstance(node, nodes.Name | nodes.Call):
         name = nodes.use_name(node)
         found = _name(analysis, node.span, name.text, placed.index, meaning, here, pictures)
         if analysis.bindings.definer(name.text, placed.index) is None:
             return None
         given = [each.text for each in nodes.numbers(node)]
+        found = replace(found, facts=(lack,), picture="") if lack else found
         return replace(found, word=" ".join([found.word, *given]))
     if isinstance(node, nodes.PoseTerm):
         facts = about_pose(analysis, placed, node.pose.text)
@@ -171,6 +176,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if not described:
         return None
     word, about = described
+    if lack:
+        return Hover(node.span, word, about, (lack,))
     if isinstance(node, nodes.PartTerm):
         here = (*about_part(analysis, placed, node.name.text), *here)
     elif meaning and any(isinstance(each, nodes.PartTerm) for each in around):
@@ -224,6 +231,16 @@ def _parameter(at: Cursor) -> Parameter | None:
     return next((each for each in own if each.name == at.token.text), None)
 
 
+def _lack(analysis: Analysis, placed: Placed, node: Node) -> str:
+    """Return the error because of which nobody knows what a node of a statement moves; empty if there is none."""
+    unknown = {each.span for each in placed.meaning.unresolved}
+    for name in nodes.names(node) if analysis.lacks else ():
+        definer = analysis.bindings.definer(name.text, placed.index)
+        if why := analysis.lacks.get(placed.index if name.span in unknown else -1 if definer is None else definer):
+            return why
+    return ""
+
+
 def _depends(node: Node, own: Sequence[Parameter]) -> bool:
     """Return whether the meaning of a node depends on the arguments of its phrase."""
     names = {each.name for each in own}
@@ -242,19 +259,20 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
     if statement.parameters:
         head, _ = label(statement.heads[0].text, statement.parameters)
         return Hover(token.span, _code(head), " (phrase)")
-    facts = _measures(analysis, placed, meaning)
+    lack = analysis.lacks.get(placed.index)
+    facts = (lack,) if lack else _measures(analysis, placed, meaning)
     plays = sign.type == "DOLLAR"
     if plays and token != sign:
         whole = robot_at(analysis, token.text, pictures)
-        if not whole:
-            return None
+        if not whole or lack:
+            return whole and replace(whole, span=token.span)
         facts = (*whole.facts, f"this line: {facts[0]}", *facts[1:], *_speeds(analysis, (token.text,), meaning))
         return Hover(token.span, whole.word, whole.about, facts, "", whole.picture)
-    drawn = _shape(analysis, placed, meaning) if pictures else ""
+    drawn = _shape(analysis, placed, meaning) if pictures and not lack else ""
     if not plays and token != sign:
         return Hover(token.span, _code(token.text), " (name)", facts, "", drawn)
     heads = _short(", ".join(_code(head.text) for head in statement.heads[:MOST_HEADS]))
-    if plays:
+    if plays and not lack:
         facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
     one = len(statement.heads) == 1
     about = (

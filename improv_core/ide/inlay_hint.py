@@ -43,7 +43,7 @@ def hints(analysis: Analysis, span: Span) -> list[Hint]:
 def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
     checkpoint()
     body, meaning = placed.body, placed.meaning
-    if not body or not meaning.ok:
+    if not body or placed.index in analysis.lacks:
         return
     for hint in (*_nested(body, ()), *_arguments(analysis, placed, body)):
         yield Hint(placed.start + hint.offset, hint.text, hint.about, hint.before)

@@ -11,6 +11,7 @@ from heapq import heappop, heappush
 from itertools import count
 
 from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.plain import message
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.definitions import Definition, ReadNodes, Scope, predefined
 from improv_core.program.diagnosis import diagnose, diagnose_statement
@@ -24,7 +25,7 @@ from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.bounds import is_measured
 from improv_core.score.movement import Movement
-from improv_core.slices import checkpoint
+from improv_core.slices import checkpoint, in_slices
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -64,6 +65,23 @@ class Analysis(Program):
     def diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
         return diagnose_statement(self, index, self._idle, self._alone)
+
+    @cached_property
+    def lacks(self) -> Mapping[int, str]:
+        """The first error in each statement whose movement lacks something because of it, or in a definition that the
+        statement uses: "a word is missing: `lft` in line 3"."""
+        found: dict[int, str] = {}
+        for fault in in_slices(sorted(self.faulty)):
+            meaning, waiting = self.meanings[fault], [] if self.meanings[fault].ok else [fault]
+            line, unknown = f"line {self.line_number(fault)}", meaning.unresolved
+            why = message(f"a word is missing: `{unknown[0].text}` in {line}") if unknown else f"{line} has an error"
+            while waiting:
+                index = waiting.pop()
+                if index not in found:
+                    found[index] = why
+                    defined = self.statements[index].defines
+                    waiting += self.bindings.users(defined, index) if defined else ()
+        return found
 
     @cached_property
     def predefined(self) -> Mapping[str, Definition]:

@@ -21,9 +21,20 @@ def check(program: str, *expected: str) -> None:
 def test_a_program_has_one_lens_with_its_length() -> None:
     check("beat 30\nx = up\nr $ repeat 4 up left # 🐢\ns $ up\n", "0: ▶ play · 5 beats, 10.0 s → all")
     check("r $ repeat up", "0: ▶ play · ∞ → all")
-    check("r $ pause near", "0: ▶ play → all")
-    for nothing in ("", "\n", "$ up", "x = lft", "r $ lft"):
+    for nothing in ("", "\n", "$ up", "x = lft"):
         check(nothing, "0: ▶ play → all")
+
+
+def test_a_lens_says_that_a_word_is_missing() -> None:
+    for program in ("\nr $ repeat 4 (up lft)", "\nx = lft\ns $ up\nr $ repeat 4 (up x)"):
+        check(program, "0: ▶ play · a word is missing: `lft` in line 2 → all")
+    check("r $ pause near", "0: ▶ play · line 1 has an error → all")
+    check("r $ up\nx = (\ns $ x", "0: ▶ play · line 2 has an error → all")
+    check(
+        "r $ lft\n---\nr $ up",
+        "0: ▶ play · a word is missing: `lft` in line 1 → all",
+        "1: ▶ scene 2 · 1 beat, 1.0 s → 1 to 1",
+    )
 
 
 def test_each_further_scene_has_a_lens() -> None:

@@ -244,3 +244,21 @@ def test_distances_are_those_of_the_robots_that_play() -> None:
     check("x = for|>ward\nbob $ x\nanna $ x", "forward", "at beat 60  \n", "bob: 2.0 m", "anna: 0.2 m", robots=BURGERS)
     check("x = le|>ft\nbob anna $ x", "left", "· 0.0 m, turns 90° left", robots=BURGERS)
     check("|>x = forward", "x", "· 0.2 m", robots=BURGERS.split("[robots.bob]")[0])
+
+
+def test_a_hover_says_that_a_word_is_missing() -> None:
+    missing = "a word is missing: `lft` in line 1"
+    for program in ("|>r $ repeat 4 (up lft)", "r |>$ repeat 4 (up lft)", "r $ re|>peat 4 (up lft)"):
+        check_missing(program, missing)
+    for line in ("|>r $ side side", "r |>$ side side", "r $ (|>side) up", "r $ rep|>eat 4 side"):
+        check_missing(f"side = up lft\n{line}", missing)
+    check_missing("x = up\nx = x (\n|>r $ x", "line 2 has an error")
+    check("r $ repeat 4 (u|>p lft)", "up", "1 beat")
+    check("side = up lft\nr $ repeat 4 (u|>p) side", "up", "1 beat")
+
+
+def check_missing(program: str, why: str) -> None:
+    """Check that a hover says why nothing is known, and neither a length nor a path."""
+    found = hover(*at_cursor(program), pictures=True)
+    assert found
+    assert (found.facts, found.picture) == ((why,), "")

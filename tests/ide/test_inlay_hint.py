@@ -39,6 +39,7 @@ def test_nested_brackets_show_their_rates() -> None:
 def test_wrong_statements_get_no_hint() -> None:
     for program in ("r $ lft up", "r $ (up", "r $ repeat 1/2 up", "beat 60", "# 🐢", "up", "r $", "x = []x"):
         check(program, program)
+    check("x = lft\ny = x up\nr $ repeat 4 y", "x = lft\ny = x up\nr $ repeat 4 y")
     check("x = up # unused\nr $ lft\ns $ ()", "x = up⟨1 beat⟩ # unused\nr $ lft\ns $ ()⟨0 beats⟩")
 
 

@@ -37,6 +37,14 @@ def test_names_and_the_words_behind_them() -> None:
     assert words(played, 4) == []
 
 
+def test_a_word_is_lit_with_its_measure() -> None:
+    played = analyze("arc n = left n*90deg radius 1m\nr $ forward 1.5m arc 2 left fast 2 up\n")
+    assert words(played, 0.5) == ["forward 1.5m"]
+    assert words(played, 1.5) == ["left n*90deg radius 1m", "arc"]
+    assert words(played, 2.5) == ["left"]
+    assert words(played, 0.5, played.edited(0, 0, "# up\n")) == ["forward 1.5m"]
+
+
 def test_silent_robots_light_nothing() -> None:
     assert words(analyze(PROGRAM), 0.5, silent=["r", "s"]) == ["down"]
 

@@ -98,3 +98,14 @@ test("a pose is one voice of two words, also under a name", () => {
   assert.deepEqual(program.wordStarts([14, 22]), [14, 18])
   assert.deepEqual(program.wordStarts([4, 8]), [4])
 })
+
+test("a word is lit with its measure", () => {
+  const text = "r $ left 180deg radius 60cm forward side*1m left fast 2 forward"
+  const words = new ProgramText(text, WORDS)
+  const lit = (/** @type {number} */ at, /** @type {string} */ word) =>
+    words.wordStarts([at, at + word.length]).map((start) => /^(?:[\d.]+|[a-z]+|.)/.exec(text.slice(start))?.[0])
+  assert.deepEqual(lit(4, "left"), ["left", "180", "deg", "radius", "60", "cm"])
+  assert.deepEqual(lit(28, "forward"), ["forward", "side", "*", "1", "m"])
+  assert.deepEqual(lit(44, "left"), ["left"])
+  assert.deepEqual(lit(9, "180deg"), ["180", "deg"])
+})

@@ -16,6 +16,12 @@ const REST = "·"
 const POSE = "⇢"
 const CHANCE = "chance" // in the place of what dice have left out
 
+const LONGEST = 200 // characters of a measure that are lit
+// A product in which a number has a unit, and a radius.
+const MEASURE = String.raw`(?:[\p{L}\d._]+\s*[*/×]\s*)*[\d.]+(?:deg|cm|mm|m|°)(?![\p{L}\d_])(?:\s*[*/×]\s*[\p{L}\d._]+)*`
+const MEASURES = new RegExp(String.raw`^(?:\s*${MEASURE})?(?:\s*radius\s+${MEASURE})?`, "u")
+const PIECE = /[*/×]|[\d.]+|[^\s\d.*/×]+/g // as words are colored
+
 export class ProgramText {
   #text
   #words
@@ -45,14 +51,19 @@ export class ProgramText {
     return this.#text.slice(start, end)
   }
 
-  /** The starts of the words in a span: a pose has two, such as `to high`, everything else one. @param {number[]} span */
+  /**
+   * The starts of the words in a span: of both in a pose, such as `to high`, and of a measure behind a word.
+   * @param {number[]} span
+   */
   wordStarts([start, end]) {
-    return [...this.word([start, end]).matchAll(/\S+/g)].map(({ index }) => start + index)
+    const measure = Object.hasOwn(this.#words, this.word([start, end])) ? (MEASURES.exec(this.#text.slice(end, end + LONGEST))?.[0] ?? "") : ""
+    return [...this.#text.slice(start, end + measure.length).matchAll(PIECE)].map(({ index }) => start + index)
   }
 
   /** Returns whether a span moves a robot, and is no name of something that does. @param {number[]} span */
   moves(span) {
-    return Object.hasOwn(this.#words, this.word(span)) || this.wordStarts(span).length > 1
+    const word = this.word(span)
+    return Object.hasOwn(this.#words, word) || /\s/.test(word)
   }
 
   /**

@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.ide.semantic_tokens import Uncolored, colored, fragments
 from improv_core.program.analysis import Analysis
 from improv_core.slices import in_slices
 from improv_core.syntax.parser import LONGEST_KEPT
@@ -31,9 +31,9 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
-    for start, text, unknown, strange, body_words in in_slices(fragments(analysis, first, last)):
-        make = _kept if len(text) <= LONGEST_KEPT else _shape
-        first_line, column, rest, last_line = make(text, unknown, strange, body_words, encoding)
+    for start, fragment in in_slices(fragments(analysis, first, last)):
+        make = _kept if len(fragment.text) <= LONGEST_KEPT else _shape
+        first_line, column, rest, last_line = make(fragment, encoding)
         if not rest:
             continue
         while line + 1 < len(starts) and starts[line + 1] <= start:
@@ -95,14 +95,13 @@ class _Shape(NamedTuple):
     last_line: int
 
 
-def _shape(
-    text: str, unknown: tuple[str, ...], strange: tuple[str, ...], body_words: tuple[str, ...], encoding: Encoding
-) -> _Shape:
+def _shape(fragment: Uncolored, encoding: Encoding) -> _Shape:
+    text = fragment.text
     starts = LineIndex(text).starts
     last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []
     line = before = 0
-    words = colored(text, unknown, strange, body_words)
+    words = colored(fragment)
     if plain and not last_line:  # the usual case: a document that was just opened has thousands of words
         for start, end, kind, modifiers in in_slices(words):
             found += (0, start - before, end - start, kind, modifiers)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Iterator
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import TO
+from improv_core.program.meaning import as_read
 from improv_core.slices import in_slices
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
 from improv_core.syntax.lexer import NUMBER
@@ -27,13 +28,23 @@ Colored: TypeAlias = tuple[int, int, int, int]
 """The start and end of a word, counted from the start of its fragment, and its type and modifiers (one bit each),
 numbered as in the legend."""
 
-Fragment: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...], tuple[str, ...]]
-"""The offset and the text of a statement or a comment line; the undefined names in it, and the unknown robots and
-senses, which get no color; and the names that are words of robots' bodies."""
+
+class Uncolored(NamedTuple):
+    """A statement or a comment line, with all that decides its colors.
+
+    `unknown` are the undefined names in it, and `strange` the unknown robots and senses: these get no color.
+    `body_words` are the names that are words of robots' bodies. If it `hides_radius`, that is a name in it.
+    """
+
+    text: str
+    unknown: tuple[str, ...] = ()
+    strange: tuple[str, ...] = ()
+    body_words: tuple[str, ...] = ()
+    hides_radius: bool = False
 
 
-def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Fragment]:
-    """Yield the fragments of a program that touch the text between two offsets, in order."""
+def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[tuple[int, Uncolored]]:
+    """Yield the fragments of a program that touch the text between two offsets, in order, each with its offset."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
     suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
@@ -42,25 +53,26 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
             yield from _comment_lines(text, place, start, first, stop)
         if start > stop:
             return
-        fragment = analysis.statements[index].text
-        place = start + len(fragment)
+        statement = analysis.statements[index]
+        place = start + len(statement.text)
         if place >= first:
             unknown, strange = _unknown(analysis, index) if index in suspects else ((), ())
-            yield start, fragment, unknown, strange, _body_words(analysis, index)
+            hides_radius = as_read(statement, analysis.meanings[index].scope) is not statement
+            yield start, Uncolored(statement.text, unknown, strange, _body_words(analysis, index), hides_radius)
     yield from _comment_lines(text, place, len(text), first, stop)
 
 
-def colored(
-    text: str, unknown: tuple[str, ...], strange: tuple[str, ...], body_words: tuple[str, ...]
-) -> list[Colored]:
-    """Return the colored words of a fragment, in order. They depend only on the arguments, so they can be cached.
+def colored(fragment: Uncolored) -> list[Colored]:
+    """Return the colored words of a fragment, in order. They depend only on it, so they can be cached.
 
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
+    text, unknown, strange, body_words, hides_radius = fragment
     sign, heads, parameters = None, set[tuple[int, int]](), dict[str, tuple[int, int]]()
     opening: dict[int, tuple[int, tuple[int, int] | None]] = {}
     if not text.startswith(tuple(HASHES)):
         statement = parse_statement(text)
+        statement = statement.as_names if hides_radius and statement.as_names else statement
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
         parameters = {each.name: each.token.span for each in statement.parameters}
@@ -131,10 +143,10 @@ def _body_words(analysis: Analysis, index: int) -> tuple[str, ...]:
     return tuple(name for name in uses if takes(analysis, name, index) is not None)
 
 
-def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Fragment]:
+def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[tuple[int, Uncolored]]:
     for comment in _COMMENT.finditer(text, start, end):
         if comment.start() <= last and comment.end() >= first:
-            yield comment.start(), comment.group(), (), (), ()
+            yield comment.start(), Uncolored(comment.group())
 
 
 def _kind(name: str, *modifiers: str) -> tuple[int, int]:

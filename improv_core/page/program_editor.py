@@ -226,8 +226,8 @@ def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
 def _colors(analysis: Analysis) -> Iterator[int]:
     """Yield three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
     before = 0
-    for offset, text, unknown, strange, body_words in fragments(analysis):
-        for start, end, kind, _ in _colored(text, unknown, strange, body_words):
+    for offset, fragment in fragments(analysis):
+        for start, end, kind, _ in _colored(fragment):
             yield from (offset + start - before, end - start, kind)
             before = offset + end
 

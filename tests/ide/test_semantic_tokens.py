@@ -7,7 +7,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.ide.semantic_tokens import Uncolored, colored, fragments
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import read_robots
@@ -18,8 +18,8 @@ def check(program: str | Analysis, *words: str) -> None:
     """Check that these words have a color, written as `word:type` or `word:type.modifier`."""
     analysis = analyze(program) if isinstance(program, str) else program
     found = []
-    for start, text, unknown, strange, body_words in fragments(analysis):
-        for begin, end, kind, modifiers in colored(text, unknown, strange, body_words):
+    for start, fragment in fragments(analysis):
+        for begin, end, kind, modifiers in colored(fragment):
             kinds = [TYPES[kind], *(name for bit, name in enumerate(MODIFIERS) if modifiers >> bit & 1)]
             found.append(f"{analysis.text[start + begin : start + end]}:{'.'.join(kinds)}")
     assert found == list(words)
@@ -47,6 +47,11 @@ def test_units_and_radius_have_colors_only_in_measures() -> None:
         *("r:class", "$:operator", left, "90:number", "deg:number", "radius:keyword", "2:number", "m:number"),
     )
     check("m = up\nr $ fast 2m", *("m:variable.definition", "=:operator", UP, "r:class", "$:operator"), *FAST_M)
+    check(
+        "radius = up\nr $ left radius fast 2 radius",
+        *("radius:variable.definition", "=:operator", UP, "r:class", "$:operator", left, "radius:variable"),
+        *("fast:keyword", "2:number", "radius:variable"),
+    )
     check("room 6m 4", "room:keyword", "6:number", "m:number", "4:number")
 
 
@@ -99,13 +104,13 @@ def test_broken_statements_keep_their_colors() -> None:
 
 def test_only_what_is_in_sight() -> None:
     text = "# one\nr $ up\n# two\ns $ up\n# three\n"
-    found = [fragment for _, fragment, *_ in fragments(analyze(text), text.index("up"), text.index("s"))]
+    found = [fragment.text for _, fragment in fragments(analyze(text), text.index("up"), text.index("s"))]
     assert found == ["r $ up", "# two", "s $ up"]
 
 
 @given(st.lists(st.sampled_from([*"rx$=|(]-+?#😀 \n\ufeff", "up ", "beat", "||", ".5", "3/2", "1x"])).map("".join))
 def test_only_tokens_and_comments_have_a_color(text: str) -> None:
-    found = {(start, end) for start, end, *_ in colored(text, (), (), ())}
+    found = {(start, end) for start, end, *_ in colored(Uncolored(text))}
     comments = {comment.span() for comment in re.finditer(r"#[^\r\n]*", text)}
     tokens = {token.span: token.type for token in lex(text)}
     assert found <= comments | set(tokens)

@@ -124,8 +124,8 @@ def use_in_editor(analysis: Analysis, offset: int) -> None:
     hints(analysis, everything)
     outline(analysis)
     folds(analysis)
-    for _, fragment, unknown, strange, body_words in fragments(analysis):
-        colored(fragment, unknown, strange, body_words)
+    for _, fragment in fragments(analysis):
+        colored(fragment)
     lit_words(Replay(score_of(analysis)), 1.5, Places(analysis, analysis), lambda robot: False)
 
 

@@ -73,18 +73,23 @@ def check(
     around it.
 
     `before` is the knowledge of the report on an earlier version: only pairs with a changed robot are checked again.
-    Senses are as `predict` says, or else as in pictures without a world. With a prediction, no fixes are searched: each
-    one would need another prediction.
+    Senses are as `predict` says, or else as in pictures without a world. Each fix for robots whose meeting depends on
+    senses needs another prediction, so few are tried, only for the first meeting, and only if the dance ends.
     """
     if not needs_check(analysis):
         return None
     score = score_of(analysis)
     prediction = prediction_of(analysis, score, predict)
     found = check_room(prediction.score if prediction else score, before=before)
-    room = _Room(analysis, prediction.score if prediction else pictured(score), _assumed(score, prediction))
+    drawn = prediction.score if prediction else pictured(score)
+    room = _Room(analysis, drawn, _assumed(score, prediction), predict if prediction else None)
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
-    most = 0 if prediction else min(MOST_FIXED // len(score.parts), MOST_TRIED)
-    reported = [room.meeting(each, number < most) for number, each in enumerate(meetings)]
+    most = min(MOST_FIXED // len(score.parts), MOST_TRIED)
+    most_predicted = 1 if prediction and prediction.cut is None else 0
+    reported = [
+        room.meeting(each, number < (most_predicted if room.senses(each) else most))
+        for number, each in enumerate(meetings)
+    ]
     reported += map(room.hit, hits)
     if hidden := len(found.meetings) + len(found.hits) - len(reported):
         message = f"fix what is marked first: {hidden:,} more problem{_s(hidden)} of this kind aren't marked yet"
@@ -129,11 +134,20 @@ def _flies(analysis: Analysis) -> bool:
 
 @dataclass(frozen=True)
 class _Room:
-    """The reports about a program. The score is the one for pictures, for which something was `assumed`."""
+    """The reports about a program. The score is the one for pictures, for which something was `assumed`, or its senses
+    were predicted."""
 
     analysis: Analysis
     score: Score
     assumed: str
+    predict: Predict | None
+
+    def senses(self, meeting: Meeting) -> bool:
+        """Return whether something that was predicted decides about a meeting."""
+        parts = self.score.parts
+        return self.predict is not None and (
+            self.score.scenes > 1 or any(parts[robot].senses for robot in meeting.robots)
+        )
 
     def meeting(self, meeting: Meeting, fixed: bool) -> Diagnostic:
         """Return the diagnostic about a meeting, with fixes if `fixed`."""
@@ -159,7 +173,8 @@ class _Room:
                 f"`{one}` and `{other}` meet at {moment(meeting.beat)}{self.assumed}, as near as"
                 f" {decimal(meeting.distance, 3)} m{again}: keep them {decimal(needed)} m apart"
             )
-        found = _fixes(self.analysis, self.score, meeting) if fixed else ()
+        predict = self.predict if self.senses(meeting) else None
+        found = _fixes(self.analysis, self.score, meeting, predict) if fixed else ()
         return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
 
     def hit(self, hit: Hit) -> Diagnostic:
@@ -238,25 +253,27 @@ def _s(count: int) -> str:
     return "" if count == 1 else "s"
 
 
-MOST_RESTS = 16
-"""The most beats of `rest` that are tried."""
+MOST_RESTS, MOST_PREDICTED = 16, 3
+"""The most beats of `rest` that are tried, and the most with a prediction of their own."""
 MOST_SIZES = 15
 LARGER = 1.25
 """The number of larger formations that are tried, and the factor from each to the next."""
 
 
-def _fixes(analysis: Analysis, score: Score, meeting: Meeting) -> tuple[Fix, ...]:
-    """Return the fixes that keep two robots apart that meet. `score` is that of the program for pictures."""
-    return (*_rests(analysis, score, meeting), *_distances(analysis, meeting.robots))
+def _fixes(analysis: Analysis, score: Score, meeting: Meeting, predict: Predict | None) -> tuple[Fix, ...]:
+    """Return the fixes that keep two robots apart that meet. `score` is that of the program for pictures. If senses
+    decide about them, `predict` says how after a fix."""
+    larger = () if predict else _distances(analysis, meeting.robots)
+    return (*_rests(analysis, score, meeting, predict), *larger)
 
 
-def _rests(analysis: Analysis, score: Score, meeting: Meeting) -> Iterator[Fix]:
+def _rests(analysis: Analysis, score: Score, meeting: Meeting, predict: Predict | None) -> Iterator[Fix]:
     """Have one of the two rest first: the one that needs fewer beats, or if both need the same, the one named later."""
     scene, _ = score.scene_at(near(meeting.beat))
-    for beats in range(1, MOST_RESTS + 1):
+    for beats in range(1, (MOST_PREDICTED if predict else MOST_RESTS) + 1):
         for robot in reversed(meeting.robots):
             fix = _rest(analysis, robot, scene, beats)
-            if fix and _clears(analysis, fix.edits[0], meeting.robots):
+            if fix and _clears(analysis, fix.edits[0], meeting.robots, predict):
                 yield fix
                 return
 
@@ -312,11 +329,14 @@ def _least(too_small: int, is_enough: Callable[[int], bool]) -> int | None:
     return None
 
 
-def _clears(analysis: Analysis, edit: Edit, pair: tuple[str, str]) -> bool:
+def _clears(analysis: Analysis, edit: Edit, pair: tuple[str, str], predict: Predict | None = None) -> bool:
     """Return whether two robots don't meet any more after an edit, which must leave all robots at their places."""
     edited = analysis.edited(*edit.span, edit.text)
     if not edited.ok:
         return False
     before, after = score_of(analysis).parts, score_of(edited)
     moved = [name for name, part in after.parts.items() if part.start != before[name].start]
-    return (not moved or edit.span.start < edit.span.end) and not would_meet(after, *pair)
+    if moved and edit.span.start == edit.span.end:
+        return False
+    prediction = predict and prediction_of(edited, after, predict)
+    return not would_meet(prediction.score if prediction else after, *pair)

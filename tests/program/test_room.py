@@ -192,6 +192,25 @@ def test_senses_are_decided_as_predicted() -> None:
         assert "assuming that no sense is ever true" in str(predicting(other, dry_run.predict))
 
 
+SENSING_CROSSING = "room 20 20\nada at -2 0\nbo at 0 -2 facing 90\nbo $ forward forward\n"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "ada $ until bump (forward forward)\n",
+        "ada $ forward forward\ncleo at 5 5\ncleo $ until near repeat forward 1m\n",
+    ],
+)
+def test_a_meeting_that_was_predicted_has_a_fix(lines: str) -> None:
+    program = SENSING_CROSSING + lines
+    (meeting,) = (each for each in predicting(program, dry_run.predict).diagnostics if each.code == "meets")
+    (fix,) = meeting.fixes
+    assert fix.title == "Start ada 1 beat later"
+    after = predicting(applied(program, fix.edits), dry_run.predict)
+    assert "meets" not in [each.code for each in after.diagnostics]
+
+
 def test_messages_mention_what_a_prediction_assumes() -> None:
     program = "room 6 4\nada $ until cue (until bump repeat scale 1/4 forward) forward\n"
     (diagnostic,) = predicting(program, dry_run.predict).diagnostics

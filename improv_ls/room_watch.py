@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic
+from improv_core.ipc.asking import Answerer
 from improv_core.program import joint_check, room
 from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
-from improv_ls.asking import Answerer
 from improv_ls.documents import Document
 from improv_ls.room_checker import OpenProgram, check
 

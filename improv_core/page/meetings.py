@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from dataclasses import astuple
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, replace
 from functools import partial
+from typing import Any, NamedTuple
 
+from improv_core.ipc.asking import Answerer
 from improv_core.page.background import Do
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.meetings import RoomCheck, check_room
 from improv_core.score.score import Score
+from improv_core.score.score_json import from_json, to_json
 
 MOST_SHOWN = 100
 """The most meetings and hits that pages are sent."""
@@ -19,19 +22,35 @@ EXACT = 1024
 """Beats are rounded down to this part of a beat, to which whole beats can be added exactly."""
 
 
+class SensingScore(NamedTuple):
+    """A score, as JSON, in which robots sense something."""
+
+    score: Mapping[str, Any]
+    generation: int
+
+
+Predict = Answerer[SensingScore, MeetingsMessage]
+
+
 class Meetings:
     """Checks the latest score that was shown for robots that meet. `publish` gets all meetings. `tell` gets a line if a
-    score has taken over from another, so that robots may meet that were apart."""
+    score has taken over from another, so that robots may meet that were apart.
+
+    A score that begins at beat 0 and in which robots sense something is performed by a process of its own: that takes
+    seconds, and the simulator must not wait.
+    """
 
     def __init__(self, publish: Callable[[MeetingsMessage], None], tell: Callable[[str], None], do: Do) -> None:
         self._publish = publish
         self._tell = tell
         self._do = do
         self._latest = 0  # the number of scores shown so far
+        self._predict: Predict | None = None  # while it predicts
 
     def show(self, score: Score, generation: int) -> None:
         """Check another score, or the same one once the times at which its parts began are known."""
         self._latest += 1
+        self.close()
         self._do(partial(self._look, score, generation, self._latest))
 
     def _look(self, score: Score, generation: int, number: int) -> None:
@@ -41,12 +60,44 @@ class Meetings:
             except Exception as problem:
                 print(f"meetings could not be checked: {problem!r}", file=sys.stderr)
 
+    def close(self) -> None:
+        """End the process that predicts, if there is one."""
+        if predict := self._predict:
+            predict.give_up()
+
     def _check(self, score: Score, generation: int) -> None:
         start = max((part.begins for part in score.parts.values()), default=score.since)
+        if not start and score.open:
+            number, predict = self._latest, Answerer(check_sensing)
+            self._predict = predict
+            try:
+                found = predict.ask(SensingScore(to_json(score), generation))
+                if number == self._latest:
+                    self._publish(found)
+                return
+            except (EOFError, OSError):
+                if number != self._latest:
+                    return
+            finally:
+                self._predict = None
+                predict.close()
         checked = check_room(score, math.floor(start * EXACT) / EXACT)
         self._publish(as_message(checked, generation, assumes=score.open))
         if start and (line := warning(checked, score)):
             self._tell(line)
+
+
+def check_sensing(asked: SensingScore) -> MeetingsMessage:
+    """Return the meetings in a score if senses decide as in the simulator."""
+    from improv_core.stage import dry_run  # only in the process that needs the simulator for it
+
+    score = from_json(asked.score)
+    prediction = dry_run.predict(score)
+    if not prediction:
+        return as_message(check_room(score, 0), asked.generation, assumes=True)
+    checked = check_room(prediction.score, 0)
+    checked = replace(checked, is_all=checked.is_all and prediction.cut is None)
+    return as_message(checked, asked.generation, assumes=bool(prediction.assuming))
 
 
 def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> MeetingsMessage:

@@ -68,7 +68,7 @@ class PageServer:
             scores=scores,
         )
         self.publish, self.show, self.report = self._broadcast.publish, self._broadcast.show, self._broadcast.report
-        self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1].do)
+        self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1].do)
         self._thread.start(self._serve)
         atexit.register(self.close)  # tells the page that the performance is over, not cut off
 
@@ -80,6 +80,7 @@ class PageServer:
     def close(self) -> None:
         """Send what has been published, then end all connections and the threads."""
         atexit.unregister(self.close)
+        self._meetings.close()
         for worker in self._workers:
             worker.close()
         self._thread.close()

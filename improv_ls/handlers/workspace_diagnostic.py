@@ -10,9 +10,9 @@ from pathlib import Path
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
+from improv_core.ipc.asking import Answerer
 from improv_core.robots.config import Robots
 from improv_ls import to_lsp
-from improv_ls.asking import Answerer
 from improv_ls.checker import Findings, ProgramFile, check
 from improv_ls.documents import Document, path_of, robots_of
 from improv_ls.handlers.diagnostic import diagnosed

@@ -21,8 +21,8 @@ from typing import IO, Any, NamedTuple, Self
 import pytest
 from pygls.protocol import default_converter
 
+from improv_core.ipc.asking import Answerer
 from improv_ls import framing, placing, progress, settling, slices
-from improv_ls.asking import Answerer
 from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]

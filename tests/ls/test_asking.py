@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.ipc.asking import Answerer
 from improv_core.robots.config import read_robots
 from improv_ls import checker, room_checker
-from improv_ls.asking import Answerer
 from improv_ls.checker import ProgramFile
 from improv_ls.room_checker import OpenProgram, Rooms
 from tests.processes import ours

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_ls.asking import Answerer
+from improv_core.ipc.asking import Answerer
 from tests.ls.client import LIMIT, Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
 

@@ -14,6 +14,7 @@ from improv_core.page.meetings import Meetings
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.page_messages import MeetingsMessage
+from improv_core.score.meetings import check_room
 from improv_core.score.score import Score
 from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited
 
@@ -72,6 +73,22 @@ def test_pages_get_meetings_and_hits(heard: Heard) -> None:
     assert [pose[0] for pose in meeting["poses"]] == pytest.approx([1.2, 1.8], abs=2e-3)
     assert message["hits"] == []
     assert heard.lines.empty()
+
+
+SENSING = "room 4 4\nada at -1.5 -1\nada $ until near repeat forward 1m\nbo at -1 1.5\nbo $ rest\n"
+
+
+@pytest.mark.slow("starts a process")
+def test_senses_decide_as_in_the_simulator(heard: Heard) -> None:
+    wall = score_of(analyze(SENSING))
+    assert check_room(wall, 0).hits  # if no sense held
+    message = heard.message(wall, 1)
+    assert (message["hits"], message["meetings"], message["assumes"]) == ([], [], False)
+    met = score_of(analyze(SENSING.replace("bo $ rest", "bo $ repeat 3 strafeleft 1m")))
+    heard.meetings.show(wall, 2)
+    message = heard.message(met, 3)
+    assert message["generation"] == 3
+    assert message["hits"][0]["robot"] == "bo"
 
 
 def test_a_save_that_brings_robots_together_has_a_warning(heard: Heard) -> None:

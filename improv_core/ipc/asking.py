@@ -1,6 +1,6 @@
 """A process of ours in which a function answers one question at a time. Both are values that pickle can copy.
 
-It is `python -m improv_ls.asking MODULE FUNCTION`.
+It is `python -m improv_core.ipc.asking MODULE FUNCTION`.
 """
 
 from __future__ import annotations
@@ -41,6 +41,11 @@ class Answerer(Generic[Question, Answer]):
         child = self._child = self._child or Child(command, POLICY)
         answer: Answer = _unpacked(child.ask(json.dumps(_packed(question)).encode(), self.limit))
         return answer
+
+    def give_up(self) -> None:
+        """Kill the process, so that the question that waits has no answer. Any thread may call it."""
+        if child := self._child:
+            child.kill()
 
     def close(self) -> None:
         """End the process. The next question starts another one."""

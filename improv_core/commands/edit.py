@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import click
@@ -20,7 +21,7 @@ from improv_core.commands.terminal import TerminalSession, first, performance, r
 from improv_core.page.program_editor import PageEditor
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
-from improv_core.protocol.editing import Analyze, EditorAnswer, Write
+from improv_core.protocol.editing import Analyze, AskPreview, EditorAnswer, Write
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options, usual_port
 from improv_core.storage.atomic_write import real
@@ -28,6 +29,8 @@ from improv_core.storage.program_file import Version, WriteError, latest, read_v
 from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
 
+QUIET = 0.2
+"""Seconds after the latest key before robots that meet are looked for."""
 NEVER = -1
 """An impossible count of stops: a request from before a stop is saved, but not played."""
 
@@ -71,7 +74,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
         if browser:
             opening = asyncio.create_task(performing.open_browser())
         performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
-        await first(desk.serve(asks), desk.check_rooms(), desk.follow(), performing.interrupted.wait())
+        await first(desk.serve(asks), desk.preview(), desk.check_rooms(), desk.follow(), performing.interrupted.wait())
         if browser:
             opening.cancel()
     return INTERRUPTED
@@ -87,6 +90,7 @@ class _Desk:
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots, lambda value: write_first_beat(path.parent, value))
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
+        self._unseen: asyncio.Queue[tuple[int, AskPreview]] = asyncio.Queue()
         performing.present(path)
         self._show()
 
@@ -98,18 +102,38 @@ class _Desk:
             if ask["type"] == "write":
                 await self._write(page, ask, asked)
                 continue
+            if ask["type"] == "preview":
+                self._unseen.put_nowait((page, ask))
+                continue
             self._answer(page, self._editor.answer(page, ask, rehearses=self._performing.rehearses))
             if ask["type"] == "analyze":
                 self._unchecked.put_nowait((page, ask))
 
+    async def preview(self) -> None:
+        """Send the paths of the pages' texts, forever."""
+        while True:
+            page, ask = await self._unseen.get()
+            answers = self._editor.previews(page, ask)
+            while await self._apart(page, partial(next, answers, None)):
+                pass
+
     async def check_rooms(self) -> None:
-        """Report the meetings of robots in the pages' texts, forever. On its own thread: a check may take a second."""
+        """Report the meetings of robots in the pages' texts, once nobody types, forever."""
         while True:
             page, ask = await self._unchecked.get()
-            try:
-                self._answer(page, await asyncio.to_thread(self._editor.check_room, page, ask))
-            except Exception as problem:
-                self._performing.screen.complain(f"improv: meetings could not be checked: {problem!r}")
+            if self._editor.has(page, ask["number"]):
+                await asyncio.sleep(QUIET)
+            await self._apart(page, partial(self._editor.check_room, page, ask))
+
+    async def _apart(self, page: int, answer: Callable[[], EditorAnswer | None]) -> EditorAnswer | None:
+        """Send a page an answer that may take a second, so another thread computes it, and return it."""
+        found = None
+        try:
+            found = await asyncio.to_thread(answer)
+            self._answer(page, found)
+        except Exception as problem:
+            self._performing.screen.complain(f"improv: the text on the page could not be looked at: {problem!r}")
+        return found
 
     async def follow(self) -> None:
         """Report changes of the file or its `improv.toml` by other programs, forever."""

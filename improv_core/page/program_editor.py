@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import TypeGuard
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
@@ -15,6 +15,7 @@ from improv_core.ide.hover import hover
 from improv_core.ide.placing import UNPLACED, formed, in_tempo, placed
 from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.outputs.simulator.collisions import NoCollisions, Touches
+from improv_core.page.text_preview import TextPreview
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
@@ -22,6 +23,7 @@ from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import (
     Analyze,
     Analyzed,
+    AskPreview,
     Change,
     ChangeEdits,
     Complete,
@@ -29,6 +31,7 @@ from improv_core.protocol.editing import (
     EditorAnswer,
     Explain,
     Explained,
+    Preview,
     ProgramChange,
     TextProblem,
     TuneMusic,
@@ -36,6 +39,8 @@ from improv_core.protocol.editing import (
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import RoomResults
+from improv_core.score.prediction import Predict, Prediction
+from improv_core.score.score import Score
 from improv_core.score.world import World
 from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
@@ -67,6 +72,8 @@ class PageEditor:
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
+        self._preview = TextPreview()
+        self._predicted: tuple[object, Prediction | None] | None = None  # of what robots play
 
     def answer(
         self, page: int, ask: Analyze | Complete | Explain | Change, *, rehearses: bool = False
@@ -99,6 +106,14 @@ class PageEditor:
             self._texts.popitem(last=False)
         return self._analyzed(ask["number"], analysis, analysis.diagnostics)
 
+    def previews(self, page: int, ask: AskPreview) -> Iterator[Preview]:
+        """Yield the paths of a page's text, and all again once it is known what robots sense: that may take a second.
+        None follow once the page has another text."""
+        if analysis := self._text(page, ask["number"]):
+            for preview in self._preview.answers(ask["number"], analysis, self._predict(page, ask["number"])):
+                if self.has(page, ask["number"]):
+                    yield preview
+
     def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
         """Return the answer of `analyze` with meetings, collisions, and motions that joints can't make.
 
@@ -107,13 +122,10 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        predict = partial(
-            dry_run.predict, touches=self._touches, wanted=lambda: self._text(page, ask["number"]) is not None
-        )
-        report = room.check(analysis, self._known, predict)
+        report = room.check(analysis, self._known, self._predict(page, ask["number"]))
         found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
         self._known = report.known if report else self._known
-        if not found or not self._text(page, ask["number"]):
+        if not found or not self.has(page, ask["number"]):
             return None
         return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *found])
 
@@ -153,6 +165,21 @@ class PageEditor:
             "picture": found.picture,
         }
 
+    def _predict(self, page: int, number: int) -> Predict:
+        """Return the function that finds out what robots sense as long as a page has this text. It keeps the latest
+        prediction: the preview and the check of the room need the same one."""
+
+        def predict(score: Score) -> Prediction | None:
+            plays = [(part.scenes, part.start, part.profile) for part in score.parts.values()]  # the same movements
+            if self._predicted and self._predicted[0] == (score.tempo, score.world, plays):
+                return self._predicted[1]
+            found = dry_run.predict(score, self._touches, lambda: self.has(page, number))
+            if self.has(page, number):
+                self._predicted = (score.tempo, score.world, plays), found
+            return found
+
+        return predict
+
     def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
         return {
             "type": "analyze",
@@ -180,6 +207,10 @@ class PageEditor:
             return _moved(ask["number"], (), REHEARSES.format("the starts", "them"))
         edits = edits_of(analysis, change)
         return _moved(ask["number"], edits or (), UNPLACED if edits is None else "")
+
+    def has(self, page: int, number: int) -> bool:
+        """Return whether this is the text of a page, and no newer one has come."""
+        return self._text(page, number) is not None
 
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))

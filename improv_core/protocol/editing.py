@@ -43,6 +43,13 @@ class Explain(TypedDict):
     offset: Count
 
 
+class AskPreview(TypedDict):
+    """Asks for the paths of the text with this number."""
+
+    type: Literal["preview"]
+    number: Count
+
+
 class Write(TypedDict):
     """Save this text, which is an edit of a revision of the file, and play it."""
 
@@ -89,7 +96,7 @@ class Change(TypedDict):
     change: ProgramChange
 
 
-AskEditor = Analyze | Complete | Explain | Write | Change
+AskEditor = Analyze | Complete | Explain | AskPreview | Write | Change
 """The requests that a page may send about the program. An answer has the type of its request."""
 
 
@@ -161,6 +168,26 @@ class Explained(TypedDict):
     picture: str
 
 
+class PreviewedPath(TypedDict):
+    """Starts at a pose (x, y, heading). Each stroke has the poses at its two ends, which a line or one arc joins. From
+    stroke `certain` on, senses may decide otherwise."""
+
+    start: Sequence[float]
+    strokes: Sequence[Sequence[float]]
+    certain: int
+
+
+class Preview(TypedDict):
+    """The paths of robots in the text with this number, before it is saved. If one is missing, `problem` says why.
+    Those of robots in `waits_for` come with another answer, once it is known what they sense."""
+
+    type: Literal["preview"]
+    number: int
+    robots: Mapping[str, PreviewedPath]
+    problem: str
+    waits_for: Sequence[str]
+
+
 class Written(TypedDict):
     """The text with this number was saved as `revision`, or `problem` has the reason why not, in one line."""
 
@@ -179,7 +206,7 @@ class ChangeEdits(TypedDict):
     problem: str
 
 
-EditorAnswer = Analyzed | Completed | Explained | Written | ChangeEdits
+EditorAnswer = Analyzed | Completed | Explained | Preview | Written | ChangeEdits
 
 
 class Answer(TypedDict):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
+from functools import cache
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, Movement
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.suppositions import as_pictured, certain_beats
@@ -75,7 +75,7 @@ def paths(score: Score, most_moments: int = MOST_MOMENTS, prediction: Prediction
     found = []
     for name, part in drawn.parts.items():
         is_certain = prediction and name not in prediction.assuming
-        path = _path(drawn, part, (part if is_certain else score.parts[name]).movement, most_moments)
+        path = path_of(drawn, part, (part if is_certain else score.parts[name]).movement, most_moments)
         found.append(replace(path, whole=False) if prediction and prediction.cut is not None else path)
     return found
 
@@ -122,8 +122,20 @@ def pictured(score: Score) -> Score:
     return replace(score, parts=parts)
 
 
-def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Path:
+def path_of(
+    score: Score,
+    part: Part,
+    assumed: Movement,
+    most_moments: int = MOST_MOMENTS,
+    most_strokes: int = MOST_STROKES,
+    most_beats: Duration | None = None,
+) -> Path:
+    """Return the ideal path of a part for what a program `assumed`, as `paths` does: up to `most_beats`, by default the
+    first beats of an endless path and all of another."""
+    moving_at = cache(lambda velocity: twist(velocity, part.profile, score.tempo))  # most moments have few velocities
+    seconds_of = cache(score.seconds)
     endless = part.movement.duration == ENDLESS
+    until = most_beats if most_beats is not None else ENDLESS_BEATS if endless else ENDLESS
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
     latest: Exact = 0  # the last time something new was drawn
@@ -134,15 +146,14 @@ def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Pat
     for walked, moment in enumerate(walk(part.movement, merge=True)):
         if moment.start >= doubtful and certain is None:
             certain = len(strokes)
-        if endless and moment.start >= ENDLESS_BEATS:
-            whole = latest < ENDLESS_BEATS / 2  # it only repeats itself
+        if moment.start >= until:
+            whole = endless and latest < until / 2  # it only repeats itself
             break
-        if walked == most_moments or len(strokes) >= MOST_STROKES:
+        if walked == most_moments or len(strokes) >= most_strokes:
             whole = False
             break
-        moving = twist(moment.velocity, part.profile, score.tempo)
-        beats = min(moment.duration, Fraction(ENDLESS_BEATS)) if endless else moment.duration
-        seconds = score.seconds(beats)
+        moving = moving_at(moment.velocity)
+        seconds = seconds_of(min(moment.duration, until))
         legs.append(Leg(pose, moving, seconds, moment.start, certain is None))
         for stroke in _strokes(pose, moving, seconds):
             pose = stroke.end

@@ -7,6 +7,7 @@ import io
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from improv_core.ipc.rate_limit import Throttle
@@ -35,8 +36,8 @@ PROGRAM = Path("dance.improv")
 UNWRITABLE = "this page can't write improv.toml: copy the line into it"
 UNTOUCHED = 0.7
 """Seconds without a key after which the meetings of robots are checked."""
-LONGEST_CHECK = 0.4
-"""Seconds that this check may take, because the page waits meanwhile. A longer check is given up."""
+LONGEST_CHECK, LONGEST_PREVIEW = 0.4, 0.1
+"""Seconds that this check and a preview may take, because the page waits meanwhile. Longer work is given up."""
 
 
 class BrowserBackend:
@@ -127,6 +128,11 @@ class BrowserBackend:
             if ask["type"] == "write":
                 await self._write(ask, asked)
                 continue
+            if ask["type"] == "preview":
+                answers = self._editor.previews(self._outbox.number, ask)
+                while self._unless_slow(LONGEST_PREVIEW, partial(next, answers, None)):
+                    pass
+                continue
             self._answer(self._editor.answer(self._outbox.number, ask))
             if ask["type"] == "analyze":
                 self._check_soon(ask)
@@ -139,9 +145,12 @@ class BrowserBackend:
         self._checking = asyncio.get_running_loop().call_later(UNTOUCHED, self._check, ask)
 
     def _check(self, ask: Analyze) -> None:
-        if self._stage.plays:
-            return
-        end = time.monotonic() + LONGEST_CHECK
+        if not self._stage.plays:
+            self._unless_slow(LONGEST_CHECK, partial(self._editor.check_room, self._outbox.number, ask))
+
+    def _unless_slow(self, limit: float, answer: Callable[[], EditorAnswer | None]) -> EditorAnswer | None:
+        """Send an answer and return it, unless it takes more than `limit` seconds."""
+        end = time.monotonic() + limit
 
         def give_up() -> None:
             if time.monotonic() > end:
@@ -149,11 +158,13 @@ class BrowserBackend:
 
         on_checkpoint(give_up)
         try:
-            self._answer(self._editor.check_room(self._outbox.number, ask))
+            found = answer()
         except TimeoutError:
-            return
+            return None
         finally:
             on_checkpoint(None)
+        self._answer(found)
+        return found
 
     async def _write(self, ask: Write, asked: int) -> None:
         """Play the program on the page. The page keeps the text itself."""

@@ -13,6 +13,7 @@ from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import violations
 from tests.page.conftest import SCHEMES, Keep, Show, at, box, wait, watch
 from tests.page.editing import IDLE, PLAYING, Edit
+from tests.page.looks import COUNT
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 
@@ -340,3 +341,33 @@ def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
         })"""
     )
     assert not {"source", "analyze", "write"} & set(said)
+
+
+COLOR = """index => {
+  const style = getComputedStyle(document.documentElement)
+  const read = name => style.getPropertyValue(name).trim()
+  const [from, to] = [read("--ground"), read("--robots").split(/\\s+/)[index]].map(color =>
+    [1, 3, 5].map(i => parseInt(color.slice(i, i + 2), 16)))
+  return from.map((value, i) => Math.round(value + (to[i] - value) * 0.85))
+}"""
+"""The color in which the path of the robot with this index is previewed."""
+
+
+@pytest.mark.slow("looks at every pixel of a page, again and again")
+def test_the_path_of_a_text_is_shown_before_it_is_saved_and_can_be_hidden(edit: Callable[[str], Edit]) -> None:
+    page = edit("beat 60\nada $ forward\n").page()
+    preview = page.get_by_role("button", name="Preview")
+    ada, bo = (f"({COUNT})(({COLOR})({index}))" for index in range(2))
+    wait(page, f"{ada} > 30 && {bo} === 0")
+    write(page, "bo at 0 1\nbo $ repeat 4 (forward left)\n")
+    wait(page, f"{ada} > 30 && {bo} > 30")
+    write(page, "bo $ lft\n")
+    expect(preview).to_have_text("Preview: a word is missing: `lft` in line 5")
+    wait(page, f"{ada} > 30 && {bo} === 0")
+    preview.click()
+    expect(preview).to_have_text("Preview")
+    wait(page, f"{ada} === 0")
+    page.reload()
+    expect(preview).to_have_attribute("aria-pressed", "false")
+    preview.click()
+    wait(page, f"{ada} > 30")

@@ -69,7 +69,8 @@ const editor = new Editor()
 const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
 const panels = new Panels(floor.camera)
-const parts = { figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
+const { preview } = editor
+const parts = { preview, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
 /** @typedef {typeof parts} Parts */
 const view = new View(parts)
 
@@ -132,13 +133,14 @@ const HANDLERS = {
   source: takeSource,
   analyze: (message) => editor.takeAnalysis(message),
   complete: (message) => editor.takeWords(message),
+  preview: (message) => editor.takePreview(message),
   explain: (message) => editor.takeExplanation(message),
   write: (message) => editor.saving.takeWritten(message),
   change: (message) => editor.pendingChanges.take(message),
 }
 
 /** Messages that change nothing on the stage, but may move controls. */
-const OFF_STAGE = new Set(["analyze", "complete", "explain", "write", "change", "source", "program"])
+const OFF_STAGE = new Set(["analyze", "complete", "explain", "preview", "write", "change", "source", "program"])
 
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {
@@ -264,6 +266,7 @@ function frame() {
   program.place(motion.newest, now)
   playingWords.show()
   view.draw(now, beat)
+  preview.showButton()
   const news = bumps.news(now)
   if (news) announce(news)
   timeline.draw(view.still)

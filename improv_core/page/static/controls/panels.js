@@ -5,6 +5,7 @@ import { find, findA } from "../base/elements.js"
 import { redraw, refit } from "../base/frames.js"
 import { listen } from "../base/keys.js"
 import { showBriefly } from "../base/notices.js"
+import { setting } from "../base/setting.js"
 import { settings } from "../base/storage.js"
 import { faster, playOrPause, restart, slower, step, stop } from "./controls.js"
 import { seek, seekBy } from "./seek.js"
@@ -58,26 +59,6 @@ export class Panels {
     this.#listen()
   }
 
-  /**
-   * A button that turns a setting on and off, which is on until somebody turns it off. Returns whether it is on.
-   * @param {string} name
-   * @param {(on: boolean) => void} [changed]
-   */
-  #setting(name, changed = () => {}) {
-    const button = find(name)
-    const isOn = () => button.getAttribute("aria-pressed") === "true"
-    const show = (/** @type {boolean} */ on) => {
-      button.setAttribute("aria-pressed", String(on))
-      changed(on)
-    }
-    show(Boolean(settings.get(name, true)))
-    button.addEventListener("click", () => {
-      show(!isOn())
-      settings.set(name, isOn())
-    })
-    return isOn
-  }
-
   /** Shows the program, which can be written. */
   openScore() {
     this.#open("score", true)
@@ -92,9 +73,9 @@ export class Panels {
   }
 
   #listen() {
-    const letters = this.#setting("letters")
-    this.#setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
-    this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
+    const letters = setting("letters")
+    setting("show-bodies", (on) => document.body.classList.toggle("without-bodies", !on))
+    setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
       this.#camera.pan(x * PAN_STEP, y * PAN_STEP)
       this.showFit()

@@ -7,6 +7,7 @@ import { find, findA } from "../base/elements.js"
 import { makeWay } from "../base/frames.js"
 import { notices } from "../base/notices.js"
 import { whenReleased } from "../base/pressing.js"
+import { Preview } from "../floor/preview.js"
 import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
 import { showProblem } from "../score/changes.js"
@@ -54,6 +55,8 @@ export class Editor {
   /** @type {Map<number, Light>} */
   #lights = new Map() // on the words that play, by their offsets in the played text
 
+  preview = new Preview(() => this.#analyzed === this.#number && this.#preview())
+
   constructor() {
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
@@ -97,14 +100,9 @@ export class Editor {
     return this.saving.open
   }
 
-  /** The text that plays now, or was played last. */
-  get #played() {
-    return (program.current?.score.text ?? "").replace(/\r\n?/g, "\n")
-  }
-
   /** True if the text is saved and plays, or was played last. */
   get isPlayed() {
-    return this.#text === this.#played && this.saving.isSaved && !this.pendingChanges.open
+    return this.#text === program.text && this.saving.isSaved && !this.pendingChanges.open
   }
 
   /** Takes the content of the file. Returns whether this is the first time. @param {Messages["source"]} source */
@@ -231,6 +229,17 @@ export class Editor {
     if (this.#asking || !notices.isOpen) return
     this.#asking = true
     send({ type: "analyze", number: this.#number, text: this.#text })
+    this.preview.edit(this.#text)
+    this.#preview()
+  }
+
+  #preview() {
+    if (this.preview.isOn) send({ type: "preview", number: this.#number })
+  }
+
+  /** @param {Messages["preview"]} message */
+  takePreview(message) {
+    if (message.number === this.#number) this.preview.take(message, this.#text)
   }
 
   /** @param {Messages["analyze"]} message */
@@ -279,7 +288,7 @@ export class Editor {
 
   /** Lights what plays, where the text is still as it was played. */
   #light() {
-    const { start, end, text } = difference(this.#played, this.#text)
+    const { start, end, text } = difference(program.text, this.#text)
     /** @type {Map<number, Light>} */
     const lights = new Map()
     for (const [offset, light] of this.#lights) {

@@ -162,6 +162,7 @@ function* paintAll(pen, scene, painted) {
     paintAhead(pen, scene, robot)
     yield
   }
+  yield* scene.preview.paint(pen, scene.view.scale)
   for (const robot of robots) {
     painted.set(robot.name, paintTrail(pen, scene, robot))
     yield

@@ -119,7 +119,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { trails, panels, startPoses, senses, meetings, misplaced, wall } = this.#parts
+    const { trails, panels, preview, startPoses, senses, meetings, misplaced, wall } = this.#parts
     const { muted, soloed } = clock.transport
     const robots = robotList.all.map((robot) => {
       const { name } = robot
@@ -145,16 +145,17 @@ export class View {
       beat,
       until,
       bumps,
-      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room, ...misplaced.room],
+      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room, ...misplaced.room, ...(moving ? [] : preview.room)],
       trails,
       trail: panels.trail,
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
+      preview,
       rings: startPoses.rings,
       meetings: startPoses.rings.length ? null : meetings,
       returnPaths: misplaced.returnPaths,
       still: this.still,
-      key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
+      key: [this.#known, placed, panels.trail, panels.ahead, preview.isShown && preview.version, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
       robots,
     }
   }

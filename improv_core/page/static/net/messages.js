@@ -177,6 +177,12 @@ const MESSAGES = {
   source: shape({ path: text, text, revision: text, toml: text }),
   analyze: shape({ number: count, colors: listOf(count), problems: listOf(problem), count, starts: mapOf(shape({ x: number, y: number, heading: number })) }),
   complete: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
+  preview: shape({
+    number: count,
+    robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count })),
+    problem: text,
+    waits_for: listOf(text),
+  }),
   explain: shape({ number: count, start: count, end: count, text, picture: text }),
   write: shape({ number: count, revision: text, problem: text }),
   change: shape({ number: count, edits: listOf(edit), problem: text }),

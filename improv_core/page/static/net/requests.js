@@ -20,6 +20,7 @@
  *   | { type: "analyze", number: number, text: string }
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
+ *   | { type: "preview", number: number }
  *   | { type: "write", number: number, text: string, revision: string }
  *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "arrange", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } }} Request
  */

@@ -84,6 +84,11 @@ export class Program {
     }
   }
 
+  /** The text that plays, or was played last. */
+  get text() {
+    return (this.current?.score.text ?? "").replace(/\r\n?/g, "\n")
+  }
+
   /** The number of beats in a bar; null if the program doesn't say it. */
   get bar() {
     return this.current?.score.bar ?? null

@@ -1,0 +1,152 @@
+// @ts-check
+// The paths of the text on this page as it stands, before somebody saves it: thin and dashed.
+
+import { colors, mix, robotColor } from "../base/colors.js"
+import { find } from "../base/elements.js"
+import { redraw } from "../base/frames.js"
+import { pointsAlong, trace, velocityBetween } from "../base/path.js"
+import { setting } from "../base/setting.js"
+import { program } from "../score/program.js"
+import { robotList } from "../score/robot-list.js"
+import { bounds } from "./camera.js"
+
+/** @import { Point } from "./camera.js" */
+/** @import { Pose } from "../base/path.js" */
+/** @import { Pen } from "../base/pen.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @typedef {{ start: Pose, strokes: [from: Pose, to: Pose][], certain: number }} PreviewedPath */
+
+const CALM = 400 // milliseconds without a key after which an error counts: half a word is one
+const WIDTH = 2 // pixels
+const DASHES = [7, 5] // pixels
+const DOUBTFUL = [2, 6] // pixels, where senses may decide otherwise
+const RING = 5 // pixels: the radius of the ring at a start
+const STRENGTH = 0.85 // of a robot's color
+
+export class Preview {
+  #isOn
+  #calm = 0 // the timer that shows an error
+  #text = "" // whose paths are known
+  #now = "" // the text as it stands
+  /** @type {Map<string, PreviewedPath>} */
+  #paths = new Map()
+  /** @type {Point[]} */
+  #room = [] // corners around all of them
+  #problem = ""
+  version = 0 // changes with the paths
+
+  /** @param {() => void} ask has the server asked for the paths */
+  constructor(ask) {
+    this.#isOn = setting("preview", (on) => {
+      if (on) ask()
+      redraw()
+    })
+  }
+
+  get isOn() {
+    return this.#isOn()
+  }
+
+  /** True if the paths are drawn: those of a text that plays, or was played last, are on the stage already. */
+  get isShown() {
+    return this.isOn && this.#text !== program.text
+  }
+
+  /** The corners around the paths that are drawn. */
+  get room() {
+    return this.isShown ? this.#room : []
+  }
+
+  /**
+   * Takes the paths of a text. While somebody types, those of the latest text without an error stay.
+   * @param {Messages["preview"]} message
+   * @param {string} text
+   */
+  take(message, text) {
+    clearTimeout(this.#calm)
+    if (message.problem) this.#calm = window.setTimeout(() => this.#show(message, text), CALM)
+    else this.#show(message, text)
+  }
+
+  /**
+   * @param {Messages["preview"]} message
+   * @param {string} text
+   */
+  #show({ robots, problem, waits_for }, text) {
+    this.#text = text
+    this.#problem = problem
+    const before = waits_for.flatMap((name) => /** @type {[string, PreviewedPath][]} */ (this.#paths.has(name) ? [[name, this.#paths.get(name)]] : []))
+    const now = Object.entries(robots).map(([name, { start, strokes, certain }]) => {
+      const ends = strokes.map((stroke) => /** @type {[Pose, Pose]} */ ([pose(stroke), pose(stroke.slice(3))]))
+      return /** @type {[string, PreviewedPath]} */ ([name, { start: pose(start), strokes: ends, certain }])
+    })
+    this.#paths = new Map([...before, ...now])
+    const points = [...this.#paths.values()].map(({ start, strokes, certain }) => [
+      start,
+      ...strokes.slice(0, certain).flatMap(([from, to]) => pointsAlong(from, velocityBetween(from, to), 1)),
+    ])
+    this.#room = points.length ? bounds(points) : []
+    this.version++
+    redraw()
+  }
+
+  /** The text is another one now. @param {string} text */
+  edit(text) {
+    this.#now = text
+    redraw()
+  }
+
+  /** Shows the button, and on it what is missing, unless the text plays or was played last. */
+  showButton() {
+    const words = ["Preview", ...(this.isShown && this.#problem ? [this.#problem] : [])].join(": ")
+    const button = find("preview")
+    const hidden = this.#now === program.text
+    if (button.textContent !== words || button.hidden !== hidden) Object.assign(button, { textContent: words, hidden })
+  }
+
+  /**
+   * Paints the paths, one after another, with a pen that draws in meters.
+   * @param {Pen} pen
+   * @param {number} scale pixels per meter
+   */
+  *paint(pen, scale) {
+    if (!this.isShown) return
+    const names = [...new Set([...robotList.all.map(({ name }) => name), ...this.#paths.keys()])]
+    for (const [name, { start, strokes, certain }] of this.#paths) {
+      pen.strokeStyle = mix(colors().ground, robotColor(names.indexOf(name)), STRENGTH)
+      pen.lineWidth = WIDTH / scale
+      pen.setLineDash([])
+      pen.beginPath()
+      pen.arc(start.x, start.y, RING / scale, 0, 2 * Math.PI)
+      pen.stroke()
+      draw(pen, strokes.slice(0, certain), DASHES, scale)
+      draw(pen, strokes.slice(certain), DOUBTFUL, scale)
+      pen.setLineDash([])
+      yield
+    }
+  }
+}
+
+/**
+ * @param {Pen} pen
+ * @param {[from: Pose, to: Pose][]} strokes
+ * @param {number[]} dashes pixels
+ * @param {number} scale pixels per meter
+ */
+function draw(pen, strokes, dashes, scale) {
+  pen.setLineDash(dashes.map((dash) => dash / scale))
+  pen.beginPath()
+  /** @type {Pose | null} */
+  let last = null
+  for (const [from, to] of strokes) {
+    if (last?.x !== from.x || last.y !== from.y) pen.moveTo(from.x, from.y)
+    trace(pen, from, velocityBetween(from, to), 1)
+    last = to
+  }
+  pen.stroke()
+}
+
+/** @param {number[]} numbers @returns {Pose} */
+function pose([x, y, heading]) {
+  return { x, y, z: 0, heading }
+}

@@ -24,7 +24,7 @@ BENCHMARKS = {
     "urdfs": "how many bodies and joints `improv body` reads from the URDFs in the folder IMPROV_URDFS",
     "stage": "from a save to what robots hear, and how punctual that is, beside plain rclpy",
     "transcription": "how well programs come back from their own paths, clean and noisy",
-    "typing_page": "from a key on the page to its letter and color, and what a page at rest costs",
+    "typing_page": "from a key on the page to its letter, color, and path, and what a page at rest costs",
 }
 
 

@@ -1,4 +1,5 @@
-"""Keys on a page with a slow processor, from each to its letter and to its color, and the price of a page at rest."""
+"""Keys on a page with a slow processor, from each to its letter and to its color; words, from each to the paths of the
+text; and the price of a page at rest."""
 
 from __future__ import annotations
 
@@ -26,12 +27,48 @@ PERIOD = 0.12
 WRITTEN = " swing = repeat 4 (forward left) halfright"
 PAINTED, COLORED = 50, 100
 """Milliseconds within which 95 % of keys are to be painted and colored."""
+PREVIEWED = 100
+"""Milliseconds within which the paths are painted after 95 % of words, each with a pause behind it."""
+PAUSE = 0.5
+"""Seconds of such a pause."""
+FOUR = "4 robots, 300 lines"
 AT_REST = 0.02
 """Seconds of a processor a second that a page may take while nothing moves."""
 PROGRAMS = {
     "1 robot, 10 lines": "beat 30\n" + "# A line\n" * 8 + "ada $ repeat (forward left)\n",
     "12 robots, 300 lines": improv(296) + "".join(f"r{robot} $ repeat (forward left)\n" for robot in range(4)),
 }
+
+PREVIEW_PROGRAMS = {
+    FOUR: "".join(f"r{line % 4} $ repeat 2 (forward left) scale 1/2 right ease forward\n" for line in range(300)),
+    "1 robot, 10 lines": PROGRAMS["1 robot, 10 lines"],
+}
+
+# Notes the milliseconds from each change of the text until its paths are painted.
+LISTEN_TO_PREVIEWS = """(() => {
+  window.previews = []
+  const edited = {}
+  let latest = 0
+  const send = WebSocket.prototype.send
+  WebSocket.prototype.send = function (data) {
+    const message = JSON.parse(data)
+    if (message.type === "analyze") edited[message.number] = latest
+    return send.call(this, data)
+  }
+  addEventListener("input", () => (latest = performance.now()), true)
+  const { set } = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage")
+  Object.defineProperty(WebSocket.prototype, "onmessage", { set(take) {
+    set.call(this, (event) => {
+      const message = JSON.parse(event.data)
+      const before = message.type === "preview" && improv.previewed
+      take(event)
+      if (message.type !== "preview" || !edited[message.number]) return
+      const note = () => previews.push(performance.now() - edited[message.number])
+      const look = () => improv.previewed === before ? requestAnimationFrame(look) : note()
+      look()
+    })
+  } })
+})()"""
 
 # Notes when each key, by the length of the text after it, was pressed, painted, and colored.
 LISTEN = """(() => {
@@ -92,6 +129,15 @@ def run(quick: bool) -> None:
                     typed = _type(page, tool, rounds)
                     cells = (*_cells(PAINTED, typed.painted), *_cells(COLORED, typed.colored))
                     print_row(f"{name}, {how}", *cells, f"{typed.work:.0f}")
+        print(f"\nFrom a word, with a pause of {PAUSE} s behind it, to the painted paths of the text, ms\n")
+        print_head("program", "goal", "p50", "p95", "max")
+        for name, program in PREVIEW_PROGRAMS.items():
+            with opened(browser, Path(folder), program, LISTEN_TO_PREVIEWS, 1) as (page, _):
+                for how in ("stands", "plays"):
+                    if how == "plays":
+                        page.keyboard.press("Control+Enter")
+                        wait(page, "improv.transport.state === 'playing'")
+                    print_row(f"{name}, {how}", *_cells(PREVIEWED, _previews(page, 20 * rounds)))
         print("\nProcessor seconds a second of the page's main thread\n")
         print_head("page", "goal", "seconds")
         for name, program in PROGRAMS.items():
@@ -107,18 +153,20 @@ def run(quick: bool) -> None:
 
 
 @contextmanager
-def opened(browser: Browser, folder: Path, program: str) -> Iterator[tuple[Page, CDPSession]]:
+def opened(
+    browser: Browser, folder: Path, program: str, listen: str = LISTEN, slower: int = SLOWER
+) -> Iterator[tuple[Page, CDPSession]]:
     """Open a program with `improv edit` and a page with a slow processor, which yields its cursor and its metrics."""
     file = folder / "dance.improv"
     file.write_text(program, encoding="utf-8")
     with edited(file) as url:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.add_init_script(LISTEN)
+        page.add_init_script(listen)
         page.goto(url)
         wait(page, "window.improv?.connected && document.querySelector('#highlight .keyword')")
         tool = page.context.new_cdp_session(page)
         tool.send("Performance.enable")
-        tool.send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
+        tool.send("Emulation.setCPUThrottlingRate", {"rate": slower})
         page.locator("#text").focus()
         yield page, tool
         page.close()
@@ -152,6 +200,18 @@ def _type(page: Page, tool: CDPSession, rounds: int) -> Typed:
     work = (_work(tool) - before) * 1000 / keys
     seen = page.evaluate("seen")
     return Typed(_times(seen, "painted"), _times(seen, "colored"), work)
+
+
+def _previews(page: Page, words: int) -> list[float]:
+    """Write words into the last line but one, and return the milliseconds until the paths were painted."""
+    page.evaluate("previews.length = 0")
+    page.keyboard.press("Control+End")
+    page.keyboard.press("ArrowLeft")
+    for word in range(words):
+        page.keyboard.insert_text((" left", " forward", " right")[word % 3])
+        wait(page, f"previews.length > {word}")
+        time.sleep(PAUSE)
+    return [float(each) for each in page.evaluate("previews")]
 
 
 def _times(seen: dict[str, dict[str, float]], kind: str) -> list[float]:

@@ -336,6 +336,10 @@ const improv = {
   get view() {
     return floor.camera.view
   },
+  /** The number of texts whose paths have been painted. */
+  get previewed() {
+    return preview.painted
+  },
   /** The position of the song that is heard, in seconds; null if none is, or it plays in grains. */
   get song() {
     return sound.audio?.position(seconds()) ?? null

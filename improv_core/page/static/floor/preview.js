@@ -34,6 +34,7 @@ export class Preview {
   #room = [] // corners around all of them
   #problem = ""
   version = 0 // changes with the paths
+  painted = 0 // the latest version that was painted
 
   /** @param {() => void} ask has the server asked for the paths */
   constructor(ask) {
@@ -124,6 +125,7 @@ export class Preview {
       pen.setLineDash([])
       yield
     }
+    this.painted = this.version
   }
 }
 

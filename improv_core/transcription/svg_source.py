@@ -16,7 +16,7 @@ from improv_core.transcription.track import TimedPlace
 _TOKENS = re.compile(r"([MmLlHhVvCcSsQqTtAaZz])|([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 _COUNTS = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "a": 7, "z": 0}
 _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate)\s*\(([^)]*)\)")
-_POINTS = 32
+_POINTS = 64
 """So many points stand for each curve."""
 _RATE = 20.0
 """Places per second, as a recording has them."""
@@ -211,16 +211,17 @@ def _driven(points: Sequence[complex], seconds: float) -> list[TimedPlace]:
             TimedPlace(0.0, points[0].real, points[0].imag, 0.0, 0.0),
             TimedPlace(seconds, points[0].real, points[0].imag, 0.0, 0.0),
         ]
-    heading = cmath.phase(legs[0][1] - legs[0][0])
+    ways = [cmath.phase(b - a) for a, b in legs]
+    bends = [math.remainder(after - here, math.tau) for here, after in pairwise(ways)]
     moves: list[tuple[float, complex, complex, float, float]] = []  # how long, from, to, headings
-    for a, b in legs:
-        turned = math.remainder(cmath.phase(b - a) - heading, math.tau)
-        if abs(turned) > _CORNER:
-            moves.append((abs(turned) / _TURN, a, a, heading, heading + turned))
-            heading += turned
-            turned = 0.0
-        moves.append((abs(b - a), a, b, heading, heading + turned))
-        heading += turned
+    heading, lead = ways[0], 0.0
+    for (a, b), bend in zip(legs, [*bends, 0.0], strict=True):
+        corner = abs(bend) > _CORNER
+        half = 0.0 if corner else bend / 2  # where a curve goes on, a leg's own direction is that of its middle
+        moves.append((abs(b - a), a, b, heading - lead, heading + half))
+        if corner:
+            moves.append((abs(bend) / _TURN, b, b, heading, heading + bend))
+        heading, lead = heading + bend, half
     total = math.fsum(move[0] for move in moves)
     places, passed, at = [], 0.0, 0
     count = max(2, round(seconds * _RATE) + 1)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 from improv_core.score.motion import Pose
@@ -15,6 +15,14 @@ _STILL = 1e-3
 """Meters: a shorter way says nothing about where a robot looks."""
 _BACKWARD = math.radians(120)
 """A path that turns by more than this at one point goes backward: no robot turns around between two poses."""
+_SPARSE = 0.4
+"""Seconds: places that are usually further apart are waypoints, if they have no headings."""
+_TURNING = 0.25
+"""The share of the time to a waypoint in which a robot turns to it."""
+_BEND = math.radians(5)
+"""A robot doesn't stop to turn by less."""
+_RATE = 20.0
+"""Samples per second between waypoints."""
 _CALM_SHARE = 0.3
 """Noise is judged by this share of the calmest moments, since velocities really change in the others."""
 
@@ -59,8 +67,35 @@ def track_of(places: Sequence[TimedPlace]) -> Track:
     Without headings, the robot looks along its path, and goes backward where the path turns back on itself.
     """
     headings = [place.heading for place in places]
+    if None in headings and _are_waypoints(places):
+        return list(_between(places))
     looked = _along(places) if None in headings else _continuous([heading or 0.0 for heading in headings])
     return [Sample(*place[:4], heading) for place, heading in zip(places, looked, strict=True)]
+
+
+def _are_waypoints(places: Sequence[TimedPlace]) -> bool:
+    steps = sorted(after.time - here.time for here, after in pairwise(places))
+    return steps[len(steps) // 2] > _SPARSE
+
+
+def _between(places: Sequence[TimedPlace]) -> Iterator[Sample]:
+    """Yield samples between waypoints: a robot turns to the next one, if it has to, and then drives straight to it."""
+    heading = _along(places[:2])[0]
+    for one, other in pairwise(places):
+        seconds = other.time - one.time
+        way = math.atan2(other.y - one.y, other.x - one.x)
+        far = math.hypot(other.x - one.x, other.y - one.y) >= _STILL
+        turn = math.remainder(way - heading, math.tau) if far else 0.0
+        turning = _TURNING * seconds if abs(turn) > _BEND else 0.0
+        count = math.ceil(seconds * _RATE)
+        for number in range(count):
+            passed = seconds * number / count
+            turned = min(passed / turning, 1.0) if turning else 1.0
+            moved = max(passed - turning, 0.0) / (seconds - turning)
+            x, y, z = (a + (b - a) * moved for a, b in zip(one[1:4], other[1:4], strict=True))
+            yield Sample(one.time + passed, x, y, z, heading + turn * turned)
+        heading += turn
+    yield Sample(*places[-1][:4], heading)
 
 
 def _continuous(headings: Sequence[float]) -> list[float]:
@@ -74,7 +109,7 @@ def _along(places: Sequence[TimedPlace]) -> list[float]:
     """Return headings along the path: at each place, the mean of the ways to it and from it."""
     ways: list[float | None] = []
     last, backward = None, 0.0
-    for one, other in itertools.pairwise(places):
+    for one, other in pairwise(places):
         way = None
         if math.hypot(other.x - one.x, other.y - one.y) >= _STILL:
             way = math.atan2(other.y - one.y, other.x - one.x) + backward

@@ -34,6 +34,8 @@ NOISY = 100 * CLEAN
 """A track with more noise than this, in meters or radians, has its changes on a coarse grid."""
 _CHANGE = 0.15
 """Seconds: only changes between longer stretches tell the tempo."""
+_SHARE = 40
+"""A fit may be off by a tenth of the tolerance: by four standard deviations, which are this part of it."""
 _HALVINGS = 12
 
 
@@ -68,6 +70,7 @@ def transcribe(
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
     noises = {robot: noise_of(track) for robot, track in tracks.items()}
     noisy = {robot: max(noises[robot]) > NOISY for robot in tracks}
+    noises = {robot: _at_least(noise, tolerance) for robot, noise in noises.items()}
     stretches = {robot: stretches_of(track, noises[robot]) for robot, track in tracks.items()}
     begin = min(track[0].time for track in tracks.values())
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}
@@ -91,11 +94,14 @@ def transcribe(
             best, least = each, needed
         if stops():
             break
-    draft = _draft(tracks, noises, {robot: items(robot, best) for robot in tracks}, best, profiles, tolerance)
+
+    def draft_of(parts: Mapping[str, Sequence[Item]]) -> _Draft:
+        return _draft(tracks, noises, parts, best, profiles, tolerance, any(noisy.values()))
+
+    draft = draft_of({robot: items(robot, best) for robot in tracks})
     if _misses(draft, tolerance):
-        plain = {robot: items(robot, best, gently=False) for robot in tracks}
-        other = _draft(tracks, noises, plain, best, profiles, tolerance)
-        draft = min(draft, other, key=lambda each: _misses(each, tolerance))
+        plain = draft_of({robot: items(robot, best, gently=False) for robot in tracks})
+        draft = min(draft, plain, key=lambda each: _misses(each, tolerance))
     return Transcription(_program(draft), draft.deviations)
 
 
@@ -108,6 +114,11 @@ class _Draft:
     parts: Mapping[str, Sequence[Node]]
     rounding: Rounding
     deviations: Mapping[str, tuple[float, float]]
+
+
+def _at_least(noise: Noise, tolerance: Tolerance) -> Noise:
+    """Return the noise that fits are to allow: also of exact tracks, a part of the tolerance is left to them."""
+    return Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
 
 
 def _misses(found: _Draft, tolerance: Tolerance) -> float:
@@ -127,9 +138,7 @@ def _from(track: Track, begin: float) -> Track:
 def _allowed(track: Track, noisy: bool, tolerance: Tolerance) -> float:
     """Return how many seconds a change may be off."""
     steps = sorted(after.time - here.time for here, after in pairwise(track))
-    return (
-        min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else min(tolerance.meters / 20, 2e-3)
-    )
+    return min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
 
 
 def _changes(stretches: Sequence[EvenStretch]) -> list[float]:
@@ -147,11 +156,12 @@ def _draft(
     tempo: int,
     profiles: Mapping[str, Profile],
     tolerance: Tolerance,
+    noisy: bool,
 ) -> _Draft:
-    """Return the program for items at a tempo: its numbers are as coarse as the tolerance allows."""
+    """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
     groups = grouped(items, tolerance, noises)
     starts: Mapping[str, Pose] = {robot: track[0].pose for robot, track in tracks.items()}
-    if max(max(noise) for noise in noises.values()) > NOISY:
+    if noisy:
         groups, starts = refined(groups, starts, tracks, tempo)
     rounding = Rounding(tolerance.meters, tolerance.radians)
     best: _Draft | None = None

@@ -138,6 +138,12 @@ def test_a_robot_that_goes_back_does_not_turn_around() -> None:
     assert transcribe({"a": path}, tolerance=CLEAN).text == "a $ forward backward\n"
 
 
+def test_waypoints_are_reached_on_straight_lines() -> None:
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
+    made = transcribe({"a": [TimedPlace(2.0 * number, x, y) for number, (x, y) in enumerate(corners)]})
+    assert made.text == "a $ slow 2 forward 1m repeat 3 (fast 2 left slow 3/2 forward 1m)\n"
+
+
 def test_uneven_samples_and_a_gap_change_nothing() -> None:
     places = path_of("a $ repeat 4 (forward left) rest", rate=100)["a"]
     kept = [place for number, place in enumerate(places) if number % 7 in (0, 3) and not 210 < number < 250]

@@ -109,4 +109,5 @@ SOURCES: Mapping[str, str] = {
     "leo_rover": "https://docs.fictionlab.pl/leo-rover/documentation/specification",
     "holonomic": "https://github.com/husarion/rosbot_ros",
     "quadrotor": "https://github.com/bitcraze/crazyflie-firmware/blob/master/src/platform/interface/platform_defaults_cf2.h",
+    "thymio2": "https://github.com/enki-community/enki",
 }

@@ -142,8 +142,8 @@ ROBOT = {
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),
     "odom": Key(
-        "a topic that says where it really is; without a leading `/`, the name is in the robot's namespace, which is in"
-        " that of `[ros]`",
+        "a topic that says where it really is, of poses, odometry, or tf; without a leading `/`, the name is in the"
+        " robot's namespace, which is in that of `[ros]`",
         default="none",
         example='"odom"',
     ),

@@ -148,7 +148,7 @@ def test_interrupted_before_anything_is_sent_it_is_not_written(
 
 
 def test_a_full_disk_ends_the_dance(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Recorder, "record", fail)

@@ -56,7 +56,8 @@ def test_sections_that_are_not_there() -> None:
     check("[ro|]", *NAMES)
     check(
         "[robots.anna]\nprofile = 'husky'\nstart = {}\nnamespace = 'a'\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
-        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nhost = 'a'\nlink_patience = 1\nfollow = false\n|",
+        "reset = 'a'\nodom = 'a'\nodom_frame = 'own'\nbattery = 'a'\nhost = 'a'\n"
+        "output = 'thymio'\naddress = 'a'\nnode = 1\nlink_patience = 1\nfollow = false\n|",
         *SECTIONS,
     )
 

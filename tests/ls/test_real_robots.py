@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import queue
 from collections.abc import Iterator
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import pytest
 from lsprotocol import types
 
-from improv_core.protocol.messages import Misplaced, ToStage
+from improv_core.protocol.messages import Misplaced, ToStage, read_from_stage
 from tests.ls.client import LIMIT, TURNS, Client
 from tests.session.story import at
 from tests.stage_on_thread import StageOnThread
@@ -28,9 +29,15 @@ class Stages:
         self.started: list[StageOnThread] = []
         self.sent: queue.SimpleQueue[ToStage] = queue.SimpleQueue()
 
-    def say(self, message: Any) -> None:
-        """Send this message from the latest stage, as one of real robots would."""
-        self.started[-1]._tell(message)
+    def say(self, message: Any, times: int = 1) -> None:
+        """Send this message from the latest stage, as one of real robots would, with no other message in between."""
+        stage = self.started[-1]
+        heard = read_from_stage(json.dumps(message).encode())
+        stage._loop.call_soon_threadsafe(lambda: [stage._told(heard, 0) for _ in range(times)])
+
+    def silence(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Drop what the latest stage reports by itself: it plays, and its reports would come in between."""
+        monkeypatch.setattr(self.started[-1], "_soon", lambda *_: None)
 
     def asked(self, client: Client) -> list[str]:
         """Return the requests since the last call. An answer to a message takes a few turns to have effect, so the
@@ -120,11 +127,11 @@ def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
 
 @pytest.mark.parametrize(("presses", "beat"), [("From beat 3/8", 2.0), ("From beat 4/8", 3.5), ("", None)])
 def test_buttons_resume_after_a_stop_that_nobody_asked_for(
-    presses: str, beat: float | None, stages: Stages, client: Client
+    presses: str, beat: float | None, stages: Stages, client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     client.presses = presses
-    for _ in range(2):  # a report may come again
-        stages.say(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0))
+    stages.silence(monkeypatch)
+    stages.say(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0), times=2)
     asked = client.wait("window/showMessageRequest")
     assert [each["title"] for each in asked["actions"]] == ["From beat 3/8", "From beat 4/8"]
     assert offers(client) == ["Robots were stopped: resume from this scene, or this beat?"]

@@ -52,7 +52,7 @@ def test_robots_hear_each_save_in_order_and_exactly_and_then_zeros(
         program = "x = repeat left\nturtle1 $ repeat forward\n"
         server.save(program)
         robots.wait(moves("turtle1"))
-        server.client.request("workspace/executeCommand", {"command": "improv.play", "arguments": ["x"]})
+        server.client.request("workspace/executeCommand", {"command": "improv.only", "arguments": ["x"]})
         assert server.wait_for_line("▶ x: ").endswith("▶ x: ghost ∞, endless at beat 60, simulator")
         robots.wait(still)
         server.save(program)

@@ -45,9 +45,9 @@ def test_a_pose_that_came_before_anybody_listened_counts_if_it_is_latched(publis
     assert sink("pose")[0] == ["anna", kind, 1.6, 0, 2.0]
 
 
-def transform(parent: str, child: str, x: float) -> dict[str, Any]:
+def transform(parent: str, child: str, x: float, second: int = 1) -> dict[str, Any]:
     place = {"header.frame_id": parent, "child_frame_id": child, "transform.translation.x": x}
-    return {"type": "geometry_msgs/TransformStamped", "fields": {"header.stamp.sec": 1, **place}}
+    return {"type": "geometry_msgs/TransformStamped", "fields": {"header.stamp.sec": second, **place}}
 
 
 def test_poses_come_from_tf_and_from_transforms_that_never_change(
@@ -57,10 +57,14 @@ def test_poses_come_from_tf_and_from_transforms_that_never_change(
         lacking("tf2_msgs is not installed: sh tests/ros/fetch.sh")
     fixed = publish("/anna/tf_static", "tf2_msgs/TFMessage", latched=True, name="description")
     fixed({"transforms": [transform("map", "odom", 4.0)]}, once=True)
-    publish("/anna/tf", "tf2_msgs/TFMessage")({"transforms": [transform("odom", "base_link", 1.5)]})
+    wheels = publish("/anna/tf", "tf2_msgs/TFMessage")
     sink("prepare", CMD, odom="/anna/tf", namespace="/anna")
-    while sink("pose")[0] != ["anna", "tf2_msgs/TFMessage", 5.5, 0, 0.0]:
-        pass  # the other topic has yet to be found
+    found, second = 0.0, 0
+    while found != 5.5:  # until then, the other topic has yet to be found
+        second += 1  # a pose with the stamp of one that has come is none
+        wheels({"transforms": [transform("odom", "base_link", 1.5, second)]})
+        robot, source, found, *_ = sink("pose")[0]
+        assert (robot, source) == ("anna", "tf2_msgs/TFMessage")
 
 
 def test_a_robot_that_moves_without_a_pose_is_named(publish: Publish, sink: Sink) -> None:

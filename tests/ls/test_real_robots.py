@@ -33,7 +33,12 @@ class Stages:
         """Send this message from the latest stage, as one of real robots would, with no other message in between."""
         stage = self.started[-1]
         heard = read_from_stage(json.dumps(message).encode())
-        stage._loop.call_soon_threadsafe(lambda: [stage._told(heard, 0) for _ in range(times)])
+
+        def tell() -> None:
+            for _ in range(times):
+                stage._told(heard, 0)
+
+        stage._loop.call_soon_threadsafe(tell)
 
     def silence(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """Drop what the latest stage reports by itself: it plays, and its reports would come in between."""

@@ -10,6 +10,7 @@ from zipfile import ZipFile
 import pytest
 from playwright.sync_api import Page, expect
 
+from improv_core.classroom.roster import PERIOD
 from tests.axe import violations
 from tests.classroom.conftest import Running
 from tests.page.conftest import Keep
@@ -38,6 +39,7 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Ru
     page.locator("#text").evaluate("(text) => { text.value = 'r $ left' }")
     page.get_by_role("button", name="Join").click()  # the child wanted to send, and needn't tap again
     expect(page.locator("#handed-in")).to_contain_text("Ada <img>: Sent at")
+    sent = page.evaluate("Date.now()")
     assert page.evaluate("location.hash") == ""
     page.locator("#text").fill("r $ repeat (forward left)\n")
     expect(page.locator("#handed-in")).to_contain_text("Changed since you sent it at")
@@ -45,6 +47,7 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Ru
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.locator("#handed-in")).to_contain_text("Not received: the class doesn't answer")
     assert violations(page) == []
+    page.wait_for_function("([sent, period]) => Date.now() - sent > 1000 * period", arg=[sent, PERIOD])
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.locator("#handed-in")).to_contain_text("Sent at")
     for width, height in ((1280, 800), (390, 844)):

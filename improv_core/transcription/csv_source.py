@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-from improv_core.transcription.sources import LARGEST, Recording, SourceError, checked, robot_name
+from improv_core.transcription.sources import LARGEST, Recording, SourceError, robot_name
 from improv_core.transcription.track import TimedPlace
 
 _UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "s": 1.0, "sec": 1.0, "ms": 0.001, "msec": 0.001, "us": 1e-6, "ns": 1e-9}
@@ -58,7 +58,9 @@ def read_csv(path: Path) -> Recording:
         made = robot_name(name, list(places))
         found = [_place(row, units) for row in table.values()]
         _check_times(path, list(table), found)
-        places[made] = checked(found, f"{path}, {name}")
+        if len(found) < 2:
+            raise SourceError(f"{path}, {name}: it has fewer than two places, so nothing moves")
+        places[made] = found
         if made != name:
             guesses.append(f"`{name}` is called {made}")
     if "heading" not in columns:

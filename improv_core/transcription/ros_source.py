@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 
-from improv_core.outputs.cdr import pose_in
+from improv_core.outputs.cdr import pose_in, transforms_in
 from improv_core.score.motion import Pose, Twist
 from improv_core.transcription.sources import Recording, SourceError, robot_name
 from improv_core.transcription.track import TimedPlace
@@ -24,6 +24,8 @@ _TEXTS = {
 """The number of texts before the pose of a message that begins with a stamp."""
 _TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 _TF = "tf2_msgs/msg/TFMessage"
+_BASES = ("base_link", "base_footprint")
+"""The last part of the names of robots' own frames in tf."""
 _STILL = 0.02
 """Meters and radians: at the ends of a recording, poses that are nearer to each other are waiting."""
 _TYPES = "Odometry, PoseStamped, PoseWithCovarianceStamped, TFMessage, or Twist"
@@ -43,8 +45,9 @@ def read_recording(path: Path) -> Recording:
             if pose := pose_in(data, _TEXTS[kind]):
                 tracks.setdefault((0, topic), []).append((time, pose))
         elif kind == _TF:
-            for frame, pose in _transforms(data):
-                tracks.setdefault((1, frame), []).append((time, pose))
+            for each in transforms_in(data):
+                if each.child.rpartition("/")[2] in _BASES:
+                    tracks.setdefault((1, each.child), []).append((time, each.pose))
         elif kind in _TWISTS and (twist := _twist(data, kind)):
             twists.setdefault(topic, []).append((time, twist))
     for topic, found in twists.items():
@@ -65,7 +68,7 @@ def _robot(topic: str, file: str) -> str:
     """Return the robot that a topic or frame is of: `tb1` for `/tb1/odom`."""
     parts = [part for part in topic.replace("/improv/", "/").strip("/").split("/") if part not in _ENDINGS]
     first = parts[0] if parts else file
-    return robot_name("robot" if first in ("base_link", "base_footprint", "tf") else first)
+    return robot_name("robot" if first in (*_BASES, "tf") else first)
 
 
 def _places(poses: Sequence[tuple[int, Pose]], begin: int) -> list[TimedPlace]:
@@ -121,41 +124,6 @@ def _twist(data: bytes, kind: str) -> Twist | None:
     except (struct.error, IndexError):
         return None
     return Twist(x, y, z, yaw) if all(abs(each) < 1e6 for each in (x, y, z, yaw)) else None
-
-
-def _transforms(data: bytes) -> Iterator[tuple[str, Pose]]:
-    """Yield the child frames and poses of a tf2_msgs/TFMessage, of those that bases have."""
-    order = "<" if data[1] & 1 else ">"
-    body = data[4:]
-    try:
-        (count,) = struct.unpack_from(f"{order}I", body, 0)
-        place = 4
-        for _ in range(min(count, 1000)):
-            begin = place = place + -place % 4
-            place += 8
-            for _ in range(2):
-                place += -place % 4
-                (length,) = struct.unpack_from(f"{order}I", body, place)
-                place += 4 + length
-                frame = body[place - length : place].rstrip(b"\0").decode(errors="replace")
-            pose = pose_in(data[:4] + bytes(begin % 8) + body[begin:], 2) if begin % 8 == 0 else _shifted(data, begin)
-            place += -place % 8 + 56
-            if pose and frame.rpartition("/")[2] in ("base_link", "base_footprint"):
-                yield frame, pose
-    except (struct.error, IndexError):
-        return
-
-
-def _shifted(data: bytes, begin: int) -> Pose | None:
-    """Return the pose of a transform that begins in the middle of eight bytes: put its fields where `pose_in` expects
-    them."""
-    order = "<" if data[1] & 1 else ">"
-    body, place = data[4:], begin + 8
-    for _ in range(2):
-        place += -place % 4
-        (length,) = struct.unpack_from(f"{order}I", body, place)
-        place += 4 + length
-    return pose_in(data[:4] + bytes(8) + body[place + -place % 8 :], 0)
 
 
 def _mcap(path: Path) -> Iterator[Message]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -33,13 +32,3 @@ def robot_name(text: str, taken: Sequence[str] = ()) -> str:
         number += 1
         wanted = f"{name}_{number}"
     return wanted
-
-
-def checked(places: Sequence[TimedPlace], where: str) -> Sequence[TimedPlace]:
-    """Return places whose times rise, if there are enough of them. Raises SourceError."""
-    for number, (before, here) in enumerate(itertools.pairwise(places)):
-        if here.time <= before.time:
-            raise SourceError(f"{where}: place {number + 2} is at {here.time:g} s, not after {before.time:g} s")
-    if len(places) < 2:
-        raise SourceError(f"{where}: it has fewer than two places, so nothing moves")
-    return places

@@ -29,6 +29,13 @@ MOST_TRANSFORMS = 1_000
 MOST_JOINTS = 1_000
 """The most joints that are read from one message. No robot has more."""
 
+POSE_TEXTS = {
+    "nav_msgs/Odometry": 2,
+    "geometry_msgs/PoseStamped": 1,
+    "geometry_msgs/PoseWithCovarianceStamped": 1,
+}
+"""The messages with a pose after a stamp, and the number of texts (names of frames) in between."""
+
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
 _STAMP = struct.Struct("<4siI")
@@ -118,13 +125,13 @@ def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:
 
 def stamp_in(message: bytes) -> int:
     """The time in a message that begins with a header, in nanoseconds; 0 if it has no stamp."""
-    seconds, nanoseconds = struct.unpack_from(f"{'<' if message[1] & 1 else '>'}iI", message, len(_HEADER))
+    seconds, nanoseconds = struct.unpack_from(f"{_order(message)}iI", message, len(_HEADER))
     return int(seconds * SECOND + nanoseconds)
 
 
 def frame_in(message: bytes) -> str:
     """The frame in a message that begins with a header. Bytes that aren't text become replacement characters."""
-    order = "<" if message[1] & 1 else ">"
+    order = _order(message)
     (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
     begin = len(_HEADER) + 12
     return message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
@@ -135,7 +142,7 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
 
     An odometry has 72 more numbers, which nobody needs. If all four numbers of the orientation are 0, it has none.
     """
-    order = "<" if message[1] & 1 else ">"
+    order = _order(message)
     place = 8  # after the stamp
     try:
         for _ in range(texts):
@@ -167,7 +174,7 @@ class Transform(NamedTuple):
 
 def transforms_in(message: bytes) -> list[Transform]:
     """Return the transforms in a tf2_msgs/TFMessage, except invalid ones; none if the message can't be read."""
-    order, body, found = "<" if message[1] & 1 else ">", memoryview(message)[len(_HEADER) :], list[Transform]()
+    order, body, found = _order(message), memoryview(message)[len(_HEADER) :], list[Transform]()
     try:
         (count,) = struct.unpack_from(f"{order}I", body)
         place = 4
@@ -187,7 +194,7 @@ def transforms_in(message: bytes) -> list[Transform]:
 def joints_in(message: bytes) -> dict[str, float]:
     """The positions in a sensor_msgs/JointState, by joint, except those that aren't numbers; empty if the message can't
     be read."""
-    order, body = "<" if message[1] & 1 else ">", memoryview(message)[len(_HEADER) :]
+    order, body = _order(message), memoryview(message)[len(_HEADER) :]
     try:
         _, place = _text(body, 8, order)  # after the stamp
         (count,) = struct.unpack_from(f"{order}I", body, place := _aligned(place, 4))
@@ -203,6 +210,24 @@ def joints_in(message: bytes) -> dict[str, float]:
     except (struct.error, IndexError):
         return {}
     return {name: value for name, value in zip(names, positions, strict=True) if abs(value) <= LARGEST}
+
+
+def twist_in(message: bytes, is_stamped: bool) -> Twist | None:
+    """Return the velocity in a Twist or TwistStamped; None if it isn't a valid one."""
+    order, place = _order(message), len(_HEADER)
+    try:
+        if is_stamped:
+            (length,) = struct.unpack_from(f"{order}I", message, place + 8)
+            place += _aligned(12 + length, 8)
+        x, y, z, _, _, yaw = struct.unpack_from(f"{order}6d", message, place)
+    except struct.error:
+        return None
+    return Twist(x, y, z, yaw) if all(abs(each) <= LARGEST for each in (x, y, z, yaw)) else None
+
+
+def _order(message: bytes) -> str:
+    """Return the byte order of a message; of one that is too short to have any, it doesn't matter."""
+    return "<" if len(message) > 1 and message[1] & 1 else ">"
 
 
 def _pose(pose: Pose) -> bytes:

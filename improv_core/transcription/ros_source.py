@@ -9,21 +9,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 
-from improv_core.outputs.cdr import pose_in, transforms_in
+from improv_core.outputs.cdr import POSE_TEXTS, pose_in, transforms_in, twist_in
 from improv_core.score.motion import Pose, Twist
 from improv_core.transcription.sources import Recording, SourceError, robot_name
 from improv_core.transcription.track import TimedPlace
 
 Message = tuple[str, str, int, bytes]
-"""A topic, its type, the time in nanoseconds, and the data."""
-_TEXTS = {
-    "nav_msgs/msg/Odometry": 2,
-    "geometry_msgs/msg/PoseStamped": 1,
-    "geometry_msgs/msg/PoseWithCovarianceStamped": 1,
-}
-"""The number of texts before the pose of a message that begins with a stamp."""
-_TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
-_TF = "tf2_msgs/msg/TFMessage"
+"""A topic, its type such as `nav_msgs/Odometry`, the time in nanoseconds, and the data."""
+_TWISTS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
+_TF = "tf2_msgs/TFMessage"
 _BASES = ("base_link", "base_footprint")
 """The last part of the names of robots' own frames in tf."""
 _STILL = 0.02
@@ -41,14 +35,14 @@ def read_recording(path: Path) -> Recording:
     tracks: dict[tuple[int, str], list[tuple[int, Pose]]] = {}  # by kind and topic or frame
     twists: dict[str, list[tuple[int, Twist]]] = {}
     for topic, kind, time, data in read(path):
-        if kind in _TEXTS:
-            if pose := pose_in(data, _TEXTS[kind]):
+        if kind in POSE_TEXTS:
+            if pose := pose_in(data, POSE_TEXTS[kind]):
                 tracks.setdefault((0, topic), []).append((time, pose))
         elif kind == _TF:
             for each in transforms_in(data):
                 if each.child.rpartition("/")[2] in _BASES:
                     tracks.setdefault((1, each.child), []).append((time, each.pose))
-        elif kind in _TWISTS and (twist := _twist(data, kind)):
+        elif kind in _TWISTS and (twist := twist_in(data, kind == _TWISTS[1])):
             twists.setdefault(topic, []).append((time, twist))
     for topic, found in twists.items():
         tracks[2, topic] = list(_driven(found))
@@ -113,19 +107,6 @@ def _driven(twists: Sequence[tuple[int, Twist]]) -> Iterator[tuple[int, Pose]]:
         yield after, pose
 
 
-def _twist(data: bytes, kind: str) -> Twist | None:
-    order, place = "<" if data[1] & 1 else ">", 4
-    try:
-        if kind.endswith("TwistStamped"):
-            (length,) = struct.unpack_from(f"{order}I", data, 12)
-            place = 16 + length
-            place += -(place - 4) % 8
-        x, y, z, _, _, yaw = struct.unpack_from(f"{order}6d", data, place)
-    except (struct.error, IndexError):
-        return None
-    return Twist(x, y, z, yaw) if all(abs(each) < 1e6 for each in (x, y, z, yaw)) else None
-
-
 def _mcap(path: Path) -> Iterator[Message]:
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
@@ -134,15 +115,16 @@ def _mcap(path: Path) -> Iterator[Message]:
         with path.open("rb") as file:
             for schema, channel, message in make_reader(file).iter_messages():
                 if schema:
-                    yield channel.topic, schema.name, message.log_time, message.data
+                    yield channel.topic, schema.name.replace("/msg/", "/"), message.log_time, message.data
     except (McapError, struct.error, EOFError) as error:
         raise SourceError(f"{path}: it is no MCAP recording: {error}") from None
 
 
 def _db3(path: Path) -> Iterator[Message]:
     rows = (
-        "SELECT topics.name, topics.type, messages.timestamp, messages.data"
-        " FROM messages JOIN topics ON topics.id = messages.topic_id ORDER BY messages.timestamp"
+        "SELECT topics.name, replace(topics.type, '/msg/', '/'), messages.timestamp, messages.data"
+        " FROM messages JOIN topics ON topics.id = messages.topic_id"
+        " WHERE typeof(messages.data) = 'blob' AND typeof(messages.timestamp) = 'integer' ORDER BY messages.timestamp"
     )
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as base:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import dropwhile, pairwise
 from typing import NamedTuple
 
@@ -19,6 +20,8 @@ from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
 from improv_core.transcription.wording import (
+    ANGLES,
+    LENGTHS,
     Node,
     Rounding,
     Shaped,
@@ -204,26 +207,18 @@ def _gentle(curve: RateCurve, body: Node) -> Node:
 
 def _start(pose: Pose, rounding: Rounding) -> Pose:
     """Return a start pose in numbers that people write."""
-    meters = next(
-        level for level in (0.1, 0.05, 0.01, 0.001, 1e-4) if _near(pose, level, rounding.meters) or level == 1e-4
-    )
-    degrees = math.degrees(pose.heading)
-    turn = next(
-        level
-        for level in (15, 5, 1, 0.5, 0.1, 0.01)
-        if abs(degrees - round(degrees / level) * level) <= math.degrees(rounding.radians) or level == 0.01
-    )
-    return Pose(
-        _level(pose.x, meters), _level(pose.y, meters), _level(pose.z, meters), math.radians(_level(degrees, turn))
-    )
+    x, y, z = _rounded((pose.x, pose.y, pose.z), LENGTHS, rounding.meters)
+    (degrees,) = _rounded([math.degrees(pose.heading)], ANGLES, math.degrees(rounding.radians))
+    return Pose(x, y, z, math.radians(degrees))
 
 
-def _near(pose: Pose, level: float, allowed: float) -> bool:
-    return math.hypot(pose.x - _level(pose.x, level), pose.y - _level(pose.y, level)) <= allowed
-
-
-def _level(value: float, level: float) -> float:
-    return round(round(value / level) * level, 6) + 0.0
+def _rounded(values: Sequence[float], levels: Sequence[Fraction], allowed: float) -> list[float]:
+    """Round to the coarsest level that is near enough for all values together."""
+    for level in map(float, levels):
+        found = [round(round(value / level) * level, 6) + 0.0 for value in values]
+        if math.dist(found, values) <= allowed:
+            break
+    return found
 
 
 def _program(draft: _Draft) -> str:

@@ -13,15 +13,16 @@ from typing import NamedTuple, TypeAlias
 from improv_core.score.profiles import Profile
 from improv_core.transcription.stretches import Amounts
 
-MIRRORED = {"left": "right", "halfleft": "halfright", "strafeleft": "straferight"}
-MIRRORED |= {other: word for word, other in MIRRORED.items()}
-"""Each word that `reflect sagittal` changes, and what it becomes."""
-NEGATED = {"forward": "backward", "up": "down", **MIRRORED}
-NEGATED |= {other: word for word, other in NEGATED.items()}
+_WAYS = ("forward", "backward"), ("strafeleft", "straferight"), ("up", "down")
+_TURNS, _HALVES = ("left", "right"), ("halfleft", "halfright")
+"""The words for positive and negative amounts."""
+_NEGATED = {one: other for pair in (*_WAYS, _TURNS, _HALVES) for one, other in (pair, pair[::-1])}
 """Each word that `retrograde` changes, and what it becomes."""
-_LENGTHS = tuple(Fraction(1, parts) for parts in (10, 20, 100, 1000, 10_000))
+_MIRRORED = {one: other for one, other in _NEGATED.items() if one.endswith(("left", "right"))}
+"""Each word that `reflect sagittal` changes, and what it becomes."""
+LENGTHS = tuple(Fraction(1, parts) for parts in (10, 20, 100, 1000, 10_000))
 """Meters to which a length is rounded, as people would: the coarsest that is near enough."""
-_ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000))
+ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000))
 """Degrees to which an angle is rounded."""
 _MOST_COPIES = 24
 """A motion of more beats is one slow word, not so many words of one beat."""
@@ -38,8 +39,8 @@ class WordedVoice(NamedTuple):
 
     @property
     def text(self) -> str:
-        turns = self.word in MIRRORED and "strafe" not in self.word
-        measure = "" if self.measure is None else f" {angle_text(self.measure) if turns else length_text(self.measure)}"
+        written = angle_text if self.word in _TURNS else length_text
+        measure = "" if self.measure is None else f" {written(self.measure)}"
         radius = "" if self.radius is None else f" radius {length_text(self.radius)}"
         return f"{'reflect frontal ' if self.frontal else ''}{self.word}{measure}{radius}"
 
@@ -199,7 +200,7 @@ def _plain(amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[Word
     for value, word, unit, allowed in _components(amounts, profile, rounding):
         if abs(abs(value) - unit) <= allowed:
             voices.append(WordedVoice(word))
-        elif word in ("left", "right") and abs(abs(value) - unit / 2) <= allowed:
+        elif word in _TURNS and abs(abs(value) - unit / 2) <= allowed:
             voices.append(WordedVoice(f"half{word}"))
         else:
             return None
@@ -208,12 +209,11 @@ def _plain(amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[Word
 
 def _components(amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[float, str, float, float]]:
     """Yield each component that is not nearly zero: its value, its word, what the plain word moves, what is allowed."""
-    pairs = (("forward", "backward"), ("strafeleft", "straferight"), ("up", "down"))
-    for value, words in zip(amounts[:3], pairs, strict=True):
+    for value, words in zip(amounts[:3], _WAYS, strict=True):
         if abs(value) > rounding.meters:
             yield value, words[value < 0], profile.step, rounding.meters
     if abs(amounts.yaw) > rounding.radians:
-        yield amounts.yaw, ("left", "right")[amounts.yaw < 0], profile.quarter_turn, rounding.radians
+        yield amounts.yaw, _TURNS[amounts.yaw < 0], profile.quarter_turn, rounding.radians
 
 
 def _whole(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[Move, ...]]:
@@ -223,7 +223,7 @@ def _whole(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Roundi
     if abs(amounts.x) > rounding.meters and abs(amounts.yaw) > rounding.radians:
         turn, ahead = abs(amounts.yaw), abs(amounts.x)
         for voice in _turns(amounts.yaw, profile, rounding):
-            radius = _rounded(ahead / turn, _LENGTHS, rounding.meters / turn)
+            radius = _rounded(ahead / turn, LENGTHS, rounding.meters / turn)
             arc = voice._replace(radius=radius, frontal=amounts.x < 0)
             others = amounts._replace(x=0.0, yaw=0.0)
             beside = [_measured(*component) for component in _components(others, profile, rounding)]
@@ -231,21 +231,20 @@ def _whole(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Roundi
 
 
 def _turns(yaw: float, profile: Profile, rounding: Rounding) -> Iterator[WordedVoice]:
-    word = ("left", "right")[yaw < 0]
     if plain := _plain(Amounts(0, 0, 0, yaw), profile, rounding):
         yield plain[0]
-    yield WordedVoice(word, _rounded(math.degrees(abs(yaw)), _ANGLES, math.degrees(rounding.radians)))
+    yield WordedVoice(_TURNS[yaw < 0], _rounded(math.degrees(abs(yaw)), ANGLES, math.degrees(rounding.radians)))
 
 
 def _measured(value: float, word: str, unit: float, allowed: float) -> WordedVoice:
     """Return the word with a measure, or without one if it fits as it is."""
     if abs(abs(value) - unit) <= allowed:
         return WordedVoice(word)
-    if word in ("left", "right"):
+    if word in _TURNS:
         if abs(abs(value) - unit / 2) <= allowed:
             return WordedVoice(f"half{word}")
-        return WordedVoice(word, _rounded(math.degrees(abs(value)), _ANGLES, math.degrees(allowed)))
-    return WordedVoice(word, _rounded(abs(value), _LENGTHS, allowed))
+        return WordedVoice(word, _rounded(math.degrees(abs(value)), ANGLES, math.degrees(allowed)))
+    return WordedVoice(word, _rounded(abs(value), LENGTHS, allowed))
 
 
 def _rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
@@ -268,32 +267,29 @@ def amounts_of(move: Move, profile: Profile) -> Amounts:
 
 def _amounts(voice: WordedVoice, profile: Profile) -> Amounts:
     word, measure, radius, frontal = voice
-    sign = -1.0 if word in ("backward", "straferight", "down", "right", "halfright") else 1.0
-    if word == "rest":
-        return Amounts(0, 0, 0, 0)
-    if word in ("left", "right", "halfleft", "halfright"):
-        plain = profile.quarter_turn / (2 if word.startswith("half") else 1)
-        turn = math.radians(measure) if measure is not None else plain
-        ahead = float(radius) * turn if radius is not None else 0.0
-        return Amounts(-ahead if frontal else ahead, 0.0, 0.0, sign * turn)
-    way = sign * (float(measure) if measure is not None else profile.step)
-    place = 0 if word in ("forward", "backward") else 1 if "strafe" in word else 2
-    return Amounts(*(way if at == place else 0.0 for at in range(4)))
+    for pair, plain in ((_TURNS, profile.quarter_turn), (_HALVES, profile.quarter_turn / 2)):
+        if word in pair:
+            turn = math.radians(measure) if measure is not None else plain
+            ahead = float(radius) * turn if radius is not None else 0.0
+            return Amounts(-ahead if frontal else ahead, 0.0, 0.0, -turn if word == pair[1] else turn)
+    way = float(measure) if measure is not None else profile.step
+    x, y, z = (way * ((word == ahead) - (word == back)) for ahead, back in _WAYS)
+    return Amounts(x, y, z, 0.0)
 
 
 def mirrored(node: Node) -> Node:
     """Return what `reflect sagittal` makes of a node."""
-    return _turned(node, MIRRORED, backward=False)
+    return _turned(node, _MIRRORED, backward=False)
 
 
 def retraced(node: Node) -> Node:
     """Return what `retrograde` makes of a node."""
-    return _turned(node, NEGATED, backward=True)
+    return _turned(node, _NEGATED, backward=True)
 
 
 @lru_cache(maxsize=20_000)
 def _turned_move(node: Move, backward: bool) -> Move:
-    words = NEGATED if backward else MIRRORED
+    words = _NEGATED if backward else _MIRRORED
     voices = [
         each._replace(
             word=words.get(each.word, each.word), frontal=each.frontal != (backward and each.radius is not None)

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from improv_core.outputs.cdr import SECOND, pose_in, stamp_in, transforms_in
+from improv_core.outputs.cdr import POSE_TEXTS, SECOND, joints_in, pose_in, stamp_in, transforms_in, twist_in
 from improv_core.outputs.ros.sensors.polled import STATIC, Polled
-from improv_core.outputs.ros.sensors.poses import TEXTS, PoseReader
+from improv_core.outputs.ros.sensors.poses import PoseReader
 from improv_core.score.motion import Pose
 from tests.recordings import ROS
 
@@ -106,34 +106,41 @@ def test_frames_in_a_circle_have_no_root() -> None:
     assert PoseReader().take([Polled(["anna"], "/anna/tf", "tf2_msgs/TFMessage", [(heard, {})])]) == []
 
 
+@pytest.mark.parametrize("length", range(5))
+def test_a_message_without_content_has_nothing_to_read(length: int) -> None:
+    message = b"\0\1\0\0"[:length]
+    assert [pose_in(message, 1), twist_in(message, True), twist_in(message, False)] == [None] * 3
+    assert [transforms_in(message), joints_in(message)] == [[], {}]
+
+
 @given(st.binary(max_size=300), st.booleans())
 def test_broken_transforms_are_refused(body: bytes, whole: bool) -> None:
     message = transforms(MAP, WHEELS)
     assert isinstance(transforms_in((message[:40] if whole else b"\0\1\0\0") + body), list)
 
 
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("kind", POSE_TEXTS)
 @settings(max_examples=10)
 @given(frame=st.text(max_size=9), child=st.text(max_size=9), heading=st.floats(-3.1, 3.1), x=st.floats(-9, 9))
 def test_poses_are_read_from_each_message(kind: str, frame: str, child: str, heading: float, x: float) -> None:
-    pose = pose_in(message(kind, Pose(x, -2, 0.5, heading), (frame, child)), TEXTS[kind])
+    pose = pose_in(message(kind, Pose(x, -2, 0.5, heading), (frame, child)), POSE_TEXTS[kind])
     assert pose
     assert (pose.x, pose.y, pose.z) == (x, -2, 0.5)
     assert pose.heading == pytest.approx(heading)
 
 
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("kind", POSE_TEXTS)
 def test_stamps_are_read_from_each_message(kind: str) -> None:
     assert stamp_in(message(kind, Pose())) == 3 * SECOND + 5
 
 
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("kind", POSE_TEXTS)
 def test_broken_poses_are_refused(kind: str) -> None:
     for wrong in (math.nan, math.inf, 1e300):
-        assert pose_in(message(kind, Pose(wrong)), TEXTS[kind]) is None
-        assert pose_in(message(kind, Pose(), z=wrong, w=wrong), TEXTS[kind]) is None
-    assert pose_in(message(kind, Pose(), z=0.0, w=0.0), TEXTS[kind]) is None
-    assert pose_in(message(kind, Pose())[:40], TEXTS[kind]) is None
+        assert pose_in(message(kind, Pose(wrong)), POSE_TEXTS[kind]) is None
+        assert pose_in(message(kind, Pose(), z=wrong, w=wrong), POSE_TEXTS[kind]) is None
+    assert pose_in(message(kind, Pose(), z=0.0, w=0.0), POSE_TEXTS[kind]) is None
+    assert pose_in(message(kind, Pose())[:40], POSE_TEXTS[kind]) is None
 
 
 def test_a_robot_that_leans_has_a_heading() -> None:

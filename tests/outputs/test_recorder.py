@@ -20,9 +20,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import note, recording
-from improv_core.outputs.cdr import SECOND, pose_in
+from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
-from improv_core.outputs.ros.sensors.poses import TEXTS
 from improv_core.outputs.simulator.recorded import RecordedSimulator
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
@@ -294,7 +293,7 @@ def test_measured_poses_have_the_type_that_came(kind: str, tmp_path: Path) -> No
         found: Any = reader.deserialize(raw, connection.msgtype)
     assert (connection.topic, connection.msgtype) == ("/r/pose", kind.replace("/", "/msg/"))
     assert found.header.frame_id == "world"
-    recorded = pose_in(raw, TEXTS[kind])
+    recorded = pose_in(raw, POSE_TEXTS[kind])
     assert recorded
     assert recorded.apart(Pose(**pose)) == pytest.approx((0, 0), abs=1e-9)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.outputs.ros.sensors.poses import TEXTS
+from improv_core.outputs.cdr import POSE_TEXTS
 from tests.needs import lacking
 from tests.ros.conftest import LIMIT, Publish, Sink
 
@@ -24,7 +24,7 @@ def fields(kind: str, x: float, heading: float) -> dict[str, float]:
     return {f"{pose}.position.x": x, **turn}
 
 
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("kind", POSE_TEXTS)
 def test_poses_of_each_type_and_with_any_stamps_are_read(kind: Any, publish: Publish, sink: Sink) -> None:
     topic = f"/anna/{kind.rpartition('/')[2]}"
     publish(topic, kind)(fields(kind, 1.5, 2.0))

@@ -94,6 +94,8 @@ def test_poses_of_a_ros_recording_begin_when_something_moves(tmp_path: Path) -> 
             pose = Pose(max(0, number - 20) * 0.1, 0.0, 0.0, 0.0)
             row = (1, 10**18 + number * 50_000_000, odometry_message(pose, 0))
             base.execute("INSERT INTO messages VALUES (?, ?, ?)", row)
+        for data in (b"", b"\0", None, "text"):  # they hold no pose
+            base.execute("INSERT INTO messages VALUES (1, ?, ?)", (10**18, data))
     found = read_source(path, 10.0, None)
     assert found.guesses == ["tb1 is read from /tb1/odom"]
     assert found.places["tb1"][0] == (0.0, 0.0, 0.0, 0.0, 0.0)

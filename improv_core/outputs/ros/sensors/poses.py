@@ -8,18 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from improv_core.outputs.cdr import SECOND, Transform, frame_in, pose_in, stamp_in, transforms_in
+from improv_core.outputs.cdr import POSE_TEXTS, SECOND, Transform, frame_in, pose_in, stamp_in, transforms_in
 from improv_core.outputs.ros.sensors.polled import STATIC, TF, Polled
 from improv_core.protocol.output import RawPose
 from improv_core.score.motion import Pose
 
-TEXTS = {
-    "nav_msgs/Odometry": 2,
-    "geometry_msgs/PoseStamped": 1,
-    "geometry_msgs/PoseWithCovarianceStamped": 1,
-}
-"""The messages with a pose after a stamp, and the number of texts (names of frames) in between."""
-KINDS = {**dict.fromkeys(TEXTS, 1), TF: 100}
+KINDS = {**dict.fromkeys(POSE_TEXTS, 1), TF: 100}
 """The messages with poses, and how many of each topic may wait: several nodes send transforms on one topic."""
 LONGEST_CHAIN = 20
 """The most transforms between two frames. More would be a circle."""
@@ -48,7 +42,7 @@ class PoseReader:
                     if seen := tree.pose(self.bases.get(robot, robot), alone=alone):
                         pose, root, moved = seen
                         found.append(RawPose(robot, kind, pose, at, root, moved, topic))
-            elif measured := pose_in(message, TEXTS[kind]):
+            elif measured := pose_in(message, POSE_TEXTS[kind]):
                 frame, stamp = frame_in(message), _stamped(stamp_in(message))
                 found += [RawPose(robot, kind, measured, at, frame, stamp, topic) for robot in robots]
         return found

@@ -43,8 +43,9 @@ class Listeners:
         self._returns = False
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
-        self.gone: set[str] = set()
-        """Robots that went away and haven't listened again since, even if their parts have begun again."""
+        self.gone: dict[str, str] = {}
+        """Robots that went away and haven't listened again since, even if their parts have begun again, with the line
+        about each."""
         self._looked_at = 0
         self._robots: list[str] = []  # of the score
         self._others: set[str] = set()  # other names that lines are about
@@ -85,7 +86,7 @@ class Listeners:
 
     def forget(self) -> None:
         """Repeat all warnings from now on, since somebody has restarted everything."""
-        self._warned, self._news, self.gone, self.standing = {}, {}, set(), set()
+        self._warned, self._news, self.gone, self.standing = {}, {}, {}, set()
 
     def wait(self, now: float) -> None:
         """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
@@ -148,12 +149,12 @@ class Listeners:
         if problem is None:
             self._heard.add(robot)
             self.away.discard(robot)
-            self.gone.discard(robot)
+            self.gone.pop(robot, None)
         elif not problem:  # it is found, and will confirm in a moment that it hears us
-            self.gone.discard(robot)
+            self.gone.pop(robot, None)
         elif robot in self._heard - self.away:
             self.away.add(robot)
-            self.gone.add(robot)
+            self.gone[robot] = problem
             if rejoin in ("scene", "return", "next"):
                 self.standing.add(robot)
                 return True

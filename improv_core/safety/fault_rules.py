@@ -81,7 +81,7 @@ class RobotFacts:
     `poses` have come since the last look, and all poses that were sent by `heard` have come; None if nothing measures
     the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
     since the last look left `late` by so many seconds at most. Joints of it are `unfollowed`. It was `rushed` if its
-    part changed its velocity before its accelerations let it get there.
+    part changed its velocity before its accelerations let it get there. `lost` is why its output can't reach it.
     """
 
     now: float
@@ -92,6 +92,7 @@ class RobotFacts:
     late: float = 0.0
     unfollowed: Unfollowed | None = None
     rushed: bool = False
+    lost: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +139,12 @@ def _explained(news: News, known: RobotFacts) -> News:
     """Add the cause to a fault that begins, if it is known."""
     if not isinstance(news, FaultBegan):
         return news
-    if known.unfollowed and news.fault == "joints":
-        return news._replace(why=known.unfollowed.why)
-    return news._replace(why=RUSHED) if known.rushed and news.fault == "off_path" else news
+    causes: Mapping[Fault, str] = {
+        "joints": known.unfollowed.why if known.unfollowed else "",
+        "off_path": RUSHED if known.rushed else "",
+        "gone": known.lost,
+    }
+    return news._replace(why=causes.get(news.fault, ""))
 
 
 def are_swapped(one: RobotWatch, other: RobotWatch) -> bool:

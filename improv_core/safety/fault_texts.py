@@ -150,6 +150,7 @@ _BEGAN: Mapping[Fault, str] = {
 _BECAUSE: Mapping[Fault, str] = {
     "off_path": "{names} [is|are up to] {off} off [its path|their paths]: {why}",
     "joints": "joints of {names} don't follow: {why}",
+    "gone": "{names} [is|are] gone: {why}",
 }
 """Texts about faults whose cause is known."""
 _OVER: Mapping[Fault, str] = {

@@ -18,7 +18,7 @@ from improv_core.protocol.messages import FromStage, TransportMessage, When
 from improv_core.protocol.output import Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
-from improv_core.score.score import Deadman, Rejoin, Safety, Score
+from improv_core.score.score import Deadman, DeviceAddress, Rejoin, Safety, Score
 from improv_core.score.senses import RobotSense
 from tests.player.plays import to_play
 
@@ -298,6 +298,19 @@ def test_a_robot_is_no_longer_gone_once_its_listener_is_found() -> None:
         stage.run(seconds)
     back = "beat 5: r listens again, after 2.9 s, and continues in the middle of the program"
     assert stage.lines == [f"beat 2: {LOST}", back]
+
+
+def test_the_line_about_a_robot_that_its_output_has_lost_has_the_reason() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    dance = score("r $ repeat forward")
+    device = DeviceAddress("tcp:localhost:4000", None)
+    parts = {name: replace(part, device=device) for name, part in dance.parts.items()}
+    stage.perform(replace(dance, parts=parts))
+    stage.run(1)
+    stage.sink.deaf = {name: f"{name}: it is switched off" for name in parts}
+    stage.run(1)
+    assert stage.lines == ["beat 2: r is gone: it is switched off"]
 
 
 GONE = {"r": "nobody listens on /r/cmd_vel"}

@@ -156,7 +156,7 @@ def test_only_a_change_that_a_robot_s_accelerations_do_not_allow_rushes_it() -> 
         monitor = FaultMonitor()
         for at, twist in sent:
             monitor.tell("r", twist, at)
-        assert [*monitor.look_around(score, (), Noticed(), 5.0)] == []
+        assert [*monitor.look_around(score, {}, Noticed(), 5.0)] == []
         assert monitor._robots["r"].rushed is rushed
 
 

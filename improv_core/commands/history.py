@@ -12,7 +12,7 @@ from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.group import Group
 from improv_core.commands.parameters import LiveOptions
-from improv_core.commands.play import play
+from improv_core.commands.playing import play
 from improv_core.commands.programs import report_diagnostics
 from improv_core.commands.terminal import run
 from improv_core.program.analysis import analyze

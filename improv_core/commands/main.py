@@ -127,6 +127,8 @@ class Commands(Group):
         except KeyboardInterrupt:
             echo("improv: interrupted", err=True)
             sys.exit(INTERRUPTED)
+        except (click.ClickException, click.exceptions.Exit):  # such as after --help
+            raise
         except Exception as problem:
             from improv_core.program.files import ReadError  # `improv stop` reads no program
 

@@ -8,8 +8,6 @@ import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
-from improv_core.program.files import ENDING
-from improv_core.storage.program_file import WriteError, create
 
 
 @click.command("new")
@@ -24,11 +22,15 @@ def command(name: Path | None) -> None:
 
 def with_ending(name: Path) -> Path:
     """Return the name of a program, with the usual ending if it has none."""
+    from improv_core.program.files import ENDING
+
     return name if name.suffix or not name.name else name.with_name(name.name + ENDING)
 
 
 def make(path: Path | None) -> Path:
     """Make a small program, with the first free name if none is given. Raises CommandError."""
+    from improv_core.storage.program_file import WriteError, create
+
     try:
         made = create(path)
     except WriteError as problem:

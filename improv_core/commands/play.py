@@ -1,11 +1,9 @@
-"""`improv play`: a program, once."""
+"""`improv play`: a program, once. Completion imports this module, so only the command imports what plays."""
 
 from __future__ import annotations
 
-import signal
 import sys
-import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -13,22 +11,9 @@ import click
 
 from improv_core.commands import parameters, settings
 from improv_core.commands.begin_time import moment
-from improv_core.commands.echo import echo, echo_json
-from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.parameters import LiveOptions
-from improv_core.commands.programs import read_to_play
 from improv_core.commands.settings import PlaySettings
-from improv_core.commands.terminal import USUAL, first, performance, run
-from improv_core.outputs.recording.recorder import Recorder, sensed_in
-from improv_core.program.analysis import Analysis
-from improv_core.program.compiler import score_of
-from improv_core.program.errors import Errors
-from improv_core.program.report import outcome, summary
-from improv_core.protocol.decoding import ProtocolError
-from improv_core.protocol.messages import FromStage, Sensed, TransportMessage
-from improv_core.score.movement import ENDLESS
-from improv_core.score.score import Score
-from improv_core.session.start import Options
 
 
 def _time(text: str) -> datetime:
@@ -73,6 +58,10 @@ def command(
     FILE is a program, or - for standard input. In a terminal, the page can play it again after it has ended, until
     Ctrl-C.
     """
+    from improv_core.commands.playing import play, play_fast, senses_of
+    from improv_core.commands.programs import read_to_play
+    from improv_core.commands.terminal import run
+
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and live.backend in ("ros", "both"):
@@ -93,107 +82,3 @@ def command(
         analysis, file, live.options(file), settings, browser=live.browser, report=report is not None, stays=stays
     )
     sys.exit(run(playing))
-
-
-def senses_of(recording: Path | None) -> list[Sensed] | None:
-    """Return the senses of robots in a recording, if there is one. Raises CommandError if it can't be read."""
-    if not recording:
-        return None
-    try:
-        with recording.open("rb") as file:
-            return sensed_in(file)
-    except (OSError, ValueError, ProtocolError) as error:
-        why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
-        raise CommandError(f"{recording} can't be read: {why}") from None
-
-
-async def play(
-    analysis: Analysis,
-    path: Path,
-    options: Options,
-    settings: PlaySettings = USUAL,
-    *,
-    browser: bool,
-    report: bool = False,
-    stays: bool = False,
-    recorder: Recorder | None = None,
-) -> int:
-    """Play a program without errors once. Return the exit code.
-
-    If it `stays`, its page can play it again until an interrupt.
-
-    Raises StageError; OSError and ValueError if the recording fails.
-    """
-    async with performance(
-        options, browser=browser, quiet=report, recorder=recorder, settings=settings, begins_with=path.name
-    ) as performing:
-        performing.stays = stays
-        await performing.play(analysis, path)
-        await first(performing.finished.wait(), performing.refused.wait(), performing.interrupted.wait())
-        if performing.refused.is_set():
-            if report:
-                echo_json(performing.report())
-            return FAILED
-        stopped = (
-            performing.interrupted.is_set() or performing.stops.count > 0 or bool(performing.stops.pressed["topics"])
-        )
-        results = performing.results  # lines have already given the reasons
-        failed = results.state == "stopped" or any(each.fault == "joints" for each in results.errors.faults)
-        if not stopped:
-            await performing.settle()
-        if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
-            performing.screen.say("play it again on the page, or press Ctrl-C to end")
-            await first(performing.broken.wait(), performing.interrupted.wait())
-    if report:
-        echo_json(performing.report())
-    return INTERRUPTED if stopped else FAILED if failed or performing.broken.is_set() else 0
-
-
-def check_end(score: Score, seconds: float | None) -> None:
-    """Raise CommandError if neither a score nor a number of seconds ends a performance."""
-    if score.beats == ENDLESS and seconds is None:
-        raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
-
-
-def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, report: bool) -> int:
-    """Play a program in the simulator without the page, faster than real time. Return the exit code.
-
-    Raises ReadError and CommandError.
-    """
-    from improv_core.outputs.simulator.simulator import Simulator
-    from improv_core.stage.dry_run import perform
-
-    if not (analysis := read_to_play(path)):
-        return PROBLEMS
-    chosen = settings.chosen(analysis)
-    analysis, score = chosen.analysis, score_of(chosen.analysis)
-    check_end(score, seconds)
-    last: TransportMessage | None = None
-    errors = Errors()
-
-    def tell(message: FromStage) -> None:
-        nonlocal last
-        if message["type"] == "transport":
-            last = message
-        elif message["type"] == "measured":
-            errors.take(message)
-        elif message["type"] == "warning" or message["type"] == "error":
-            echo(f"improv: {message['message']}", err=True)
-
-    # Ctrl-C ends it at once, even if a shell ignores it: there is nothing to clean up, and pymunk would swallow a
-    # KeyboardInterrupt raised in our functions that it calls.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    began = time.perf_counter()
-    simulator = Simulator(period=None)
-    perform(score, simulator, seconds, tell, settings.senses)
-    poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
-    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
-    if report:
-        echo_json(ended)
-    else:
-        took = time.perf_counter() - began
-        named = f"{chosen.name}: " if chosen.name else ""
-        echo(f"{named}{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
-        for line in [*([chosen.note] if chosen.note else []), *errors.lines()]:
-            echo(line)
-    return 0

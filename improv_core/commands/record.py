@@ -17,7 +17,7 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.parameters import LiveOptions
-from improv_core.commands.play import check_end, play
+from improv_core.commands.playing import check_end, play
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import run

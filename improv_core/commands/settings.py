@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from improv_core.commands.exit_codes import CommandError
-from improv_core.ide.rehearsal import rehearse, scenes_named
-from improv_core.ide.selection import Selection, UnplayableError
-from improv_core.program.analysis import Analysis
-from improv_core.protocol.messages import Arming, Sensed, When
-from improv_core.score.score import Score
+
+if TYPE_CHECKING:  # completion reads the options alone
+    from improv_core.ide.selection import Selection
+    from improv_core.program.analysis import Analysis
+    from improv_core.protocol.messages import Arming, Sensed, When
+    from improv_core.score.score import Score
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +39,17 @@ class PlaySettings:
 
     def selected(self, analysis: Analysis) -> Selection:
         """Select the wanted scenes of a program; all of it if no option names any. Raises UnplayableError."""
+        from improv_core.ide.rehearsal import rehearse, scenes_named
+        from improv_core.ide.selection import Selection
+
         if self.first is None and self.last is None:
             return Selection("", analysis)
         return rehearse(analysis, scenes_named(analysis, self.first, self.last))
 
     def chosen(self, analysis: Analysis) -> Selection:
         """Select the wanted scenes of a program. Raises CommandError if it lacks them."""
+        from improv_core.ide.selection import UnplayableError
+
         try:
             return self.selected(analysis)
         except UnplayableError as error:

@@ -35,14 +35,25 @@ def test_check_needs_neither_the_server_nor_a_robot() -> None:
 LIGHT = {
     *("improv_core", "improv_core.__main__", "improv_core.plain", "improv_core.commands", "improv_core.safety"),
     *(f"improv_core.commands.{name}" for name in ("main", "echo", "exit_codes", "group", "ros_arguments", "stop")),
+    *(f"improv_core.commands.{name}" for name in ("begin_time", "parameters", "settings")),
+    *(f"improv_core.commands.{name}" for name in ("edit", "new", "play", "watch")),
     *(f"improv_core.safety.{name}" for name in ("stop_socket", "stage_stops", "stop_request")),
 }
 """Our modules that `improv stop`, help, and completion may import: somebody is in a hurry."""
-COMPLETION = {"_IMPROV_COMPLETE": "bash_complete", "COMP_WORDS": "improv pl", "COMP_CWORD": "1"}
+
+
+def completing(words: str) -> dict[str, str]:
+    """Return the environment in which bash asks for completions of the last word."""
+    return {"_IMPROV_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
 
 
 @pytest.mark.parametrize(
-    ("typed", "env"), [("stop", {}), ("--help", {}), ("", COMPLETION)], ids=["stop", "help", "completion"]
+    ("typed", "env"),
+    [
+        *[("stop", {}), ("stop --help", {}), ("--help", {}), ("", completing("improv pl"))],
+        *(("", completing(f"improv {name} --")) for name in ("edit", "play", "watch")),
+    ],
+    ids=["stop", "help of stop", "help", "completion", "edit", "play", "watch"],
 )
 def test_a_command_for_people_in_a_hurry_imports_little(typed: str, env: dict[str, str], tmp_path: Path) -> None:
     code = f"import atexit, sys\natexit.register(lambda: print(*sys.modules))\nsys.argv = ['improv', *{typed.split()}]"
@@ -51,7 +62,7 @@ def test_a_command_for_people_in_a_hurry_imports_little(typed: str, env: dict[st
     assert done.returncode == 0, done.stderr
     imported = set(done.stdout.splitlines()[-1].split())
     assert {name for name in imported if name.startswith("improv")} - LIGHT == set()
-    assert imported.isdisjoint({"asyncio", "dataclasses", "lark", "subprocess", "tempfile"})
+    assert imported.isdisjoint({"asyncio", "lark", "subprocess", "tempfile"})
 
 
 def test_ctrl_c_while_the_command_is_imported_prints_no_traceback() -> None:

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands import play, terminal
+from improv_core.commands import terminal
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED
+from improv_core.commands.playing import play
 from improv_core.program.analysis import analyze
 from improv_core.protocol.messages import State, ToStage
 from improv_core.safety.stops import Stops
@@ -57,7 +58,7 @@ def test_the_exit_code_tells_how_it_ended(
 
     monkeypatch.setattr(terminal, "Playback", partial(Playback, start=start))
     analysis = analyze("beat 60\nr $ forward 8")
-    played = play.play(analysis, tmp_path / "dance.improv", Options("ros"), browser=False)
+    played = play(analysis, tmp_path / "dance.improv", Options("ros"), browser=False)
     assert asyncio.run(played) == code
 
 

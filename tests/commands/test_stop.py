@@ -84,7 +84,7 @@ def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running, monke
         await asyncio.to_thread(stopped.wait, LIMIT)
         return await saves.settle(path)
 
-    monkeypatch.setattr("improv_core.commands.watch.settle", settle)
+    monkeypatch.setattr("improv_core.commands.watching.settle", settle)
     program.write_text("s $ repeat forward\n")
     assert list(stop_all()) == ["stopped dance.improv on simulator"]
     stopped.set()

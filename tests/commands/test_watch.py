@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-import improv_core.commands.watch
+import improv_core.commands.watching
 from improv_core.safety.stops import Stops
 from improv_core.slices import checkpoint
 from tests.commands.command_line import LIMIT, SIMULATED, Running
@@ -57,7 +57,7 @@ def test_ctrl_c_stops_robots_at_once_and_ends_while_a_long_program_is_understood
         while True:
             checkpoint()
 
-    monkeypatch.setattr(improv_core.commands.watch, "analyze", understand)
+    monkeypatch.setattr(improv_core.commands.watching, "analyze", understand)
     program.write_text("r $ left\n")
     assert begun.wait(LIMIT)
     watch.interrupt()

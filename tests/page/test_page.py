@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.server import PageServer
+from improv_core.protocol.tickets import issue
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
 from tests.page.conftest import LIMIT, Commands, Keep, link, part, transport, wait
@@ -94,9 +95,15 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
     other.close()
 
     viewer.close()  # its token is worth nothing for the next server
-    next_server = PageServer(urlsplit(viewer.address).port or 0, Simulator().snapshot, lambda command: None)
-    expect(again.locator("#notice")).to_contain_text("This address works only once", timeout=LIMIT * 1000)
-    again.close()
+    port = urlsplit(viewer.address).port or 0
+    next_server = PageServer(port, Simulator().snapshot, lambda command: None, token="another token")
+    expect(again.locator("#notice")).to_contain_text("Improv was started again", timeout=LIMIT * 1000)
+    assert not again.evaluate("improv.connected")
+    other = window.new_page()
+    other.goto(f"{viewer.address}?ticket={issue('another token')}")
+    wait(again, "window.improv?.connected")  # it takes the token that this browser was given
+    for each in (again, other):
+        each.close()
     next_server.close()
 
 

@@ -13,6 +13,8 @@ const NOTICES = {
   refused:
     "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
 }
+const RESTARTED =
+  "Improv was started again. Open its page once more from your editor, or press o in the terminal: this tab continues then, too."
 const BRIEF_TIME = 2500 // milliseconds for which it is shown what a key did
 
 /** @param {string} who has yet to obey it, if that is known */
@@ -23,6 +25,7 @@ const EDITED = "Improv has ended. To continue, run improv edit in the terminal. 
 export class Notices {
   #ending = "" // why the stage has ended, if it has
   #notice = "" // about the connection
+  #wasOpen = false
   #unconfirmed = "" // that a stop is not confirmed
   /** @type {Connection} */
   connection = "opening"
@@ -34,9 +37,9 @@ export class Notices {
 
   /** @param {"open" | "lost" | "refused"} now */
   change(now) {
-    if (now === "open") this.#ending = ""
+    if (now === "open") [this.#ending, this.#wasOpen] = ["", true]
     const over = now === "lost" && this.#ending !== ""
-    const notice = over ? this.#ending : (NOTICES[now] ?? "")
+    const notice = over ? this.#ending : now === "refused" && this.#wasOpen ? RESTARTED : (NOTICES[now] ?? "")
     if (notice || this.connection !== "opening") announce(notice || "Connected again")
     this.connection = over ? "over" : now
     document.body.dataset.connection = this.connection

@@ -3,7 +3,7 @@
 
 import { read } from "./messages.js"
 import { Stops } from "./stops.js"
-import { framed, withToken } from "./token.js"
+import { framed, isReplaced, withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
@@ -48,7 +48,8 @@ export function connect(onMessage, onChange) {
       const answer = await fetch(withToken("token"), { method: "HEAD" }).catch(() => null)
       if (answer?.status === 403) {
         stops.end()
-        onChange("refused")
+        if (isReplaced()) location.reload()
+        else onChange("refused")
       }
     }
   }

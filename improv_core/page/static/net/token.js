@@ -36,6 +36,9 @@ function storedToken() {
   }
 }
 
+/** True if this browser has another token by now: Improv was started again, and another tab has opened its page. */
+export const isReplaced = () => !framed && !["", token].includes(storedToken())
+
 /**
  * An address on the server, with the token.
  * @param {string} path

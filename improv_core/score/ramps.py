@@ -16,6 +16,7 @@ from improv_core.score import fields
 from improv_core.score.bounds import faster, words_faster
 from improv_core.score.movement import (
     NORMAL,
+    Around,
     Bounds,
     Duration,
     Exact,
@@ -88,7 +89,12 @@ class Stepped(Single, Piecewise, Through):
 
     def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
         assert not isinstance(at, float)
-        return Visit(self.body, self.played(at), backward, dice)
+        return Visit(self.body, at and self.played(at), backward, dice)
+
+    def evenly(self, around: Around) -> Around:
+        """Return the surroundings of the body if its rate never changes, and it plays as long."""
+        rate = Fraction(self.body.duration) / Fraction(self.duration)
+        return around if rate == 1 else around._replace(rate=around.rate * rate)
 
     def pieces(
         self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]

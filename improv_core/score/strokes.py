@@ -143,7 +143,7 @@ def path_of(
     whole = True
     doubtful = certain_beats(assumed, part.movement, most_moments)
     certain: int | None = None
-    for walked, moment in enumerate(walk(part.movement, merge=True)):
+    for walked, moment in enumerate(walk(part.movement, merge=True, evenly=True)):
         if moment.start >= doubtful and certain is None:
             certain = len(strokes)
         if moment.start >= until:

@@ -28,6 +28,7 @@ from improv_core.score.movement import (
     Visit,
     all_by,
 )
+from improv_core.score.ramps import Stepped
 from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.slices import checkpoint
 
@@ -46,12 +47,14 @@ def walk(
     start: Exact = 0,
     *,
     merge: bool = False,
+    evenly: bool = False,
     dice: Dice | None = None,
     statement: int = NOWHERE,
 ) -> Iterator[Moment]:
     """Yield the moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
+    `evenly` walks what a ramp plays at one rate, if no voice plays beside it: the path and the time stay the same.
     `dice` are those at its beginning: by default, the first of the robots' stream. `statement` is the ID of the
     statement that it stands in. An open movement is walked as if no sense ever held. There are none after its end.
     """
@@ -59,12 +62,12 @@ def walk(
         return
     if movement.dice and not dice:
         dice = dice_of(ROBOTS)
-    for duration, velocity, sources in _pieces(Visit(movement, start, False, dice), merge, statement):
+    for duration, velocity, sources in _pieces(Visit(movement, start, False, dice), merge, statement, evenly):
         yield Moment(start, duration, velocity, sources)
         start += duration
 
 
-def _pieces(visit: Visit, merge: bool, statement: int) -> Iterator[Piece]:
+def _pieces(visit: Visit, merge: bool, statement: int, evenly: bool = False) -> Iterator[Piece]:
     """Yield pieces, with an explicit stack instead of recursion. Only pieces made of others' pieces recurse."""
     stack = [(iter((visit,)), Around(statement=statement))]
     while stack:
@@ -83,13 +86,13 @@ def _pieces(visit: Visit, merge: bool, statement: int) -> Iterator[Piece]:
                 yield *_at_rate(left, part.uniform.times(around.gain), around.rate), sources
             elif isinstance(part, InTurn):
                 stack.append((part.visits(at, backward, dice), around))
-            elif isinstance(part, Piecewise):
+            elif isinstance(part, Piecewise) and not (evenly and isinstance(part, Stepped)):
                 inside = partial(_pieces, merge=merge, statement=around.statement)
                 for beats, velocity, sources in part.pieces(at, backward, dice, inside):
                     yield *_at_rate(beats, velocity.times(around.gain), around.rate), around.sources + sources
             else:
                 assert isinstance(part, Through)
-                around = part.within(around)
+                around = part.evenly(around) if isinstance(part, Stepped) else part.within(around)
                 part, at, backward, dice = part.inner(at, backward, dice)
                 continue
             break

@@ -223,10 +223,10 @@ def test_walk_has_the_velocities_of_the_definition(movement: Movement) -> None:
     assert walked(movement, merge=True) == sampled(movement)
 
 
-@given(finite_movements | finite_dances)
-def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement) -> None:
+@given(finite_movements | finite_dances, st.booleans())
+def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement, evenly: bool) -> None:
     end = Fraction(0)
-    for moment in walk(movement):
+    for moment in walk(movement, evenly=evenly):
         assert moment.start == end
         assert moment.duration > 0
         end += moment.duration

@@ -40,6 +40,11 @@ def test_repetitions_are_drawn_once() -> None:
     check("r $ repeat 40 (forward left)", (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 0))
 
 
+def test_a_ramp_is_drawn_like_what_it_plays() -> None:
+    check("r $ ease forward ramp 1 2 (left forward) reverse ease ramp 1/2 1 backward", (2, 0, 0), (2, 2, 0), (2, 0, 0))
+    assert len(path("r $ (ease forward) || left").strokes) > 1
+
+
 def test_a_circle_is_three_arcs_and_leads_back() -> None:
     strokes = path("r $ fast 1 (repeat 4 forward) || repeat 4 left").strokes
     assert [stroke.radius for stroke in strokes] == [pytest.approx(1.2732395447)] * 3

@@ -185,12 +185,11 @@ def test_pressing_fixes_plays_the_same_or_leaves_an_error() -> None:
 
 
 @pytest.mark.slow("tries every program with many stand-ins")
-@pytest.mark.parametrize("seed", range(2))
-def test_no_program_becomes_another_dance(seed: int) -> None:
-    check_alike(PROGRAMS, seed, 0.5)
-    for kind in NOT_ALIKE:
-        check_pressing(PROGRAMS, seed, 0.3, [kind])
-    check_pressing(PROGRAMS, seed, 0.05, NOT_ALIKE)
+def test_no_program_becomes_another_dance() -> None:
+    check_alike(PROGRAMS, 0, 0.5)
+    for number, kind in enumerate(NOT_ALIKE):
+        check_pressing(PROGRAMS[number % 3 :: 3], 0, 0.3, [kind])
+    check_pressing(PROGRAMS, 0, 0.05, NOT_ALIKE)
 
 
 def test_preferred_fixes_write_the_expected_programs() -> None:

@@ -19,12 +19,11 @@ from typing import Any
 
 import own_output  # noqa: F401, before any library may print
 import rclpy
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Empty
 
-LOOK = 0.02
-"""Seconds between two looks at the publishers on a listener's topics."""
 TWISTS = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 POSES = "nav_msgs/Odometry", "geometry_msgs/PoseStamped"
 
@@ -95,26 +94,29 @@ class Listener:
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._number, self._node, self._options = number, node, options
         self._reads = reader_of(options["type"])
-        self._publishers = 0
+        self._publishers = dict.fromkeys(options["topics"], 0)
         self._closing = threading.Event()
         self._service = options.get("reset") and node.create_service(Empty, options["reset"], self._reset)
         self._listen()
-        self._timer = node.create_timer(LOOK, self._count)
 
     def _listen(self) -> None:
         def listen(topic: str) -> Any:
             def hear(message: Any) -> None:
                 say(self._number, topic=topic, at=time.monotonic(), **self._reads(message))
 
-            return self._node.create_subscription(kind(self._options["type"]), topic, hear, quality(100, self._options))
+            def count(match: Any) -> None:
+                self._publishers[topic] = match.current_count
+                say(self._number, publishers=max(self._publishers.values()))
+
+            return self._node.create_subscription(
+                kind(self._options["type"]),
+                topic,
+                hear,
+                quality(100, self._options),
+                event_callbacks=SubscriptionEventCallbacks(matched=count),
+            )
 
         self._subscriptions = [listen(topic) for topic in self._options["topics"]]
-
-    def _count(self) -> None:
-        now = max(self._node.count_publishers(topic) for topic in self._options["topics"])
-        if now != self._publishers:
-            self._publishers = now
-            say(self._number, publishers=now)
 
     def _reset(self, _: Any, response: Any) -> Any:
         say(self._number, topic=self._options["reset"], at=time.monotonic())
@@ -134,7 +136,6 @@ class Listener:
         self._closing.set()
 
     def close(self) -> None:
-        self._node.destroy_timer(self._timer)
         self._destroy_subscriptions()
         if self._service:
             self._node.destroy_service(self._service)

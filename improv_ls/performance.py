@@ -7,19 +7,15 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Literal, assert_never
+from typing import assert_never
 
-from lsprotocol import types
-
-from improv_core.ide.selection import Selection, UnplayableError
+from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.report import Mistake, mistakes
 from improv_core.protocol.commands import Editing, Stop
-from improv_core.protocol.editing import ProgramChange
-from improv_core.protocol.messages import Misplaced, TransportMessage, When
-from improv_core.protocol.robot_messages import FaultMessage, Resumes
-from improv_core.protocol.transport import counted
+from improv_core.protocol.messages import TransportMessage, When
+from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
@@ -32,20 +28,16 @@ from improv_ls.editor import Editor
 from improv_ls.held_keys import HeldKeys
 from improv_ls.hinting import Hinting
 from improv_ls.live import Live
+from improv_ls.offers import Offers, OnSave
 from improv_ls.page import show_page
-from improv_ls.placing import Placing
 from improv_ls.playing import Playing
 from improv_ls.preparing import Choose, PreparedProgram, among, prepare
 from improv_ls.progress import Progress
 from improv_ls.records import Records, file_of
 from improv_ls.settling import Settling
 
-OnSave = Literal["continue", "restart"]
-SETTINGS = "improv/settings"
 SLOW = 1.0
 """Seconds after which a line says what a program waits for."""
-OFFER = "this save started the dance over; saves can also continue it, so that robots you don't edit keep dancing"
-HINT = f"{OFFER}: set improv.onSave to continue, or use the code action"
 
 
 class Performance:
@@ -68,6 +60,7 @@ class Performance:
         self.playing = Playing(documents)
         self.live = Live(editor, self.playing, lambda: self.state)
         self.keys = HeldKeys(editor, self.playing, self.ask)
+        self.offers = Offers(editor, records, self.playing, self.ask, documents, robots_files)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._latest: PreparedProgram | None = None  # the latest program that was sent to the stages
         self._node: str | None = None  # the name in the improv.toml of the latest dance
@@ -76,8 +69,6 @@ class Performance:
         self._wanted: object = None  # the latest program that somebody asked to play
         self._refused = 0  # the count of stops at the latest message that a dance did not begin
         self._page_shown = False
-        self._offered = False  # true while a button offers to begin, wherever robots stand
-        self._placing = Placing(editor, documents, robots_files)
         self._closing: set[asyncio.Task[None]] = set()
 
     @property
@@ -125,9 +116,8 @@ class Performance:
         restarts = not choose and self.playing.state == "playing" and self._editor.settings.on_save is None
         when = self._editor.settings.switch_at if joins else self._when
         await self._play(prepared, when, asked, keep=keep, joins=joins)
-        if restarts and not self._records.on_save:  # once, and never again in any session
-            self._records.keep_on_save("offered")
-            await self._offer_to_continue()
+        if restarts:
+            await self.offers.to_continue()
 
     @property
     def _when(self) -> When:
@@ -141,22 +131,6 @@ class Performance:
         if self._editor.settings.on_save or not self.state.is_on:
             return None
         return "restart" if self._records.on_save == "continue" else "continue"
-
-    def set_on_save(self, does: OnSave) -> None:
-        """Have saves do that with a dance from now on, in the editor's settings or else in our records."""
-        if self._editor.keeps_settings:
-            self._editor.server.protocol.notify(SETTINGS, {"onSave": does})
-        else:
-            self._records.keep_on_save(does)
-            what = "continue the dance" if does == "continue" else "start the dance over"
-            self._editor.say(f"from now on, saves {what}, unless the setting improv.onSave says otherwise")
-
-    async def _offer_to_continue(self) -> None:
-        """Offer that saves continue the dance, in nobody's way."""
-        if not self._editor.keeps_settings:
-            self._editor.say(HINT)
-        elif await self._editor.offer(OFFER, "Continue from Now On", kind=types.MessageType.Info):
-            self.set_on_save("continue")
 
     async def _play(
         self, prepared: PreparedProgram, when: When, asked: int, *, keep: bool = True, joins: bool = False
@@ -345,7 +319,7 @@ class Performance:
                     self._tell_fault(message)
             case "misplaced":
                 if leads:
-                    self._editor.soon(self._offer_to_begin(message))
+                    self._editor.soon(self.offers.to_begin(message))
             case "ready" | "stopped" | "armed" | "decided" | "measured" | "sent" | "sent_joints" | "joints" | "vitals":
                 pass  # shown on the page, or in a terminal
             case "request" | "seen" | "pressed" | "deserted" | "link" | "pong" | "obeyed" | "lacks":
@@ -354,16 +328,10 @@ class Performance:
                 assert_never(other)
 
     def _offer_edit(self, editing: Editing, asked: int) -> None:
-        """Have the editor change the program, as a page asks; a rehearsal lacks what is to change."""
-        only, latest, ask = self._latest and self._latest.only, self.playing.latest, editing["ask"]
-        if not only or not latest or ask["type"] != "change":
-            return
-        if only.moved:
-            is_music = ask["change"]["type"] == "tune"
-            begin, change = ("beat 0", "change its song") if is_music else ("the starts", "move them")
-            self._editor.warn(f"this rehearsal doesn't begin at {begin}: play the program to {change}")
-        elif changed := _without_ghost(ask["change"], only):
-            self._editor.soon(self._placing.offer(latest.uri, changed))
+        """Have the editor change the program, as a page asks."""
+        latest, ask = self.playing.latest, editing["ask"]
+        if self._latest and latest and ask["type"] == "change":
+            self.offers.to_edit(latest.uri, ask["change"], self._latest.only)
 
     def _tell_fault(self, message: FaultMessage) -> None:
         """Show a person the faults of robots, and their end."""
@@ -374,31 +342,11 @@ class Performance:
         else:
             self._editor.warn(message["line"])
 
-    async def _offer_to_begin(self, message: Misplaced) -> None:
-        """Offer a button to begin anyway, once robots are not in their places. After a stop it does nothing."""
-        offered, self._offered = self._offered, message["waits"]
-        if offered or not message["robots"]:
-            return
-        count, stops = len(message["robots"]), self._editor.server.stops.count
-        what = "1 robot is not in its place" if count == 1 else f"{count} robots are not in their places"
-        if await self._editor.offer(f"{what}, so the dance doesn't begin", "Begin anyway"):
-            self.ask({"type": "resume", "anyway": True}, stops)
-
-    async def _offer_to_resume(self, message: TransportMessage, resumes: Resumes) -> None:
-        """Offer buttons to continue after a stop that nobody asked for. After another stop they do nothing, and neither
-        do they once something plays again."""
-        stops = self._editor.server.stops.count
-        scene, beat = (f"From {counted(message, at)}" for at in (resumes["scene"], resumes["beat"]))
-        pressed = await self._editor.offer("Robots were stopped: resume from this scene, or this beat?", scene, beat)
-        latest = self.playing.transport
-        if pressed and latest and latest.get("resumes") == resumes:
-            self.ask({"type": "resume", "beat": resumes["scene" if pressed == scene else "beat"]}, stops)
-
     def _follow(self, message: TransportMessage) -> None:
         """Pass a message on to all objects that follow the performance."""
         before, resumes = self.playing.transport, message.get("resumes")
         if resumes and not (before and before.get("resumes") == resumes):
-            self._editor.soon(self._offer_to_resume(message, resumes))
+            self._editor.soon(self.offers.to_resume(message, resumes))
         self.playing.follow(message)
         self.live.follow(message)
         self._progress.follow(message)
@@ -419,14 +367,6 @@ class Performance:
     def _show(self, playback: Playback) -> None:
         self._page_shown = True
         self._editor.soon(show_page(self._editor, playback))
-
-
-def _without_ghost(asked: ProgramChange, only: Selection) -> ProgramChange | None:
-    """Return the part of a change that can be written: a ghost is in no program."""
-    if asked["type"] != "place" or not only.ghost:
-        return asked
-    poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}
-    return {**asked, "start_poses": poses} if poses else None
 
 
 def _tell_wait(editor: Editor, playback: Playback, name: str) -> None:

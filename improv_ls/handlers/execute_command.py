@@ -172,7 +172,7 @@ def on_save(ls: Session, *arguments: Any) -> None:
     if set_there := ls.editor.settings.on_save:
         ls.editor.warn(f"improv.onSave: the editor's settings say {set_there}: change them there")
     elif arguments in (("continue",), ("restart",)):
-        ls.performance.set_on_save(arguments[0])
+        ls.performance.offers.set_on_save(arguments[0])
     else:
         ls.editor.warn("improv.onSave: expected continue or restart")
 

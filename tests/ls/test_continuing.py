@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_ls.performance import OFFER
+from improv_ls.offers import OFFER
 from tests.ls.client import QUIET, TOLD, Client
 
 URI = "file:///dance.improv"

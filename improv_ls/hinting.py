@@ -5,11 +5,14 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, Sequence
+from typing import TYPE_CHECKING
 
-from improv_core.ide.inlay_hint import Hint
 from improv_core.protocol.messages import TransportMessage
 from improv_core.protocol.transport import beat_at
 from improv_ls.editor import Editor
+
+if TYPE_CHECKING:
+    from improv_core.ide.inlay_hint import Hint
 
 SHORTEST = 0.5
 """Seconds between two requests to ask again, at least."""

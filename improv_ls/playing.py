@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from improv_core.ide.inlay_hint import Hint, playing_hints
 from improv_core.preview.replaying import followed, note
 from improv_core.protocol.messages import Sensed, State, TransportMessage
 from improv_core.protocol.transport import beat_at
@@ -15,6 +14,9 @@ from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.score.takeover import joined
 from improv_ls.documents import Document, moved
+
+if TYPE_CHECKING:
+    from improv_core.ide.inlay_hint import Hint
 
 
 class _Sent(NamedTuple):
@@ -97,6 +99,8 @@ class Playing:
         played = self.document
         if not played or not self.replay or self.state not in ("playing", "paused"):
             return ()
+        from improv_core.ide.inlay_hint import playing_hints  # here, since robots can start without it
+
         return playing_hints(self.replay, self.now(played).analysis, beat)
 
     def renamed(self, old: str, new: str) -> None:

@@ -28,11 +28,11 @@ def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
     if is_robots_file(given.uri):
         _keep_robots(ls, RobotsFile(given.uri, given.version, LineIndex(given.text)))
     elif is_program(given.uri, given.language_id):
+        if ls.editor.settings.on_save != "off":
+            ls.editor.soon(ls.performance.warm_up())  # first: stages start while the program is read
         document = opened(given.uri, given.version, given.text)
         ls.scenes_with_lenses.pop(given.uri, None)
         add(ls, document)
-        if ls.editor.settings.on_save != "off":
-            ls.editor.soon(ls.performance.warm_up())
 
 
 def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:

@@ -1,13 +1,17 @@
-"""Opens the output to ROS 2. The standby is started at once, since it loads while the modules of the stage do."""
+"""Opens the output to ROS 2. The standby is started at once, since it loads while the modules of the stage do: nothing
+here imports those before."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from improv_core.ipc.channel import OutputChannel
 from improv_core.outputs.ros.standby.client import start_standby
-from improv_core.protocol.output import Sink
+
+if TYPE_CHECKING:
+    from improv_core.ipc.channel import OutputChannel
+    from improv_core.protocol.output import Sink
 
 
 def prepare(arguments: Sequence[str]) -> Callable[[OutputChannel], Sink]:

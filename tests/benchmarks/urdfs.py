@@ -52,9 +52,8 @@ BRISK = 4
 """URDFs state no accelerations. Joints get so much that they reach their speed in a quarter of a second."""
 TEMPO = Fraction(60)
 TICK = 0.01
-SPARE = 1.25
-"""The share of its acceleration that a joint may need: no point lies less than 20 ms ahead, so two changes may fall
-into one span."""
+SPARE = 1.02
+"""The share of its acceleration that a joint may need: positions and times are rounded."""
 NEAR = 1e-4
 """Radians or meters."""
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from improv_core.outputs.ros.joints.channels import Channel
-from improv_core.outputs.ros.joints.trajectories import standing, trajectory, turned
+from improv_core.outputs.ros.joints.trajectories import leaves_out, standing, trajectory, turned
 from improv_core.score.joints import JointMotion
 from tests.ros.controller import TrajectoryController
 
@@ -70,8 +70,9 @@ def dance(
             arrived, at = arrivals.popleft()
             motions = [JointMotion(place, speed if at < stop else 0.0) for place, speed in line(at)]
             until = next((begin + each for each in times if each > at), math.inf) if at < stop else begin + at
-            now = turned(channel, now, dict(zip(names, motions, strict=True)), begin + at, arrived - at, until)
-            made.take(names, [*trajectory(channel, now)], begin + arrived)
+            course = turned(channel, now, dict(zip(names, motions, strict=True)), begin + at, arrived - at, until)
+            if not leaves_out(channel, now, course, begin + arrived):
+                made.take(names, [*trajectory(channel, now := course)], begin + arrived)
         passed.append(made.states(begin + time))
     assert not made.refused
     return Danced(tick, passed, [[position for position, _ in line(time)] for time in ticks])

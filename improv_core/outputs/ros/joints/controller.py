@@ -14,6 +14,7 @@ from improv_core.outputs.ros.joints.trajectories import (
     current_course,
     homing_channel,
     homing_course,
+    leaves_out,
     let_go,
     message_of,
     stopped,
@@ -132,9 +133,8 @@ class RosController:
         wanted = turned(self.channel, before, joints, at, late, until)
         course = let_go(self.channel, before, wanted, self._recent())
         self._watch(before, joints)
-        is_repeated = course.moves and course.velocities == before.velocities
-        if is_repeated and self._around.now() < self._sent + OFTEN / self._part.profile.command_rate:
-            self._course = replace(before, until=until)  # what was sent last still counts
+        soon = self._around.now() < self._sent + OFTEN / self._part.profile.command_rate
+        if leaves_out(self.channel, before, course, course.since, soon):
             return ""
         self._course = course
         self._publish(message_of(self.channel, course, pace))

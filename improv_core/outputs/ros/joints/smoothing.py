@@ -15,10 +15,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 SOONEST, FIRST = 0.02, 0.05
-"""Seconds until the first point: at least, and at the latest. A controller gets there from where it is, so a point for
-the present would make a joint that lags jump."""
-CLOSEST = 0.01
-"""Seconds between two points, at least: as long as a slow controller's own cycle."""
+"""Seconds until the first point: at least, and if joints stand. A controller gets there from where it is, so a point
+for the present would make a joint that lags jump."""
+CLOSEST = 0.001
+"""Seconds between two points, at least. A controller passes several in a cycle, and keeps all their accelerations."""
 
 
 class Stretch(NamedTuple):
@@ -67,9 +67,7 @@ def points(
 
     Between two points, accelerations are constant, and so are those of joint_trajectory_controller's cubic splines.
     """
-    bends = {stretch.since for way in ways if len(way) > 1 for stretch in way}
-    ends = [brake.until for brake in brakes if brake]
-    *times, last = _spread(sorted([*(each for bend in bends for each in (bend, bend + window)), *ends]), now)
+    *times, last = _spread(bends(ways, window, brakes), now)
     for time in times:
         found = [
             brake.at(time) if brake and time < brake.until else smoothed(way, window, time)
@@ -80,11 +78,17 @@ def points(
     yield TrajectoryPoint(last - now, [way[-1].position for way in ways], [0.0] * len(ways))
 
 
+def bends(ways: Sequence[Sequence[Stretch]], window: float, brakes: Sequence[Brake | None] = ()) -> list[float]:
+    """Return the times at which the accelerations of joints on these ways change."""
+    turns = {stretch.since for way in ways if len(way) > 1 for stretch in way}
+    return sorted([*turns, *(turn + window for turn in turns), *(brake.until for brake in brakes if brake)])
+
+
 def _spread(bends: Sequence[float], now: float) -> list[float]:
     """Return the times of points: those of the bends ahead, of which the later ones count if some are too close."""
     last = max(bends[-1], now + SOONEST) if bends and bends[-1] > now else now + FIRST
     kept = [last]
-    for time in sorted([*bends, now + FIRST], reverse=True):
+    for time in reversed(bends):
         if now + SOONEST <= time <= kept[-1] - CLOSEST:
             kept.append(time)
     return kept[::-1]

@@ -13,13 +13,23 @@ from typing import NamedTuple
 
 from improv_core.outputs.cdr import numbers_message, trajectory_message
 from improv_core.outputs.ros.joints.channels import HOMING, WINDOW, Channel
-from improv_core.outputs.ros.joints.smoothing import Brake, Stretch, TrajectoryPoint, points, smoothed
+from improv_core.outputs.ros.joints.smoothing import (
+    SOONEST,
+    Brake,
+    Stretch,
+    TrajectoryPoint,
+    bends,
+    points,
+    smoothed,
+)
 from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift, is_far
 from improv_core.score.body import Joint
 from improv_core.score.joints import JointMotion
 
 CRUISE = 0.2
 """Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
+LEFT_OUT = 0.15
+"""Seconds after a command for which those that repeat it may be left out: it still moves the joints on."""
 LAG, LAST_LAG = 0.5, 0.2
 """Seconds by which joints may lag behind their commands: while they move, and when they are stopped. They still cover
 that distance."""
@@ -292,10 +302,20 @@ def stopped(channel: Channel, course: Course, passed: float) -> Course:
     return turned(channel, course, still, at, until=at)
 
 
+def leaves_out(channel: Channel, before: Course, course: Course, now: float, soon: bool = False) -> bool:
+    """Return whether to leave a course out that only repeats the one before, which was sent: it comes `soon` after it,
+    or the joints change their accelerations before a point could lie there, so that a cubic would overshoot them."""
+    sent = [leg for leg in before.sent if leg.since <= now]
+    repeats = course.moves and sent and course.velocities == [velocity for _, velocity in sent[-1].motions]
+    if not repeats or abs(replace(before, until=course.until).end - before.end) > EXACT:
+        return False
+    near = channel.interface == "trajectory" and now < before.since + LEFT_OUT
+    return soon or (near and any(now < bend < now + SOONEST for bend in bends(_ways(channel, before), channel.window)))
+
+
 def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
     """The points of a course, which comes to rest by itself. Joints that stand have a single point."""
-    ways = [[*_way(joint, course.sent, number, course.end)] for number, joint in enumerate(channel.joints)]
-    return points(ways, channel.window, course.since, course.brakes)
+    return points(_ways(channel, course), channel.window, course.since, course.brakes)
 
 
 def message_of(channel: Channel, course: Course, pace: float = 1.0) -> bytes:
@@ -330,6 +350,10 @@ def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
     if velocity < 0 and joint.min is not None:
         return max(later, min(position, joint.min))
     return later
+
+
+def _ways(channel: Channel, course: Course) -> list[list[Stretch]]:
+    return [[*_way(joint, course.sent, number, course.end)] for number, joint in enumerate(channel.joints)]
 
 
 def _way(joint: Joint, legs: Sequence[_Leg], number: int, end: float) -> Iterator[Stretch]:

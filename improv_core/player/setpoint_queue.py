@@ -49,8 +49,8 @@ class SetpointQueue:
         return self._queue[0].at if self._queue else math.inf
 
     def next_of_limbs(self, robot: str, at: float) -> float:
-        """The time of the next change of a robot's body parts after a time; in a stop, that time."""
-        if self._stops:
+        """The time of the next change of a robot's body parts after a time; that time if the robot stops or stands."""
+        if self._stops or self._stands(robot):
             return at
         times = (self._next.get(mover, math.inf) for mover in self._limbs.get(robot, ()))
         return min((time for time in times if time > at), default=math.inf)

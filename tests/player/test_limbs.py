@@ -109,18 +109,20 @@ def test_each_command_to_a_joint_says_how_long_the_program_has_it_move_like_that
     assert all(at < until <= min(each for each in changes if each > at) for at, until in sent)
 
 
-@pytest.mark.parametrize("kind", ["stop", "pause"])
-def test_a_stop_and_a_pause_have_all_joints_brake_at_once(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "more"), [("stop", {}), ("pause", {}), ("silence", {"muted": ["a", "b"], "soloed": []})]
+)
+def test_a_stop_a_pause_and_a_mute_have_all_joints_brake_at_once(kind: str, more: dict[str, list[str]]) -> None:
     """A command that lasts no time says so: zeros that the program asks for are no reason to brake."""
     stage = Bodies("a b $ head (left rest right)")
     stage.run(1.5)
     assert all(at < until for at, until in stage.sink.untils)
     stage.run(1.0)
     count = len(stage.sink.untils)
-    stage.ask(kind)
+    stage.ask(kind, **more)
     assert stage.sink.untils[count:] == [(2.5, 2.5)] * 2
     stage.run(1.0)
-    assert all(at < until for at, until in stage.sink.untils[count + 2 :])
+    assert more or all(at < until for at, until in stage.sink.untils[count + 2 :])
     assert all(motion.velocity == 0 for _, _, joints in stage.sink.joints[count:] for motion in joints.values())
 
 

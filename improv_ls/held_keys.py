@@ -34,7 +34,7 @@ class HeldKeys:
         elif self._playing.state != "playing" or not latest:
             self._editor.warn("improv.key: nothing plays; save a program first")
         elif key not in (
-            keys := {each.key for each in latest.analysis.config.senses.values() if isinstance(each, Key)}
+            keys := {each.key for each in latest.document.analysis.config.senses.values() if isinstance(each, Key)}
         ):
             known = f"one of {', '.join(sorted(keys))}" if keys else "but no sense in improv.toml has a key"
             self._editor.warn(f"improv.key: expected the key of a sense, {known}")

@@ -30,8 +30,7 @@ from improv_ls.hinting import Hinting
 from improv_ls.live import Live
 from improv_ls.offers import Offers, OnSave
 from improv_ls.page import show_page
-from improv_ls.playing import Playing
-from improv_ls.preparing import Choose, PreparedProgram, among, prepare
+from improv_ls.playing import Choose, Playing, PreparedProgram, among, prepare
 from improv_ls.progress import Progress
 from improv_ls.records import Records, file_of
 from improv_ls.settling import Settling
@@ -62,7 +61,6 @@ class Performance:
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self.offers = Offers(editor, records, self.playing, self.ask, documents, robots_files)
         self._before: Played | None = None  # the version from the history that plays, if one does
-        self._latest: PreparedProgram | None = None  # the latest program that was sent to the stages
         self._node: str | None = None  # the name in the improv.toml of the latest dance
         self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
@@ -160,15 +158,15 @@ class Performance:
                 self._refused = stops.count
                 self._editor.warn(f"■ {name} was stopped before it began: save to play it")
             return
-        if joins and self._latest and (played := playback.state.played):
-            prepared = among(prepared, played.score, self._latest.only)
-        self.playing.sent(generation, document, prepared.score)
-        self._latest = prepared
+        if joins and self.playing.latest and (played := playback.state.played):
+            prepared = among(prepared, played.score, self.playing.latest.only)
+        self.playing.sent(generation, prepared)
         if only.span:
             self.live.evaluated(document, only.span)
         if keep:
             self._records.played(document)
-        self._editor.say(f"▶ {prepared.line}, {playback.state.status}")
+        line = await self._settling.run(prepared.line)  # not before, since robots would wait for it
+        self._editor.say(f"▶ {line}, {playback.state.status}")
         if only.note:
             self._editor.say(only.note)
         if self._editor.settings.page_open and playback.state.page and not self._page_shown:
@@ -184,7 +182,7 @@ class Performance:
         if self._before and self._before.file == file:
             earlier = [each for each in programs if each.id < self._before.id]
         else:
-            latest = self.playing.latest
+            latest = self.playing.latest and self.playing.latest.document
             current = latest.analysis.text if latest and latest.uri == document.uri else None
             earlier = [each for each in programs if each.text != current]
         if not earlier:
@@ -194,9 +192,8 @@ class Performance:
 
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
-        latest = self.playing.latest
-        if self._latest and latest:  # its file may have another name by now
-            await self._play(self._latest._replace(document=latest), "restart", asked)
+        if self.playing.latest:
+            await self._play(self.playing.latest, "restart", asked)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -254,7 +251,7 @@ class Performance:
     def robots(self) -> set[str]:
         """Robots of the last dance, and those that are muted or soloed."""
         latest = self.playing.latest
-        return {*(latest.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
+        return {*(latest.document.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
 
     def stop(self, stop: Stop) -> str | None:
         """Obey `improv stop`, on any thread. Return the line that answers it, unless there are no stages yet."""
@@ -330,8 +327,8 @@ class Performance:
     def _offer_edit(self, editing: Editing, asked: int) -> None:
         """Have the editor change the program, as a page asks."""
         latest, ask = self.playing.latest, editing["ask"]
-        if self._latest and latest and ask["type"] == "change":
-            self.offers.to_edit(latest.uri, ask["change"], self._latest.only)
+        if latest and ask["type"] == "change":
+            self.offers.to_edit(latest.document.uri, ask["change"], latest.only)
 
     def _tell_fault(self, message: FaultMessage) -> None:
         """Show a person the faults of robots, and their end."""

@@ -1,13 +1,18 @@
-"""The state of the performance, according to the stage that leads, and the documents of its scores."""
+"""The programs that play and their preparation, and the state of the performance according to the stage that leads."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from improv_core.diagnostics import Severity
+from improv_core.ide.selection import Selection, UnplayableError
 from improv_core.preview.replaying import followed, note
+from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.program.report import summary
 from improv_core.protocol.messages import Sensed, State, TransportMessage
 from improv_core.protocol.transport import beat_at
 from improv_core.score.replay import Replay
@@ -19,9 +24,52 @@ if TYPE_CHECKING:
     from improv_core.ide.inlay_hint import Hint
 
 
-class _Sent(NamedTuple):
+Choose: TypeAlias = Callable[[Analysis], Selection]
+"""Selects a part of a program. Raises UnplayableError."""
+
+
+class PreparedProgram(NamedTuple):
+    """A document whose analysis plays only the selection, and its score."""
+
     document: Document
+    only: Selection
     score: Score
+
+    def line(self) -> str:
+        """Return a line that sums it up. This may take long."""
+        told = summary(self.only.analysis)
+        return f"{self.only.name}: {told}" if self.only.name else told
+
+
+def prepare(document: Document, choose: Choose | None) -> PreparedProgram:
+    """Prepare a part of a document, or without a choice all of it, which may take long. Raises UnplayableError with a
+    reason in one line."""
+    only = choose(document.analysis) if choose else Selection("", document.analysis)
+    if why := refusal(document, whole=choose is None):
+        raise UnplayableError(why)
+    return PreparedProgram(replace(document, analysis=only.analysis), only, score_of(only.analysis))
+
+
+def among(prepared: PreparedProgram, score: Score, before: Selection) -> PreparedProgram:
+    """Return a part of a program that plays as this score, which may also have robots of the selection `before` it."""
+    only, others = prepared.only, score.parts.keys() - prepared.score.parts.keys()
+    ghost = only.ghost or (before.ghost if before.ghost in others else None)
+    both = replace(only, ghost=ghost, moved=only.moved or (before.moved and bool(others)))
+    return prepared._replace(score=score, only=both)
+
+
+def refusal(document: Document, *, whole: bool) -> str | None:
+    """Return why no robot may move because of `improv.toml` or, if the whole program is to play, of its errors."""
+    analysis = document.analysis
+    if not analysis.config.ok:
+        # Without a text, editors can't show the errors.
+        return "improv.toml has errors" if analysis.config.text else analysis.config.diagnostics[0].message
+    errors = [each for each in analysis.diagnostics if each.severity is Severity.ERROR] if whole else []
+    if not errors:
+        return None
+    line = document.lines.number(errors[0].span.start)
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"line {line}: {errors[0].message}{more}"
 
 
 class Playing:
@@ -29,8 +77,11 @@ class Playing:
 
     def __init__(self, documents: Mapping[str, Document]) -> None:
         self._documents = documents
-        self._sent: dict[int, _Sent] = {}  # by generation: the one that plays, and those that are to take over
-        self._latest: _Sent | None = None
+        self._sent: dict[
+            int, PreparedProgram
+        ] = {}  # by generation: the one that plays, and those that are to take over
+        self.latest: PreparedProgram | None = None
+        """The program that was sent to the stages last."""
         self._began: object = None  # the generation, and the times at which its parts began
         self.replay: Replay | None = None
         """The replay of the robots; None before anything has played."""
@@ -43,11 +94,6 @@ class Playing:
         return self.transport["state"] if self.transport else "stopped"
 
     @property
-    def latest(self) -> Document | None:
-        """The document that was sent to the stages last."""
-        return self._latest and self._latest.document
-
-    @property
     def document(self) -> Document | None:
         """The document that plays, as it was when it was sent."""
         sent = self._sent.get(self.generation)
@@ -57,9 +103,9 @@ class Playing:
         """Return the editor's current version of a document that was sent."""
         return self._documents.get(played.uri, played)
 
-    def sent(self, generation: int, document: Document, score: Score) -> None:
-        """Note that a document was sent to the stages as this score; a message of the stages reports when it plays."""
-        self._sent[generation] = self._latest = _Sent(document, score)
+    def sent(self, generation: int, prepared: PreparedProgram) -> None:
+        """Note that a program was sent to the stages; a message of the stages reports when it plays."""
+        self._sent[generation] = self.latest = prepared
 
     def is_old(self, message: TransportMessage) -> bool:
         """Return whether a message is from a stage that has been replaced. It can be slow to stop, and the score of the
@@ -70,9 +116,9 @@ class Playing:
         """Note a message of the stage."""
         generation, before = message["generation"], self.transport
         self.generation, self.transport = generation, message
-        if not self._latest:
+        if not self.latest:
             return
-        self._sent.setdefault(generation, self._latest)  # the page restarts it
+        self._sent.setdefault(generation, self.latest)  # the page restarts it
         self._sent = {number: sent for number, sent in self._sent.items() if number >= generation}
         began = generation, message.get("begins"), message.get("scene")
         known = self.replay.score if self.replay and began == self._began else None
@@ -106,8 +152,8 @@ class Playing:
     def renamed(self, old: str, new: str) -> None:
         """Note that the file that was played, or a folder around it, has a new name."""
 
-        def renamed(sent: _Sent) -> _Sent:
+        def renamed(sent: PreparedProgram) -> PreparedProgram:
             return sent._replace(document=replace(sent.document, uri=moved(sent.document.uri, old, new)))
 
         self._sent = {number: renamed(sent) for number, sent in self._sent.items()}
-        self._latest = self._latest and renamed(self._latest)
+        self.latest = self.latest and renamed(self.latest)

@@ -12,8 +12,7 @@ from improv_core.player import reports
 from improv_core.player.active_parts import ActiveParts, ComputedBeginning
 from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edges
 from improv_core.player.events import Event, Facts
-from improv_core.player.joint_commands import JointCommands
-from improv_core.player.limb_tracks import Limbs
+from improv_core.player.limb_tracks import JointCommands, Limbs
 from improv_core.player.open_part import TooManyChangesError
 from improv_core.player.return_state import Returns
 from improv_core.player.run import EMPTY, Run

@@ -24,10 +24,9 @@ from improv_core.protocol.robot_messages import (
     Unreached,
     Vitals,
 )
-from improv_core.score.fits import Between, Long, NotRequired
+from improv_core.score.fits import Asleep, Between, Long, Monotonic, NotRequired, UnixNanoseconds, UnixTime
 from improv_core.score.score import Score
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
-from improv_core.score.times import Asleep, Monotonic, UnixNanoseconds, UnixTime
 from improv_core.score.transport import BEATS_PER_BAR
 
 VERSION = 3

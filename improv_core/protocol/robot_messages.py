@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
 from improv_core.score.faults import Fault, Response
-from improv_core.score.fits import NotRequired
-from improv_core.score.times import UnixNanoseconds
+from improv_core.score.fits import NotRequired, UnixNanoseconds
 
 
 class Instant(TypedDict):

@@ -59,6 +59,29 @@ class Long:
         return self.least <= len(value) <= self.most
 
 
+Clock = Literal["monotonic", "unix", "unix_nanoseconds", "asleep"]
+
+
+@dataclass(frozen=True, slots=True)
+class TimeOn:
+    """Marks a time with the clock that shows it, so another machine can translate it."""
+
+    clock: Clock
+
+    def holds(self, value: object) -> bool:
+        """Return True: any number may be a time."""
+        return True
+
+
+Monotonic = Annotated[float, TimeOn("monotonic")]
+"""Seconds."""
+UnixTime = Annotated[float, TimeOn("unix")]
+"""Seconds."""
+UnixNanoseconds = Annotated[int, TimeOn("unix_nanoseconds")]
+Asleep = Annotated[float, TimeOn("asleep")]
+"""The seconds that a machine has slept."""
+
+
 def fits(value: object, hint: Any) -> bool:
     """Return whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a
     Sequence; or `Annotated` with limits such as `Between`, each of which has a method `holds`.

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import TypedDict
 
+from improv_core.score.fits import Monotonic
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Exact, Movement, near
 from improv_core.score.path import pose_at
 from improv_core.score.scenes import NOTHING
 from improv_core.score.score import UNNUMBERED, Part, Score
-from improv_core.score.times import Monotonic
 from improv_core.score.transport import Switch, Transport
 
 SAME_MOMENT = 0.001

@@ -303,7 +303,7 @@ class Playback:
         if self._timer:
             self._timer.cancel()
             self._timer = None
-        if (at := on_hosts.due(self.state, self._now())) < math.inf:
+        if self.state.is_spread and (at := on_hosts.due(self.state, self._now())) < math.inf:
             wake = partial(self._decide, lambda state: on_time(state, self._now()))
             self._timer = asyncio.get_running_loop().call_at(at, wake)
 

@@ -31,7 +31,7 @@ def main() -> int:
     opened."""
     options, theirs = options_in(sys.argv[1:])
     open_sink = import_module(f"improv_core.outputs.{options.sink}.opening").prepare(theirs)
-    from improv_core.stage.robots import play
+    from improv_core.stage.process import play
 
     return int(play(open_sink, options.name, reports=options.report_sent))
 

@@ -12,15 +12,16 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from improv_core.ipc.arrivals import Arrival, DirectStop, End
+from improv_core.ipc.channel import OutputChannel
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
-from improv_core.protocol.commands import Stop
+from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, Stop
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
-from improv_core.protocol.messages import FromStage, Ready, Sent
+from improv_core.protocol.messages import VERSION, FromStage, Ready, Sent
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.halts import asleep
@@ -29,7 +30,7 @@ from improv_core.safety.stage_stops import OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
-from improv_core.stage.loop import EARLY, Inbox
+from improv_core.stage.loop import EARLY, Inbox, OpenedOutput, run
 from improv_core.stage.stdio import Outbox, put, read_arrivals, read_stops, write_messages
 
 SWITCH_INTERVAL = 0.0005
@@ -90,6 +91,32 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = 
     outbox.put(None)
     writer.join(timeout=1)  # a parent that no longer reads must not keep us alive
     return code
+
+
+def play(open_sink: Callable[[OutputChannel], Sink], name: str, *, reports: bool) -> int:
+    """Play what standard input requests until it ends, as the stage of this `name`. If it `reports`, it tells the
+    parent each velocity that it sends. Returns exit code 1 after a failure, 2 if the output can't be used."""
+
+    def begin(put: Tell, hear: Hear) -> Job:
+        def ask(command: PageRequest) -> None:
+            if COMMANDS[command["type"]].at_once:
+                hear(cast(Conduct, command))  # now, even if the parent hangs, or gets nothing before we are ready
+            put({"type": "request", "command": command})
+
+        def tell_both(message: FromStage) -> None:
+            # A speed that was set before the first score is no news: the parent would take it for the end of a score.
+            if message["type"] != "transport" or message["generation"]:
+                sink.show(message)
+                put(message)
+
+        sink = open_sink(OutputChannel(hear, ask, lambda line: tell_both({"type": "warning", "message": line})))
+        ready: Ready = {"type": "ready", "protocol": VERSION, "sink": sink.description, "real": True}
+        opened = OpenedOutput(sink, tell_both, sink.announce)
+        if reports:
+            report_sent(sink, put)
+        return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready)
+
+    return perform(begin, name=name)
 
 
 class DirectStops:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import State, TransportMessage
 from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.score.movement import near
 from improv_ls.documents import Document
-from improv_ls.playing import Playing
+from improv_ls.playing import Playing, prepare
 
 URI = "file:///dances/dance.improv"
 
@@ -38,9 +37,9 @@ def at(beat: float) -> TransportMessage:
 
 
 def sent(playing: Playing, generation: int, text: str) -> Document:
-    document = Document(URI, None, analyze(text))
-    playing.sent(generation, document, score_of(document.analysis))
-    return document
+    prepared = prepare(Document(URI, None, analyze(text)), None)
+    playing.sent(generation, prepared)
+    return prepared.document
 
 
 def plays(playing: Playing, beat: float = 0.0) -> str:

@@ -202,7 +202,7 @@ PLAYBACK = (
         "the simulated robots dance on when the real ones were stopped",
     ),
     Fault(
-        "session/part_versions.py",
+        "session/state.py",
         "if edition != UNNUMBERED and same(movement, scene))",
         "if edition != UNNUMBERED)",
         "a part that was edited counts as unchanged",

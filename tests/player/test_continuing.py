@@ -14,7 +14,7 @@ from improv_core.safety.zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.score.takeover import Takeover
-from improv_core.session.part_versions import PartVersions
+from improv_core.session.state import PartVersions
 from tests.player.test_player import QUARTER, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from improv_core.player.joint_commands import JointCommands
+from improv_core.player.limb_tracks import JointCommands
 from improv_core.score.joints import JointMotion
 
 Sent = list[tuple[str, list[str], float]]

@@ -12,7 +12,7 @@ from improv_core.player.player import Player
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.protocol.messages import FromStage, When
 from improv_core.score.score import Score
-from improv_core.session.part_versions import PartVersions
+from improv_core.session.state import PartVersions
 from tests.player.test_player import Stage, score
 
 

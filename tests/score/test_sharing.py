@@ -14,7 +14,7 @@ from improv_core.score import score_json
 from improv_core.score.score import Score
 from improv_core.score.score_json import LackingError, RowsRead, RowsWritten, from_json, to_json
 from improv_core.score.walk import walk
-from improv_core.session.part_versions import MOST_SENT, PartVersions
+from improv_core.session.state import MOST_SENT, PartVersions
 
 PROGRAM = (
     "".join(f"x{line} = forward left {line + 1} right\n" for line in range(100)) + "anna $ x1 x2 x3\nbert $ x4 x5\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import subprocess
 import sys
@@ -81,6 +82,7 @@ class Stage:
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
+        self._pinged = -math.inf  # the time of the latest ping there
         self._awake = threading.Event()  # the stage may no longer rest
         self._over = threading.Event()  # it has ended, or is about to
         self._watch = StageWatchdog(time.monotonic(), hang_limit)
@@ -153,7 +155,8 @@ class Stage:
                 if self._stops_by is not None:
                     if message["type"] == "load":
                         self._settle()
-                    if message["type"] == "load" or message["type"] == "resume":
+                    moves = message["type"] == "load" or message["type"] == "resume"
+                    if moves and time.monotonic() > self._pinged + PING_PERIOD:  # otherwise, one is just there
                         self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
                     numbered: Any = {**message, "after": self._before}  # any message may have this field
                     message = numbered
@@ -243,6 +246,7 @@ class Stage:
         assert self._stops_by is not None
         self._number = self._before = self._number + 1
         if message["type"] == "ping":
+            self._pinged = time.monotonic()
             self._watch.ping(self._number)
         line = json.dumps({**message, "number": self._number}).encode() + b"\n"
         with suppress(OSError):  # it has ended; or it has read nothing for minutes, and is about to be killed

@@ -93,6 +93,16 @@ def test_a_ping_precedes_messages_that_move_robots_and_each_is_numbered(
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]
 
 
+def test_a_ping_that_has_just_been_sent_counts_for_the_next_score(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It wakes the stage, which would play the score later."""
+    monkeypatch.setattr(StageWatchdog, "may_ping", lambda watch, now: False)
+    monkeypatch.setattr("improv_core.ipc.stage_process.PING_PERIOD", LIMIT)
+    score: Any = {"type": "load", "score": {}}
+    lines, first = received(score, score, score)
+    assert first == [{"type": "ping", "number": 1}]
+    assert [(line["type"], line.get("after")) for line in lines] == [("load", 1), ("ping", None), ("load", 1)]
+
+
 def test_short_messages_wait_for_long_ones_before_them() -> None:
     long: Any = {"type": "seek", "beat": 2.0, "filler": "x" * 200_000}
     score: Any = {"type": "load", "score": {"movements": [[]] * (SHORT + 1)}}

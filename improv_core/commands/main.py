@@ -37,6 +37,7 @@ COMMANDS = {
     "site": ("site", "Build a website in FOLDER, on which people write programs and play them in the simulator."),
     "class": ("class_room", "Let a class write dances on tablets, and play them in the simulator."),
     "doctor": ("doctor", "Check what works here, and which robots listen."),
+    "output": ("output", "Check an output for robots."),
     "hosts": ("hosts", "Allow Improv to use other machines, with your ssh keys, and robots' addresses."),
     "ros": ("ros_setup", "Set up ROS 2 on a machine without it."),
 }

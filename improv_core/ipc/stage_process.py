@@ -129,6 +129,10 @@ class Stage:
         return stage
 
     @property
+    def pid(self) -> int:
+        return self._child.pid
+
+    @property
     def alive(self) -> bool:
         return not self._ended.is_set() and not self._closing
 

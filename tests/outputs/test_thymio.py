@@ -2,38 +2,37 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import queue
 import re
-import signal
 import socket
 import subprocess
 import sys
 import threading
-import time
 import tty
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from improv_core.commands.output_check import Row, checks
+from improv_core.commands.output_subjects import subject_for
 from improv_core.outputs.devices.device import DeviceRobot
 from improv_core.outputs.thymio import bus as bus_module
 from improv_core.outputs.thymio.bus import Bus, Wire, wire_to
 from improv_core.outputs.thymio.program import FED, NEEDED, RobotMemory, program
 from improv_core.outputs.thymio.thymio import MOST, UNITS, WHEELS, Thymio, targets
+from improv_core.program.files import robots_in
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import STILL, Pose, Twist
-from tests.needs import need
+from tests.outputs.playground import LIMIT, Watch, playground
 from tests.processes import lines_until
 
-LIMIT = 60.0
-"""Seconds to wait for a simulator on a busy machine, on which it is slower than real time."""
-ROBOTS = {"ada": (100, 100), "bob": (287, 150), "carla": (100, 200)}
-"""Their places in centimeters: `bob` looks at a wall."""
+ROBOTS = {"ada": (100, 100), "bob": (255, 150), "carla": (100, 200)}
+"""Their places in centimeters: `bob` drives toward a wall."""
 
 
 class Memory:
@@ -52,78 +51,10 @@ class Memory:
 
 
 @pytest.fixture(scope="module")
-def playground(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of all robots: a switch, such as a radio dongle is."""
-    need("asebaplayground")
-    folder = tmp_path_factory.mktemp("playground")
-    ports = [free_port() for _ in ROBOTS]
-    robots = "".join(
-        f'<robot type="thymio2" x="{x}" y="{y}" angle="0" port="{port}" nodeId="{node}" name="{name}"/>'
-        for (node, (name, (x, y))), port in zip(enumerate(ROBOTS.items(), 1), ports, strict=True)
-    )
-    world = '<color name="white" r="1" g="1" b="1"/><world w="300" h="300" color="white"/>'
-    text = f"<!DOCTYPE aseba-playground>\n<aseba-playground>{world}{robots}</aseba-playground>"
-    (folder / "world.playground").write_text(text, encoding="utf-8")
-    env = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(folder)}
-    with running([need("xvfb-run"), "-a", need("asebaplayground"), "world.playground"], cwd=folder, env=env):
-        for port in ports:
-            wait_for(port)
-        with switch(*ports, at=(port := free_port())):
-            yield f"tcp:127.0.0.1:{port}"
-
-
-@contextmanager
-def running(command: Sequence[str], **options: Any) -> Iterator[None]:
-    """Run a program, and end it and all that it has started."""
-    nothing = subprocess.DEVNULL
-    process = subprocess.Popen(command, stdout=nothing, stderr=nothing, start_new_session=True, **options)
-    try:
-        yield
-    finally:
-        os.killpg(process.pid, signal.SIGTERM)
-        process.wait(LIMIT)
-
-
-@contextmanager
-def switch(*ports: int, at: int) -> Iterator[None]:
-    """Run a switch that joins what listens on these ports, itself on another one."""
-    targets = [f"tcp:127.0.0.1;{each}" for each in ports]
-    with running([need("asebaswitch"), "-p", str(at), *targets]):
-        wait_for(at)
-        yield
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return int(server.getsockname()[1])
-
-
-def wait_for(port: int) -> None:
-    """Wait until something listens at a port, without a connection: the simulator crashes if that is closed at once."""
-    end = time.monotonic() + LIMIT
-    listens = f":{port:04X} 00000000:0000 0A"  # proc_net_tcp(5)
-    while listens not in Path("/proc/net/tcp").read_text(encoding="ascii"):
-        assert time.monotonic() < end, "the simulator doesn't listen"
-        time.sleep(0.1)  # nothing reports that it listens
-
-
-class Watch:
-    """Another client, which receives what the program on a robot reports."""
-
-    def __init__(self, address: str, node: int) -> None:
-        self.heard: queue.SimpleQueue[Sequence[int]] = queue.SimpleQueue()
-        self._bus = Bus(address, wire_to(address))
-        self._bus.listen(self._bus.find("", node), self.heard.put)
-
-    def until(self, moves: bool) -> None:
-        """Wait for a new report that it moves, or stands."""
-        while not self.heard.empty():
-            self.heard.get()
-        while any(self.heard.get(timeout=LIMIT)[2:4]) != moves:
-            pass
-
-    def close(self) -> None:
-        self._bus.close()
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of all robots."""
+    with playground(tmp_path_factory.mktemp("playground"), ROBOTS) as found:
+        yield found
 
 
 def test_wheels_turn_as_fast_as_a_velocity_needs() -> None:
@@ -215,22 +146,45 @@ def test_a_robot_that_is_not_there_is_named(node: int | None, why: str, monkeypa
     bus.close()
 
 
-@pytest.mark.slow("starts the simulator")
-def test_a_thymio_drives_confirms_its_stop_and_sees_a_wall(playground: str) -> None:
-    seen = {}
-    for node in (1, 2):
-        memory = Memory()
-        thymio = Thymio(DeviceRobot("ada", playground, node, (0, 0, 1)), memory)
-        thymio.connect()
-        seen[node] = memory.near.get(timeout=LIMIT)
-        if node == 1:
-            while memory.posed.get(timeout=LIMIT).x < 0.05:
-                thymio.drive(Twist(0.1))
-            thymio.drive(STILL)
-            while not thymio.stands():
-                memory.posed.get(timeout=LIMIT)
-        thymio.close()
-    assert seen == {1: False, 2: True}
+def listed(folder: Path, robot: str, address: str) -> None:
+    """Write the improv.toml of a robot, whose address is allowed."""
+    node = [*ROBOTS].index(robot) + 1
+    about = f'output = "thymio"\nprofile = "thymio2"\naddress = "{address}"\nnode = {node}\n'
+    (folder / "improv.toml").write_text(f"[robots.{robot}]\n{about}", encoding="utf-8")
+    approve(address)
+
+
+@pytest.mark.slow("starts the simulator, and four stages")
+def test_a_thymio_keeps_what_outputs_promise(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    listed(tmp_path, "ada", address)
+
+    async def rows() -> list[Row]:
+        return [row async for row in checks(subject_for("thymio", None, robots_in(tmp_path / "improv.toml")), LIMIT)]
+
+    found = asyncio.run(rows())
+    assert [row for row in found if not row.passed] == []
+    assert [row.check for row in found][-2:] == ["is named", "plugged in again"]
+
+
+@pytest.mark.slow("starts the simulator, and a performance in it")
+def test_a_wall_that_is_near_ends_a_dance(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    listed(tmp_path, "bob", address)
+    program = tmp_path / "dance.improv"
+    program.write_text("bob $ until near repeat forward\n", encoding="utf-8")
+    watch = Watch(address, 2)
+    command = [sys.executable, "-m", "improv_core", "play", str(program), "--no-browser"]
+    play = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        watch.until(moves=True)
+        said, _ = play.communicate(timeout=LIMIT)
+        watch.until(moves=False)
+    finally:
+        play.kill()
+        play.communicate()
+        watch.close()
+    assert play.returncode == 0, said
 
 
 @contextmanager
@@ -255,8 +209,8 @@ def serial_port(address: str) -> Iterator[str]:
 
 
 @pytest.mark.slow("starts the simulator")
-def test_a_thymio_at_a_serial_port_is_driven_by_one_program_at_a_time(playground: str) -> None:
-    with serial_port(playground) as port:
+def test_a_thymio_at_a_serial_port_is_driven_by_one_program_at_a_time(address: str) -> None:
+    with serial_port(address) as port:
         memory = Memory()
         thymio = Thymio(DeviceRobot("ada", f"serial:{port}", 1, (0, 1, 0)), memory)
         thymio.connect()
@@ -292,9 +246,9 @@ while True:
 
 
 @pytest.mark.slow("starts the simulator")
-def test_a_thymio_whose_host_is_killed_stops_by_itself(playground: str) -> None:
-    watch = Watch(playground, 3)
-    host = subprocess.Popen([sys.executable, "-c", DRIVES, playground], stdout=subprocess.PIPE, text=True)
+def test_a_thymio_whose_host_is_killed_stops_by_itself(address: str) -> None:
+    watch = Watch(address, 3)
+    host = subprocess.Popen([sys.executable, "-c", DRIVES, address], stdout=subprocess.PIPE, text=True)
     lines_until("moves", host.stdout)
     watch.until(moves=True)
     host.kill()
@@ -306,35 +260,3 @@ def test_a_thymio_whose_host_is_killed_stops_by_itself(playground: str) -> None:
         looks += 1
     watch.close()
     assert looks <= FED + 1
-
-
-@pytest.mark.slow("starts the simulator, and a performance in it")
-def test_a_robot_that_is_cut_off_is_named_stops_and_comes_back(
-    playground: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    inner, port = int(playground.rpartition(":")[2]), free_port()
-    approve(f"tcp:127.0.0.1:{port}")
-    about = f'output = "thymio"\nprofile = "thymio2"\naddress = "tcp:127.0.0.1:{port}"\n'
-    robots = f"[robots.ada]\n{about}node = 1\n[robots.carla]\n{about}node = 3\n"
-    (tmp_path / "improv.toml").write_text(robots, encoding="utf-8")
-    program = tmp_path / "dance.improv"
-    program.write_text("ada $ repeat 2000 left\ncarla $ repeat 2000 left\n", encoding="utf-8")
-    command = [sys.executable, "-m", "improv_core", "play", str(program), "--no-browser"]
-    watch = Watch(playground, 3)
-    with switch(inner, at=port):
-        play = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        lines_until("▶", play.stdout)
-        watch.until(moves=True)
-    try:
-        lines_until("carla", play.stdout)
-        watch.until(moves=False)
-        with switch(inner, at=port):
-            watch.until(moves=True)
-            play.send_signal(signal.SIGINT)
-            play.communicate(timeout=LIMIT)
-            watch.until(moves=False)
-    finally:
-        play.kill()
-        play.communicate()
-        watch.close()

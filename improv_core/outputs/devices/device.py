@@ -7,6 +7,7 @@ retries, and approval.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from improv_core.score.motion import Pose, Twist
@@ -56,6 +57,11 @@ class Device:
     def stands(self) -> bool:
         """Return whether the robot has confirmed the latest STILL. By default, to send it is enough."""
         return True
+
+    def watch(self, report: Callable[[Twist], None]) -> None:
+        """Connect beside another process that drives the robot, and report each velocity at which its motors are set,
+        on any thread: `improv output check` needs eyes of its own. It asks a person if this raises OSError."""
+        raise OSError(f"nothing sees {self.robot.name} move")
 
     def check(self) -> None:
         """Raise OSError if the robot can no longer be reached. Called at least ten times a second."""

@@ -1,6 +1,6 @@
 """Inspection of the ROS 2 graph. It never publishes anything (rclpy, imported lazily). Standard library only.
 
-ROS's interpreter runs it as `python …/improv_core/stage graph look TOPIC...`, `graph receive TOPIC`, or
+ROS's interpreter runs it as `python …/improv_core/stage graph look TOPIC...`, `graph twists TOPIC`, or
 `graph text TOPIC`.
 """
 
@@ -33,8 +33,8 @@ DEPTH = 10
 """The most messages of a topic that may wait."""
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
-RECEIVE_LIMIT = 60.0
-"""Seconds to wait for a Twist, so that a receiver doesn't run forever after its parent was killed."""
+RECEIVE_LIMIT = 300.0
+"""Seconds for which Twists are reported, so that a receiver doesn't run forever after its parent was killed."""
 
 
 def main() -> int:
@@ -46,7 +46,7 @@ def main() -> int:
     elif command == "text":
         say(text(arguments[0]))
     else:
-        say(receive(arguments[0], say))
+        twists(arguments[0], say)
     return 0
 
 
@@ -75,21 +75,17 @@ def look(topics: Sequence[str]) -> Graph:
         }
 
 
-def receive(topic: str, say: Callable[[bool], None]) -> bool:
-    """Report `true` once subscribed, then wait for a nonzero Twist. Returns whether one came in time."""
+def twists(topic: str, say: Callable[[Sequence[float]], None]) -> None:
+    """Report an empty list once subscribed, then each Twist: x, y, z, and yaw."""
     from geometry_msgs.msg import Twist
 
-    moving: list[Any] = []
-
     def hear(message: Any) -> None:
-        if message.linear.x:
-            moving.append(message)
+        say([message.linear.x, message.linear.y, message.linear.z, message.angular.z])
 
     with _node("improv_receive") as node:
         node.create_subscription(Twist, topic, hear, 10)
-        say(True)
-        _spin(node, moving, RECEIVE_LIMIT)
-    return bool(moving)
+        say([])
+        _spin(node, [], RECEIVE_LIMIT)
 
 
 def text(topic: str) -> str | None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from improv_core.outputs.devices.device import Device, DeviceRobot, Readings
 from improv_core.outputs.thymio.bus import Bus
@@ -77,6 +77,11 @@ class Thymio(Device):
 
     def stands(self) -> bool:
         return self._stood > self._zeroed
+
+    def watch(self, report: Callable[[Twist], None]) -> None:
+        self._bus = bus = Bus.join(self.robot.address)
+        self._number = bus.find(self.robot.name, self.robot.node)
+        bus.listen(self._number, lambda words: report(rolling(words[2], words[3])))
 
     def check(self) -> None:
         if self._bus:

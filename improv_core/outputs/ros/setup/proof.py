@@ -58,7 +58,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER), "outputs.ros.graph", "receive", proof.topic], POLICY, env)
+    receiver = Child([python, str(FOLDER), "outputs.ros.graph", "twists", proof.topic], POLICY, env)
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())
@@ -67,7 +67,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
             sender.send(
                 {"type": "load", "generation": 1, "score": proof.score, "when": "restart", "backend": "the proof"}
             )
-            received = asyncio.create_task(_next(receiver))
+            received = asyncio.create_task(_moves(receiver))
             await asyncio.wait([received, failed], return_when=asyncio.FIRST_COMPLETED)
             for each in (received, failed):
                 if each.done():
@@ -81,12 +81,17 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
         receiver.wait()
 
 
-async def _next(receiver: Child) -> None:
-    """Wait for the receiver's next report."""
+async def _moves(receiver: Child) -> None:
+    """Wait until it has received a velocity."""
+    while not any(any(json.loads(each)) for each in await _next(receiver)):
+        pass
+
+
+async def _next(receiver: Child) -> list[bytes]:
+    """Wait for the receiver's next reports."""
     try:
         while not (said := receiver.read(0.0)):  # noqa: ASYNC110 (no event tells of a pipe)
             await asyncio.sleep(LOOK_PERIOD)
     except EOFError:
-        said = [b"false"]
-    if not json.loads(said[0]):
-        raise StageError("its listener ended")
+        raise StageError("its listener ended") from None
+    return said

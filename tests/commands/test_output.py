@@ -1,0 +1,164 @@
+"""`improv output check`: outputs that keep their promises, and one that doesn't."""
+
+from __future__ import annotations
+
+import socketserver
+import threading
+from collections.abc import Iterator
+from contextlib import chdir, suppress
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from improv_core.commands.output import command
+from improv_core.safety.allowed import approve
+from improv_core.score import installed
+from tests.commands.command_line import run
+
+pytestmark = pytest.mark.slow("starts five stages")
+
+OUTPUT = """
+import socket
+import threading
+
+from improv_core.outputs.devices.device import Device
+from improv_core.score.motion import STILL, Twist
+
+
+class Turning(Device):
+    \"\"\"Its robot takes a turning speed in each line, and says it to all.\"\"\"
+
+    stops_after = 0.3
+
+    def connect(self):
+        host, _, port = self.robot.address.removeprefix("tcp:").partition(":")
+        self.link = socket.create_connection((host, int(port)))
+        self.lines = self.link.makefile()
+        threading.Thread(target=self.read, daemon=True).start()
+        self.report = lambda twist: None
+        self.problem = ""
+
+    def read(self):
+        for line in self.lines:
+            self.report(Twist(yaw=float(line)))
+        self.problem = "it has closed the connection"
+
+    def watch(self, report):
+        self.connect()
+        self.report = report
+
+    def drive(self, twist):
+        self.link.sendall(b"%f\\n" % twist.yaw)
+
+    def check(self):
+        if self.problem:
+            raise OSError(self.problem)
+
+    def close(self):
+        self.link.close()
+"""
+LIMIT = 8.0
+"""Seconds to a stop, on a machine that does other things, too."""
+
+
+class Robot(socketserver.ThreadingTCPServer):
+    """A robot that stops by itself after 0.3 s without a line, if it does."""
+
+    daemon_threads = True
+
+    def __init__(self, stops: bool) -> None:
+        super().__init__(("127.0.0.1", 0), Talk)
+        self.stops = stops
+        self.talks: list[Talk] = []
+        self.timer = threading.Timer(0, print)
+
+    def turn(self, line: bytes) -> None:
+        self.timer.cancel()
+        for each in [*self.talks]:
+            each.say(line)
+        if self.stops:
+            self.timer = threading.Timer(0.3, self.turn, [b"0\n"])
+            self.timer.start()
+
+
+class Talk(socketserver.StreamRequestHandler):
+    """One connection to it."""
+
+    server: Robot
+
+    def handle(self) -> None:
+        self.server.talks.append(self)
+        with suppress(OSError):
+            for line in self.rfile:
+                self.server.turn(line)
+        self.server.talks.remove(self)
+
+    def say(self, line: bytes) -> None:
+        with suppress(OSError, ValueError):  # it has ended
+            self.wfile.write(line)
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder on the path of modules, in which the output is installed."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "turning.py").write_text(OUTPUT)
+    about = tmp_path / "turning-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: turning\nVersion: 1\n")
+    (about / "entry_points.txt").write_text("[improv.outputs]\nturning = turning:Turning\n")
+    installed.outputs_installed.cache_clear()
+    yield tmp_path
+    installed.outputs_installed.cache_clear()
+
+
+def checked(place: Path, *arguments: str) -> tuple[int, dict[str, str]]:
+    """Return the exit code, and what was found by each check: `yes`, `NO`, or `-`."""
+    with chdir(place):  # the stages are real ones
+        ended = CliRunner().invoke(command, ["check", *arguments, "--yes", "--limit", str(LIMIT)])
+    return ended.exit_code, {line[:22].rstrip(): line[23:27].strip() for line in ended.stdout.splitlines()}
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool) -> None:
+    with Robot(stops) as robot:
+        threading.Thread(target=robot.serve_forever).start()
+        address = f"tcp:127.0.0.1:{robot.server_address[1]}"
+        approve(address)
+        (place / "improv.toml").write_text(
+            f'[robots.ada]\noutput = "turning"\naddress = "{address}"\nprofile = "turtlebot3_burger"\n'
+        )
+        code, found = checked(place, "turning")
+        robot.shutdown()
+    by_itself = dict.fromkeys(("stage killed", "stage halted", "late commands", "unplugged"), "yes" if stops else "NO")
+    always = ("moves", "within its limits", "stop", "end of a session", "is named", "plugged in again")
+    if not stops:
+        del by_itself["late commands"]  # the stage stops it
+    assert (code, by_itself.items() <= found.items()) == (0 if stops else 1, True)
+    assert {found[name] for name in always} == {"yes"}
+
+
+def test_the_simulator_keeps_its_promises(place: Path) -> None:
+    code, found = checked(place, "simulator")
+    assert code == 0
+    assert [name for name, passed in found.items() if passed == "yes"] == [
+        "moves",
+        "within its limits",
+        "stop",
+        "end of a session",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["turning"], 'no robot in improv.toml has `output = "turning"`: add one'),
+        (["thimyo"], 'no robot in improv.toml has `output = "thimyo"`: add one'),
+    ],
+)
+def test_an_output_without_a_robot_is_named(place: Path, arguments: list[str], line: str) -> None:
+    (place / "improv.toml").write_text("[robots.ada]\n")
+    assert line in run("output", "check", *arguments, folder=place).stderr

@@ -37,7 +37,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
     ) as performing:
         desk = _Desk(performing, path, version)
         if browser:
-            opening = asyncio.create_task(performing.open_browser())
+            opening = asyncio.create_task(performing.keyboard.open_page())
         performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
         await first(desk.serve(asks), desk.preview(), desk.check_rooms(), desk.follow(), performing.interrupted.wait())
         if browser:

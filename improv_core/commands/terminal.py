@@ -6,32 +6,26 @@ import asyncio
 import contextlib
 import signal
 import threading
-import time
-import webbrowser
 from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, Literal, assert_never
+from typing import Any, assert_never
 
 from improv_core import STARTED
-from improv_core.commands.begin_time import in_words
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
-from improv_core.commands.keys import pressed
+from improv_core.commands.keys import Keyboard, pressed
 from improv_core.commands.results import Results
 from improv_core.commands.screen import Screen
 from improv_core.commands.settings import PlaySettings
 from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.recording.recorder import Recorder
-from improv_core.page.browser import has_browser
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.protocol.messages import Armed, Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
-from improv_core.protocol.robot_messages import Resumes
-from improv_core.protocol.transport import counted
+from improv_core.protocol.messages import Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
 from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening
@@ -45,15 +39,7 @@ from improv_core.storage.history import keep
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
-
-
-HINT = "o or Enter opens the page again, Ctrl-C ends"
-"""Last line of the terminal while it reads keys: an address works only once."""
 USUAL = PlaySettings()
-HINT_RESUMES = "r resumes from this scene, b from this beat, Ctrl-C ends"
-"""Last line of the terminal after a stop that nobody asked for."""
-HINT_ARMED = "Space or Enter begins, Ctrl-C ends"
-"""Last line of the terminal while a program is armed."""
 
 
 def run(command: Coroutine[Any, Any, int]) -> int:
@@ -118,16 +104,9 @@ async def performance(
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        keys = {
-            "c": lambda: performing.playback.ask({"type": "cue"}),
-            " ": performing.begin,
-            **dict.fromkeys("rR", lambda: performing.resume("scene")),
-            **dict.fromkeys("bB", lambda: performing.resume("beat")),
-            **dict.fromkeys("\r\n", performing.enter),
-            **dict.fromkeys("oO", performing.open_again),
-        }
-        with pressed(keys) if hears_keys else contextlib.nullcontext(False) as hears:
-            performing.show_hint(hears)
+        keys = performing.keyboard
+        with pressed(keys.functions()) if hears_keys else contextlib.nullcontext(False) as hears:
+            keys.show(hears)
             yield performing
     finally:
         on_checkpoint(None)
@@ -157,10 +136,7 @@ class TerminalSession:
         """True if the latest performance doesn't begin at the starts of its program."""
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
-        self._opening: set[asyncio.Task[None]] = set()
         self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
-        self._hears_keys = False
-        self._resumes: Resumes | None = None  # the beats from which a key has robots continue
         self.stays = False
         """True if it doesn't end with a stop that nobody asked for, where a key has robots continue."""
         self._watched = asyncio.Event()  # somebody has opened the page
@@ -170,6 +146,7 @@ class TerminalSession:
         self.refused = asyncio.Event()  # robots are not in their places, and there is no page
         # If nobody can read the messages about the robots, the robots stop; `main` prints the reason.
         self.screen = Screen(quiet, self.interrupted.set, rings=settings.bell)
+        self.keyboard = Keyboard(lambda: self.playback, self.screen)
 
     @property
     def has_page(self) -> bool:
@@ -186,45 +163,9 @@ class TerminalSession:
         await self.playback.open()
         if self.has_page:
             self.screen.say(f"watch it at {self.playback.link()}")
-        if browser and await self.open_browser():
+        if browser and await self.keyboard.open_page():
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._watched.wait(), BROWSER_LIMIT)
-
-    def show_hint(self, hears: bool) -> None:
-        """Show in the last line how to open the page, if the terminal `hears` keys."""
-        self._hears_keys = hears
-        if hears and self.has_page:
-            self.screen.hint(HINT)
-
-    def begin(self) -> None:
-        """Begin the armed program."""
-        if self.playback.state.armed:
-            self.playback.ask({"type": "resume"}, self.stops.count)
-
-    def resume(self, place: Literal["scene", "beat"]) -> None:
-        """Continue after a stop that nobody asked for: from the scene that played, or from the beat."""
-        if self._resumes:
-            self.playback.ask({"type": "resume", "beat": self._resumes[place]}, self.stops.count)
-
-    def enter(self) -> None:
-        """Begin the armed program, or open the page if none is."""
-        (self.begin if self.playback.state.armed else self.open_again)()
-
-    def open_again(self) -> None:
-        """Open the page with a new ticket, in a browser; if there is none, print the address."""
-        if self.has_page:
-            task = asyncio.create_task(self._open_again())
-            self._opening.add(task)
-            task.add_done_callback(self._opening.discard)
-
-    async def _open_again(self) -> None:
-        if not await self.open_browser():
-            self.screen.say(f"watch it at {self.playback.link()}")
-
-    async def open_browser(self) -> bool:
-        """Show the page in a browser. Return whether there are both."""
-        link = self.playback.link(own=True)
-        return link is not None and has_browser() and await asyncio.to_thread(webbrowser.open, link)
 
     async def play(self, analysis: Analysis, path: Path, asked: int = 0) -> bool:
         """Play a program, or the wanted scenes of it, unless a stop has come since the count of stops was `asked`.
@@ -345,7 +286,7 @@ class TerminalSession:
             case "unreached":  # even after an interrupt: somebody has to look
                 self.screen.complain(f"improv: {message['message']}")
             case "armed":
-                self._show_armed(message)
+                self.keyboard.take_armed(message)
             case "misplaced":
                 self._show_misplaced(message)
             case "ready" | "joints" | "vitals" | "place" | "form" | "tune":
@@ -369,45 +310,13 @@ class TerminalSession:
                     self.screen.complain(f"improv: {misplaced['line']}")
             self.refused.set()
 
-    def _show_armed(self, message: Armed) -> None:
-        """Print that everything is ready, and how to begin."""
-        if self._hears_keys:
-            self.screen.hint(HINT_ARMED if message["armed"] else HINT if self.has_page else "")
-        if not message["armed"]:
-            return
-        begins, count = message["begins"], message.get("count")
-        if begins and count and begins - time.time() <= count["beats"] * count["period"]:
-            self.screen.count_down(begins, count)
-            return
-        ways = [
-            *(["Space or Enter"] if self._hears_keys else []),
-            *(["Play on the page"] if self.has_page else []),
-            *(["the service ~/play"] if self.playback.state.is_real else []),
-        ]
-        at = ""
-        if begins:
-            at = f"at {in_words(datetime.fromtimestamp(begins), datetime.now())}, or "
-            self.screen.count_down(begins, count)
-        self.screen.say(f"armed: all is ready, and begins {at}with {', or '.join(ways)}")
-
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self.results.follow(transport, leads)
         if leads:
             self.screen.count(transport)
-            self._offer(transport)
-        if transport["state"] in ("ended", "stopped") and self.results.is_over and not self._resumes:
+            self.keyboard.offer(transport, stays=self.stays and not self.interrupted.is_set())
+        if transport["state"] in ("ended", "stopped") and self.results.is_over and not self.keyboard.resumes:
             self.finished.set()
-
-    def _offer(self, transport: TransportMessage) -> None:
-        """Print from where keys have robots continue, after a stop that nobody asked for."""
-        offered, self._resumes = self._resumes, None
-        if self.stays and self._hears_keys and not self.interrupted.is_set():
-            self._resumes = transport.get("resumes")
-        if self._resumes and self._resumes != offered:
-            scene, beat = (counted(transport, self._resumes[place]) for place in ("scene", "beat"))
-            self.screen.say(f"press r to resume from this scene ({scene}), or b from this beat ({beat})")
-        if bool(self._resumes) != bool(offered):
-            self.screen.hint(HINT_RESUMES if self._resumes else HINT if self.has_page else "")
 
     def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:

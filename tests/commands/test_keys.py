@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from improv_core.commands import keys
-from improv_core.commands.terminal import HINT, HINT_ARMED
+from improv_core.commands.keys import HINT, HINT_ARMED
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, written
 from tests.open_page import connected, heard, live_behind, token_behind
 

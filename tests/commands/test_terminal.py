@@ -75,17 +75,17 @@ def test_a_key_resumes_after_a_stop_that_nobody_asked_for_and_the_session_stays(
         fakes, session = Fakes(), TerminalSession(Options("both"))
         session.playback = fakes.playback
         session.stays = stays
-        session.show_hint(hears=True)
+        session.keyboard.show(hears=True)
         await session.open(browser=False)
         await session.play(analyze("r $ forward\n"), Path("dance.improv"))
         asked = list[Any]()
         fakes.playback.ask = lambda request, stops=0: asked.append(request)  # type: ignore[method-assign]
         session._hear(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0), True)
         finished = session.finished.is_set()
-        session.resume("scene")
-        session.resume("beat")
+        session.keyboard.resume("scene")
+        session.keyboard.resume("beat")
         session._hear(at("playing", 1), True)
-        session.resume("beat")
+        session.keyboard.resume("beat")
         await fakes.playback.close()
         return finished, asked
 

@@ -13,11 +13,11 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeAlias, cast
+from typing import cast
 from urllib.parse import urlsplit
 
 from improv_core.ipc.stage_process import StageError
-from improv_core.music.clock_process import ClockProcess, HeardClock
+from improv_core.music.clock_process import ClockProcess, HeardClock, ListenTo, RunningClock
 from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, Pause, Stop
 from improv_core.protocol.messages import ToStage
@@ -26,7 +26,7 @@ from improv_core.safety import stage_stops
 from improv_core.safety.halts import KNOWN
 from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
 from improv_core.safety.stops import Stops
-from improv_core.score.score import Host, OutsideClock
+from improv_core.score.score import Host
 from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, News, Now, Report, Send, SendScore, Start
 from improv_core.session.loads import Loads
@@ -43,16 +43,6 @@ HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 Edit = Callable[[Editing, int], None]
 """Handles a request from a page about the program; also gets the count of stops at that moment."""
-
-
-class RunningClock(Protocol):
-    """The part of clock_process.ClockProcess that a playback uses."""
-
-    def close(self) -> None: ...
-
-
-ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
-"""Listens to a clock of music, and passes its messages on."""
 
 
 class Playback:

@@ -10,7 +10,7 @@ from lsprotocol import types
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.placing import UNPLACED
-from improv_core.page.program_editor import edits_of, is_first_beat
+from improv_core.page.program_changes import edits_of, is_first_beat
 from improv_core.protocol.editing import ProgramChange
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import set_first_beat
@@ -80,6 +80,8 @@ class Placing:
 def _called(asked: ProgramChange) -> str:
     if asked["type"] == "place":
         return f"start of {', '.join(asked['start_poses'])}"
-    if asked["type"] == "arrange":
-        return "formation"
+    if asked["type"] == "draw" or asked["type"] == "perform":
+        return f"line of {asked['robot']}"
+    if asked["type"] != "tune":
+        return "formation" if asked["type"] == "arrange" else "measure"
     return "tempo" if asked["key"] == "beat" else "first beat of the song"

@@ -57,7 +57,6 @@ def formed(analysis: Analysis, shape: str, distance: float, facing: str) -> tupl
     size = radius_of(distance, len(robots)) if shape == "circle" else distance
     like = [each.statement.opening.size for each in lines.placings if isinstance(each.statement.opening, InFormation)]
     out = " facing out" if shape == "circle" and facing == "out" else ""
-    out = " facing out" if shape == "circle" and facing == "out" else ""
     form = f"{shape} {_number(max(size, 0.001), *like[:1])}{out}"
     line = f"{' '.join(robots)} at {form if len(robots) > 1 else '0 0'}"
     if not lines.placings:

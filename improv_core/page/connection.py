@@ -44,7 +44,7 @@ class PageConnection:
                     self._stop(request["number"])
             case "window":
                 self._outbox.ask(request)
-            case "analyze" | "complete" | "explain" | "preview" | "write" | "change":
+            case "analyze" | "complete" | "explain" | "handle" | "preview" | "write" | "change":
                 editing: Editing = {"type": "editing", "page": self._outbox.number, "ask": request}
                 if self._order.lags:
                     editing["overtaken"] = True

@@ -6,15 +6,16 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TypeGuard
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
+from improv_core.ide.bending import handle_at
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
-from improv_core.ide.placing import UNPLACED, formed, in_tempo, placed
+from improv_core.ide.placing import UNPLACED
 from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.outputs.simulator.collisions import NoCollisions, Touches
+from improv_core.page.program_changes import edits_of, is_first_beat
 from improv_core.page.text_preview import TextPreview
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
@@ -23,6 +24,7 @@ from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import (
     Analyze,
     Analyzed,
+    AskHandle,
     AskPreview,
     Change,
     ChangeEdits,
@@ -32,9 +34,8 @@ from improv_core.protocol.editing import (
     Explain,
     Explained,
     Preview,
-    ProgramChange,
+    ShownHandle,
     TextProblem,
-    TuneMusic,
 )
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
@@ -76,7 +77,7 @@ class PageEditor:
         self._predicted: tuple[object, Prediction | None] | None = None  # of what robots play
 
     def answer(
-        self, page: int, ask: Analyze | Complete | Explain | Change, *, rehearses: bool = False
+        self, page: int, ask: Analyze | Complete | Explain | AskHandle | Change, *, rehearses: bool = False
     ) -> EditorAnswer | None:
         """Return the answer to a page's question; None if there is none. `rehearses` is as in `change`."""
         match ask["type"]:
@@ -86,6 +87,8 @@ class PageEditor:
                 return self.complete(page, ask)
             case "explain":
                 return self.explain(page, ask)
+            case "handle":
+                return self.handle(page, ask)
             case "change":
                 return self.change(page, ask, rehearses=rehearses)
 
@@ -165,6 +168,22 @@ class PageEditor:
             "picture": found.picture,
         }
 
+    def handle(self, page: int, ask: AskHandle) -> ShownHandle | None:
+        """Return the handle of the movement at an offset. None if the page has another text."""
+        analysis = self._text(page, ask["number"])
+        if not analysis:
+            return None
+        found = handle_at(analysis, min(ask["offset"], len(analysis.text)))
+        return {
+            "type": "handle",
+            "number": ask["number"],
+            "offset": ask["offset"],
+            "robot": found.robot if found else "",
+            "text": found.text if found else "",
+            "place": found and _millimeters(found.place),
+            "others": [_millimeters(each) for each in found.others] if found else [],
+        }
+
     def _predict(self, page: int, number: int) -> Predict:
         """Return the function that finds out what robots sense as long as a page has this text. It keeps the latest
         prediction: the preview and the check of the room need the same one."""
@@ -203,7 +222,7 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        if rehearses and change["type"] != "tune":
+        if rehearses and change["type"] in ("place", "arrange"):
             return _moved(ask["number"], (), REHEARSES.format("the starts", "them"))
         edits = edits_of(analysis, change)
         return _moved(ask["number"], edits or (), UNPLACED if edits is None else "")
@@ -217,22 +236,6 @@ class PageEditor:
         return analysis if known == number else None
 
 
-def is_first_beat(change: ProgramChange) -> TypeGuard[TuneMusic]:
-    """Return whether a change is one of `improv.toml`, not of the program."""
-    return change["type"] == "tune" and change["key"] == "first_beat"
-
-
-def edits_of(analysis: Analysis, change: ProgramChange) -> Sequence[Edit] | None:
-    """Return the edits of a program that make a change; None if the person has to fix a line of it first."""
-    analysis = analysis.settled()
-    if change["type"] == "tune":
-        return in_tempo(analysis, max(change["value"], 1))
-    if change["type"] == "arrange":
-        return formed(analysis, change["shape"], change["distance"], change["facing"])
-    starts = change["start_poses"]
-    return placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
-
-
 def _moved(number: int, edits: Sequence[Edit], problem: str) -> ChangeEdits:
     """Build the answer with the edits of the text with a number, or with a problem."""
     return {
@@ -241,6 +244,10 @@ def _moved(number: int, edits: Sequence[Edit], problem: str) -> ChangeEdits:
         "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits],
         "problem": problem,
     }
+
+
+def _millimeters(place: Sequence[float]) -> Sequence[float]:
+    return [round(each, 3) for each in place]
 
 
 def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:

@@ -17,7 +17,7 @@ from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
 from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
-from improv_core.score.score import Part, Score, twist
+from improv_core.score.score import Part, Score, speeds_of, twist
 from improv_core.score.walk import Moment
 
 MOST_MOMENTS = 20_000
@@ -50,6 +50,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "profile": part.profile.name,
                 "dynamics": part.profile.dynamics,
                 "radius": part.profile.radius,
+                "speeds": [speeds.x, speeds.yaw],
                 "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
                 "begins": float(part.begins),
@@ -59,6 +60,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "body": _body(part, score),
             }
             for name, part in score.parts.items()
+            for speeds in (speeds_of(part.profile, score.tempo),)
         },
         "skeletons": {
             part.profile.name: [cast(ShownBone, asdict(bone)) for bone in part.profile.body.skeleton]

@@ -5,7 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
-from improv_core.protocol.fields import Count, Distance, Facing, Shape, SongTime, StartPoseJson, StartPoses, Text
+from improv_core.protocol.fields import (
+    Beat,
+    Count,
+    Distance,
+    DrawnPoints,
+    Facing,
+    Held,
+    Name,
+    Parts,
+    Place,
+    Shape,
+    SongTime,
+    StartPoseJson,
+    StartPoses,
+    Steps,
+    Text,
+)
+from improv_core.score.fits import NotRequired
 
 
 class ProgramSource(TypedDict):
@@ -39,6 +56,14 @@ class Explain(TypedDict):
     """Asks for an explanation of the words at an offset of the text with this number."""
 
     type: Literal["explain"]
+    number: Count
+    offset: Count
+
+
+class AskHandle(TypedDict):
+    """Asks for the handle of the movement at an offset of the text with this number."""
+
+    type: Literal["handle"]
     number: Count
     offset: Count
 
@@ -84,7 +109,47 @@ class TuneMusic(TypedDict):
     value: SongTime
 
 
-ProgramChange = PlaceRobots | ArrangeRobots | TuneMusic
+class BendMovement(TypedDict):
+    """Somebody dragged the handle of the movement at an offset to a place on the floor. It snaps to round numbers
+    unless it moves `freely`."""
+
+    type: Literal["bend"]
+    offset: Count
+    place: Place
+    freely: bool
+
+
+class LengthenMovement(TypedDict):
+    """Somebody made the movement at an offset longer, or shorter, by so many round amounts."""
+
+    type: Literal["lengthen"]
+    offset: Count
+    steps: Steps
+    freely: bool
+
+
+class DrawPath(TypedDict):
+    """Somebody drew on the floor. Its words are written at an offset, or, without one, as the line of a robot, which
+    begins there. Each line or arc ends on an nth of a beat (`parts`); with 0 parts, each takes a beat."""
+
+    type: Literal["draw"]
+    robot: Name
+    offset: NotRequired[Count]
+    points: DrawnPoints
+    parts: Parts
+
+
+class PerformPart(TypedDict):
+    """Somebody moved a robot by keys until a beat. Their words become the robot's line, on an nth of a beat."""
+
+    type: Literal["perform"]
+    robot: Name
+    keys: Held
+    end: Beat
+    parts: Parts
+
+
+ProgramChange = PlaceRobots | ArrangeRobots | TuneMusic | BendMovement | LengthenMovement | DrawPath | PerformPart
 
 
 class Change(TypedDict):
@@ -96,7 +161,7 @@ class Change(TypedDict):
     change: ProgramChange
 
 
-AskEditor = Analyze | Complete | Explain | AskPreview | Write | Change
+AskEditor = Analyze | Complete | Explain | AskHandle | AskPreview | Write | Change
 """The requests that a page may send about the program. An answer has the type of its request."""
 
 
@@ -168,6 +233,19 @@ class Explained(TypedDict):
     picture: str
 
 
+class ShownHandle(TypedDict):
+    """The handle of the movement at an offset: its `text`, its robot, and its place on the floor in meters; null if
+    there is none. The same words end at `others`, too."""
+
+    type: Literal["handle"]
+    number: int
+    offset: int
+    robot: str
+    text: str
+    place: Sequence[float] | None
+    others: Sequence[Sequence[float]]
+
+
 class PreviewedPath(TypedDict):
     """Starts at a pose (x, y, heading). Each stroke has the poses at its two ends, which a line or one arc joins. From
     stroke `certain` on, senses may decide otherwise."""
@@ -206,7 +284,7 @@ class ChangeEdits(TypedDict):
     problem: str
 
 
-EditorAnswer = Analyzed | Completed | Explained | Preview | Written | ChangeEdits
+EditorAnswer = Analyzed | Completed | Explained | ShownHandle | Preview | Written | ChangeEdits
 
 
 class Answer(TypedDict):

@@ -28,6 +28,20 @@ class _Savable:
         return True
 
 
+class _Drawn:
+    """The limits of a point of a stroke: its beat, x, and y."""
+
+    def holds(self, value: Sequence[float]) -> bool:
+        return 0 <= value[0] <= LAST_BEAT and max(map(abs, value[1:])) <= 1000
+
+
+class _Pressed:
+    """The limits of keys that are held from a beat on."""
+
+    def holds(self, value: Sequence[float]) -> bool:
+        return 0 <= value[0] <= LAST_BEAT and all(each in (-1, 0, 1) for each in value[1:])
+
+
 Count = Annotated[int, Between(0, LAST_BEAT)]
 Beat = Annotated[float, Between(0, LAST_BEAT)]
 Patience = Annotated[float, Between(0.5, 10)]
@@ -71,3 +85,11 @@ Shape = Literal["line", "circle", "grid"]
 Facing = Literal["in", "out"]
 Distance = Annotated[float, Between(0.001, 1000)]
 """Meters between neighbors of a formation."""
+Meters = Annotated[float, Between(-1000, 1000)]
+Place = Annotated[Sequence[Meters], Long(2, 2)]
+Steps = Annotated[int, Between(-1000, 1000)]
+Parts = Annotated[int, Between(0, 12)]
+DrawnPoints = Annotated[Sequence[Annotated[Sequence[float], Long(3, 3), _Drawn()]], Long(2, 5_000)]
+"""The beats and places (x, y in meters) of a stroke."""
+Held = Annotated[Sequence[Annotated[Sequence[float], Long(3, 3), _Pressed()]], Long(1, 5_000)]
+"""The beats from which keys are held, and the directions that they mean ahead and for a turn: -1, 0, or 1."""

@@ -126,13 +126,15 @@ class ShownBodyPart(TypedDict):
 class ShownRobot(TypedDict):
     """A robot of a score.
 
-    `start_pose` is x, y, z, and heading; `near` is the reach of that sense in meters. Its part `begins` and `ends` at a
+    `start_pose` is x, y, z, and heading; `near` is the reach of that sense in meters. `speeds` are
+    what `forward` and `left` move it in a beat, in meters and radians. Its part `begins` and `ends` at a
     beat. `senses` are those that its part reads, with their sources as in a score.
     """
 
     profile: str
     dynamics: str
     radius: float
+    speeds: Sequence[float]
     motions: Sequence[str]
     start_pose: Sequence[float]
     begins: float

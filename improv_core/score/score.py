@@ -311,6 +311,13 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     return Twist(*in_axes([each and each * per_second for each in velocity], profile))
 
 
+def speeds_of(profile: Profile, tempo: Fraction) -> Twist:
+    """Return what `forward` and `left` move a robot in a beat (meters, radians), within its limits."""
+    beat = 60 / float(tempo)
+    most = [limit * beat if limit else math.inf for limit in (profile.max_linear, profile.max_angular)]
+    return Twist(x=min(profile.step, most[0]), yaw=min(profile.quarter_turn, most[1]))
+
+
 def in_axes(components: Iterable[Component | float], profile: Profile) -> list[float]:
     """Return the components of a velocity, or their bounds, in meters and radians."""
     step, turn = profile.step, profile.quarter_turn

@@ -15,7 +15,17 @@ def test_everything_a_page_may_request_has_a_row() -> None:
 
 
 def test_a_page_may_send_the_commands_of_its_rows() -> None:
-    asks = {"press", "window", "analyze", "complete", "explain", "preview", "write", "change"}  # answered, or sent on
+    asks = {
+        "press",
+        "window",
+        "analyze",
+        "complete",
+        "explain",
+        "handle",
+        "preview",
+        "write",
+        "change",
+    }  # answered, or sent on
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
     assert by_type(FromPage).keys() - asks == sent
 

@@ -9,6 +9,7 @@ import { announce, notices } from "./base/notices.js"
 import { watchPresses, whenReleased } from "./base/pressing.js"
 import { Figures } from "./bodies/figures.js"
 import { editing, showBeat, showCount, showTransport as showControls, spoken } from "./controls/controls.js"
+import { Gesturing } from "./controls/gesturing.js"
 import { Deadman } from "./controls/deadman.js"
 import { showHint, showProblems } from "./controls/empty-state.js"
 import { offerFiles, recordDance } from "./controls/export.js"
@@ -42,6 +43,7 @@ import { PlayingWords, Score } from "./score/score.js"
 import { Sound } from "./sound/sound.js"
 import { Timeline } from "./timeline/timeline.js"
 
+/** @import { Point } from "./floor/camera.js" */
 /** @import { Change } from "./score/changes.js" */
 /** @import { Message, Messages } from "./net/messages.js" */
 
@@ -69,8 +71,9 @@ const editor = new Editor()
 const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
 const panels = new Panels(floor.camera)
-const { preview } = editor
-const parts = { preview, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
+const { preview, handle } = editor
+const gesturing = new Gesturing(() => editor.writtenAt, (transport) => sound.clickFor(transport))
+const parts = { preview, handle, gesturing, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
 /** @typedef {typeof parts} Parts */
 const view = new View(parts)
 
@@ -133,6 +136,7 @@ const HANDLERS = {
   source: takeSource,
   analyze: (message) => editor.takeAnalysis(message),
   complete: (message) => editor.takeWords(message),
+  handle: (message) => handle.take(message),
   preview: (message) => editor.takePreview(message),
   explain: (message) => editor.takeExplanation(message),
   write: (message) => editor.saving.takeWritten(message),
@@ -140,7 +144,7 @@ const HANDLERS = {
 }
 
 /** Messages that change nothing on the stage, but may move controls. */
-const OFF_STAGE = new Set(["analyze", "complete", "explain", "preview", "write", "change", "source", "program"])
+const OFF_STAGE = new Set(["analyze", "complete", "explain", "handle", "preview", "write", "change", "source", "program"])
 
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {
@@ -244,6 +248,7 @@ function showTransport() {
   showHint()
   find("next").hidden = !program.next || !notices.isOpen || !clock.playing
   timeline.showSilence()
+  gesturing.showButtons()
   showPosition()
 }
 
@@ -265,13 +270,14 @@ function frame() {
   showCount()
   program.place(motion.newest, now)
   playingWords.show()
+  const performs = gesturing.advance(now)
   view.draw(now, beat)
   preview.showButton()
   const news = bumps.news(now)
   if (news) announce(news)
   timeline.draw(view.still)
   sound.draw(timeline.shown)
-  return clock.playing || clock.count !== null || deadman.isRequired
+  return performs || clock.playing || clock.count !== null || deadman.isRequired
 }
 
 /** The page's time. */
@@ -287,7 +293,10 @@ function fit() {
 offerFiles(stage)
 offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
 
-listenForGestures(stage, floor.camera, (point) => startPoses.grab(point, floor.camera), () => panels.showFit())
+/** @param {Point} point @param {() => boolean} freely whether Alt is pressed */
+const grab = (point, freely) =>
+  gesturing.grab(point, floor.camera) ?? handle.grab(point, floor.camera, freely) ?? startPoses.grab(point, floor.camera)
+listenForGestures(stage, floor.camera, grab, () => panels.showFit())
 listenForPointing(
   stage,
   (point) => {
@@ -335,6 +344,10 @@ const improv = {
   },
   get view() {
     return floor.camera.view
+  },
+  /** The handle of the movement at the cursor. */
+  get handle() {
+    return handle.shown
   },
   /** The number of texts whose paths have been painted. */
   get previewed() {

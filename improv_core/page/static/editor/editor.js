@@ -7,6 +7,7 @@ import { find, findA } from "../base/elements.js"
 import { makeWay } from "../base/frames.js"
 import { notices } from "../base/notices.js"
 import { whenReleased } from "../base/pressing.js"
+import { Handle } from "../floor/handle.js"
 import { Preview } from "../floor/preview.js"
 import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
@@ -40,6 +41,7 @@ export class Editor {
   #number = 0 // of the text
   #asking = false // about colors and diagnostics
   #analyzed = -1 // the number of the text that the server has
+  #replacing = false // a text by another, in one step or more
   #edited = -Infinity // when, in milliseconds
   #calm = 0 // the timer that shows diagnostics
   /** @type {Color[]} */
@@ -55,6 +57,7 @@ export class Editor {
   /** @type {Map<number, Light>} */
   #lights = new Map() // on the words that play, by their offsets in the played text
 
+  handle = new Handle(() => this.#cursor, (change) => this.pendingChanges.add(change))
   preview = new Preview(() => this.#analyzed === this.#number && this.#preview())
 
   constructor() {
@@ -86,7 +89,7 @@ export class Editor {
     })
     this.pendingChanges = new PendingChanges({
       known: () => (this.#analyzed === this.#number ? this.#number : null),
-      edit: (edits) => this.#edit(edits),
+      edit: (edits, again) => this.#edit(edits, again),
       say: (problem) => {
         showProblem(problem)
         if (problem) this.#analyze() // the rings move back
@@ -98,6 +101,16 @@ export class Editor {
   /** True if the program can be written here. */
   get open() {
     return this.saving.open
+  }
+
+  /** The cursor, once the server has the text. */
+  get #cursor() {
+    return this.#analyzed === this.#number ? { number: this.#number, offset: this.writtenAt ?? 0 } : null
+  }
+
+  /** The place of the cursor, in code points, if the program can be written here. */
+  get writtenAt() {
+    return this.open ? this.#codePoints.toPoints(this.#control.selectionEnd) : undefined
   }
 
   /** True if the text is saved and plays, or was played last. */
@@ -135,6 +148,7 @@ export class Editor {
 
   /** @param {InputEvent | null} event */
   #take(event) {
+    if (this.#replacing) return
     this.#edited = performance.now()
     makeWay()
     this.#refresh()
@@ -171,14 +185,24 @@ export class Editor {
     this.#refresh()
   }
 
-  /** Puts another text in, as if it had been typed. @param {string} text */
-  #replace(text) {
+  /**
+   * Puts another text in, as if it had been typed.
+   * @param {string} text
+   * @param {Edit} [only] the edit that makes it, if it is only one: the cursor is behind it then
+   * @param {boolean} [again] whether this takes the place of the latest edit, so that both are undone at once
+   */
+  #replace(text, only, again = false) {
     const score = find("score")
     const { hidden } = score
     score.hidden = false // also while a card or somebody hides it: only what is shown can be undone
     score.classList.add("changing")
     this.#control.focus()
-    this.#put(difference(this.#control.value, text), text)
+    this.#replacing = true
+    if (again) document.execCommand("undo")
+    const before = this.#control.value
+    const end = only && before.length - (text.length - only.start - only.text.length)
+    this.#put(only && end !== undefined ? { ...only, end } : difference(before, text), text)
+    this.#replacing = false
     score.classList.remove("changing")
     score.hidden = hidden
     this.#endOffer() // nobody has typed
@@ -186,10 +210,15 @@ export class Editor {
     this.#reveal()
   }
 
-  /** Makes edits that count in code points, as if they had been typed. The focus stays where it is. @param {Edit[]} edits */
-  #edit(edits) {
+  /**
+   * Makes edits that count in code points, as if they had been typed. The focus stays where it is.
+   * @param {Edit[]} edits
+   * @param {boolean} again as in `#replace`
+   */
+  #edit(edits, again) {
     const focus = document.activeElement
-    this.#replace(applyEdits(this.#text, edits.map((edit) => this.#codePoints.inUnits(edit))))
+    const units = edits.map((edit) => this.#codePoints.inUnits(edit))
+    this.#replace(applyEdits(this.#text, units), units.length === 1 ? units[0] : undefined, again)
     if (focus instanceof HTMLElement) focus.focus()
   }
 
@@ -252,6 +281,7 @@ export class Editor {
     this.#analyzed = this.#number
     if (this.#offering) this.#askForWords()
     this.pendingChanges.ask()
+    this.handle.look()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
     ;({ colors: this.#colors, diagnostics: this.#diagnostics } = readAnalysis(message, this.#codePoints))
     this.#count = message.count

@@ -9,7 +9,7 @@ import { send } from "../net/send.js"
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it
- * @property {(edits: Edit[]) => void} edit makes edits, which count in code points
+ * @property {(edits: Edit[], again: boolean) => void} edit makes edits, which count in code points; `again` if they go on with the latest one
  * @property {(problem: string) => void} say why nothing was written, if there is a reason
  * @property {() => void} save saves the text
  */
@@ -19,6 +19,7 @@ export class PendingChanges {
   /** @type {Change[]} */
   #waiting = []
   #asked = -1 // the number of the text in the question to the server
+  #bent = -1 // the number of the text that a handle or a key has made last
   #saves = false // whether the text is to be saved after all of them
 
   /** @param {Text} text */
@@ -33,6 +34,8 @@ export class PendingChanges {
 
   /** @param {Change} change */
   add(change) {
+    // A hand moves on while its movement is being written: only its latest place counts.
+    if (change.type === "bend" && this.#waiting.at(-1)?.type === "bend" && (this.#waiting.length > 1 || this.#asked < 0)) this.#waiting.pop()
     this.#waiting.push(change)
     this.ask()
   }
@@ -48,10 +51,12 @@ export class PendingChanges {
   /** @param {Messages["change"]} message */
   take({ number, edits, problem }) {
     if (!this.open || number !== this.#text.known()) return // the page asks again, for its current text
-    this.#waiting.shift()
+    const change = this.#waiting.shift()
     this.#asked = -1
     this.#text.say(problem)
-    if (edits.length) this.#text.edit(edits)
+    const bends = change?.type === "bend" || change?.type === "lengthen"
+    if (edits.length) this.#text.edit(edits, bends && this.#bent === number)
+    if (bends && edits.length) this.#bent = number + 1
     this.ask()
     if (this.open || !this.#saves) return
     this.#saves = false

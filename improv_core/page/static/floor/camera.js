@@ -20,6 +20,7 @@ export class Camera {
   view = null
   size = { width: 0, height: 0 }
   insets = { top: 0, bottom: 0, left: 0 } // pixels that are covered
+  held = false // whether it stays where it is: something is under a hand
   fits = true // whether it follows the robots and paths
 
   /** The shorter side of the stage, in pixels. */
@@ -44,7 +45,7 @@ export class Camera {
     const isUsed = room.every(({ x, y }, corner) => x === used[corner].x && y === used[corner].y)
     this.#spare = isUsed ? 0 : this.#spare + seconds
     const [low, high] = (this.#room = this.#spare < SPARE_TIME ? room : used)
-    if (!this.fits && this.view) return false
+    if ((this.held || !this.fits) && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
     const least = LEAST_VIEW * radius

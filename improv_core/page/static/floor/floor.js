@@ -103,6 +103,7 @@ export class Floor {
     for (const robot of robots) this.#drawRobot(robot)
     const rings = placeRings(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring)
+    for (const overlay of scene.overlays) overlay.draw(pen, camera)
     for (const path of scene.returnPaths) {
       drawReturnPath(pen, path, camera, robots.find(({ name }) => name === path.name)?.color ?? colors().ink)
     }

@@ -6,11 +6,11 @@
 const ZOOM_PER_PIXEL = 0.0015 // of a zoom, by pixel
 
 /**
- * Moves the camera. `grab(point)` returns a function that moves what is at a point of the canvas, or null to pan the
+ * Moves the camera. `grab(point, freely)` returns a function that moves what is at a point of the canvas, or null to pan the
  * camera instead. `changed` is called when the view has changed.
  * @param {HTMLCanvasElement} canvas
  * @param {Camera} camera
- * @param {(point: Point) => ((to: Point) => void) | null} grab
+ * @param {(point: Point, freely: () => boolean) => ((to: Point) => void) | null} grab
  * @param {() => void} changed
  */
 export function listenForGestures(canvas, camera, grab, changed) {
@@ -18,6 +18,7 @@ export function listenForGestures(canvas, camera, grab, changed) {
   const fingers = new Map() // pointer -> its place
   /** @type {((to: Point) => void) | null} */
   let move = null
+  let alt = false
   const place = (/** @type {MouseEvent} */ event) => {
     const { left, top } = canvas.getBoundingClientRect()
     return { x: event.clientX - left, y: event.clientY - top }
@@ -27,12 +28,14 @@ export function listenForGestures(canvas, camera, grab, changed) {
     if (event.button !== 0 || !camera.view) return
     canvas.setPointerCapture(event.pointerId)
     fingers.set(event.pointerId, place(event))
-    move = fingers.size === 1 ? grab(place(event)) : null
+    move = fingers.size === 1 ? grab(place(event), () => alt) : null
+    camera.held = move !== null
   })
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId)
     if (!before) return
     const now = place(event)
+    alt = event.altKey
     if (move) move(now)
     else if (fingers.size === 1) camera.pan(now.x - before.x, now.y - before.y)
     else {
@@ -48,6 +51,7 @@ export function listenForGestures(canvas, camera, grab, changed) {
     canvas.addEventListener(end, (event) => {
       fingers.delete(event.pointerId)
       move = null
+      camera.held = false
     })
   }
   canvas.addEventListener(

@@ -27,8 +27,6 @@ export class StartPoses {
   #telling = 0 // the timer that has what was typed written
   /** @type {Set<string>} */
   #moved = new Set() // robots that were moved, which is not written yet
-  /** @type {Point[]} */
-  #room = [] // where the rings were when one was grabbed: the view must not move under a hand
   #held = false
   /** @type {Map<string, StartPose>} */
   #poses = new Map()
@@ -69,8 +67,7 @@ export class StartPoses {
 
   /** The rings, which have to be in view. */
   get room() {
-    if (!this.#held) this.#room = this.rings.map(({ x, y }) => ({ x, y }))
-    return this.#room
+    return this.rings.map(({ x, y }) => ({ x, y }))
   }
 
   /** The rings to draw on the stage: none unless the card is open. */

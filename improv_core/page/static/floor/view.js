@@ -119,7 +119,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { trails, panels, preview, startPoses, senses, meetings, misplaced, wall } = this.#parts
+    const { trails, panels, handle, gesturing, preview, startPoses, senses, meetings, misplaced, wall } = this.#parts
     const { muted, soloed } = clock.transport
     const robots = robotList.all.map((robot) => {
       const { name } = robot
@@ -152,6 +152,7 @@ export class View {
       world: program.current?.score.world ?? null,
       preview,
       rings: startPoses.rings,
+      overlays: [gesturing, handle],
       meetings: startPoses.rings.length ? null : meetings,
       returnPaths: misplaced.returnPaths,
       still: this.still,
@@ -169,7 +170,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   #whereabouts(name, lost, at, seconds) {
-    const pose = measured.pose(name, seconds) ?? this.robots[name]
+    const pose = this.#parts.gesturing.poseOf(name) ?? measured.pose(name, seconds) ?? this.robots[name]
     if (!lost) this.#lost.delete(name)
     else if (!this.#lost.has(name)) this.#lost.set(name, { pose, seen: at })
     return this.#lost.get(name) ?? { pose, seen: Infinity }

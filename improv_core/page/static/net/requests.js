@@ -20,13 +20,17 @@
  *   | { type: "analyze", number: number, text: string }
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
+ *   | { type: "handle", number: number, offset: number }
  *   | { type: "preview", number: number }
  *   | { type: "write", number: number, text: string, revision: string }
- *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "arrange", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } }} Request
+ *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "arrange", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } | { type: "bend", offset: number, place: number[], freely: boolean } | { type: "lengthen", offset: number, steps: number, freely: boolean } | { type: "draw", robot: string, offset?: number, points: number[][], parts: number } | { type: "perform", robot: string, keys: number[][], end: number, parts: number } }} Request
  */
 
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
   arrange: { distance: [0.001, 1000] },
   tune: { value: [-3600, 3600] },
+  lengthen: { steps: [-1000, 1000] },
+  draw: { parts: [0, 12] },
+  perform: { parts: [0, 12] },
 }

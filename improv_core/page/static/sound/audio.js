@@ -7,10 +7,11 @@ import { program } from "../score/program.js"
 import { align } from "./grains.js"
 import { beatLine, click, countLine, follow, heard, hearing, shift, songLine } from "./music.js"
 
+/** @import { Transport } from "../score/clock.js" */
 /** @import { Act, BeatLine, ClickAct, Clicks, Hearing, Plays } from "./music.js" */
 /** @typedef {{ source: AudioBufferSourceNode, gain: GainNode, at: number, falls: number }} Voice `falls`: from when on it becomes silent */
 /** @typedef {{ buffer: AudioBuffer, firstBeat: number, volume: number }} Song */
-/** @typedef {{ clicks: boolean, song: Song | null }} Sounds that people want */
+/** @typedef {{ clicks: boolean, song: Song | null, performed: Transport | null }} Sounds that people want */
 
 const SURE_AFTER = 2 // looks after which the delay of the sound is known,
 const BEGINNING = 1 // or seconds of the context: hidden pages look rarely
@@ -85,7 +86,7 @@ export class Audio {
     if (!latest) return
     this.#hearings = heard(this.#hearings, latest)
     if (this.#hearings.length < SURE_AFTER && context.currentTime < BEGINNING) return
-    const { clicks, song } = this.#wanted()
+    const { clicks, song, performed } = this.#wanted()
     const { tempo = 60, bar = null } = program.current?.score ?? {}
     const lead = shift(this.#hearings) - clock.ahead
     const { transport } = clock
@@ -94,7 +95,8 @@ export class Audio {
     const now = this.#context.currentTime + LEAD
     const until = now + (document.hidden ? HIDDEN_AHEAD : SCHEDULE_AHEAD)
     this.#followSong(song, line, tempo, now, until)
-    const [next, acts] = click(this.#clicks, clicks ? (line ?? count) : null, { now, ahead: until, bar })
+    const clicked = performed ? beatLine(performed, lead) : clicks ? (line ?? count) : null
+    const [next, acts] = click(this.#clicks, clicked, { now, ahead: until, bar })
     this.#clicks = next
     for (const act of acts) this.#doClick(act)
   }

@@ -14,6 +14,7 @@ import { LEAST_TAPS, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
 /** @import { Audio, Song } from "./audio.js" */
+/** @import { Transport } from "../score/clock.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
@@ -37,6 +38,8 @@ export class Sound {
   /** @type {{ name: string, buffer: AudioBuffer } | null} */
   #dropped = null
   #clicks = false
+  /** The beats on which somebody performs without a dance. @type {Transport | null} */
+  #performed = null
 
   constructor() {
     find("tap").addEventListener("click", () => this.#tap())
@@ -100,9 +103,17 @@ export class Sound {
     this.#waveform.draw(shown)
   }
 
+  /** Clicks on the beats of a transport, although nothing plays, or no longer. @param {Transport | null} transport */
+  async clickFor(transport) {
+    if (transport === this.#performed) return
+    this.#performed = transport
+    if (transport) await this.#ready()
+    this.run()
+  }
+
   /** True if there is something to play. */
   get #has() {
-    return this.#clicks || this.#song !== null
+    return this.#clicks || this.#performed !== null || this.#song !== null
   }
 
   /** The song of the score. */
@@ -168,7 +179,7 @@ export class Sound {
   /** Sound itself, loaded once it is needed. */
   #ready() {
     this.#audio ??= import("./audio.js").then(({ Audio }) => {
-      this.#loaded = new Audio(() => ({ clicks: this.#clicks, song: this.#song }), () => this.#showOff())
+      this.#loaded = new Audio(() => ({ clicks: this.#clicks, song: this.#song, performed: this.#performed }), () => this.#showOff())
       setTimeout(() => this.#showOff(), UNLOCK_TIMEOUT)
       return this.#loaded
     })
@@ -182,7 +193,7 @@ export class Sound {
 
   /** Plays, or doesn't, now that something has changed. */
   run() {
-    const runs = this.#has && notices.isOpen && (clock.playing || clock.count !== null)
+    const runs = this.#has && notices.isOpen && (clock.playing || clock.count !== null || this.#performed !== null)
     this.#loaded?.run(runs)
     keepAsking(runs)
     this.#showOff()

@@ -1,0 +1,245 @@
+"""The handle of a movement on the floor, and what becomes of its word when somebody drags the handle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import chain, islice
+from typing import NamedTuple
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.cursor import cursor
+from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.movement import ENDLESS, Source, Velocity
+from improv_core.score.primitives import PRIMITIVES
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Score, in_axes, twist
+from improv_core.score.walk import walk
+from improv_core.syntax import nodes
+from improv_core.syntax.vocabulary import UNITS
+from improv_core.text import Span
+
+MOST_MOMENTS = 2_000
+"""The moments of a part in which a word is looked for."""
+MOST_GHOSTS = 100
+"""The places that are shown where the same word ends, too."""
+LENGTHS, ANGLES = (Fraction(1, 10), Fraction(1, 100)), (Fraction(15), Fraction(1))
+"""The meters and degrees to which a handle snaps, and those to which it moves freely."""
+_TRIED = 60
+_HALVINGS = 20
+_SAME = 1e-6
+_WORDS = (("forward", "backward"), ("strafeleft", "straferight"), ("up", "down"), ("left", "right"))
+"""The words that move a robot along and against each axis."""
+
+
+class Handle(NamedTuple):
+    """The place of a movement's end on the floor, in meters; that of a turn is ahead of the robot. `span` is its words,
+    and `others` are the places where the same words end elsewhere."""
+
+    robot: str
+    span: Span
+    text: str
+    place: tuple[float, float]
+    others: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Performance:
+    """A word as a robot once plays it: from a pose on, in stretches of one velocity for so many seconds."""
+
+    robot: str
+    profile: Profile
+    start: Pose
+    legs: Sequence[tuple[Twist, float]]
+    amounts: Twist  # what the word itself moves, in meters and radians
+
+    @property
+    def turns(self) -> bool:
+        """True if the robot stays where it is."""
+        return not any(moving.x or moving.y for moving, _ in self.legs)
+
+    def end(self, factor: float = 1.0) -> Pose:
+        """Return the pose at its end, if the word moves so many times as far."""
+        pose = self.start
+        mine = self.amounts
+        for moving, seconds in self.legs:
+            axes = zip((moving.x, moving.y, moving.z, moving.yaw), (mine.x, mine.y, mine.z, mine.yaw), strict=True)
+            pose = pose.after(Twist(*(each * factor if own else each for each, own in axes)), seconds)
+        return pose
+
+    def place(self, factor: float = 1.0) -> tuple[float, float]:
+        pose = self.end(factor)
+        if self.turns:
+            pose = pose.then(Pose(self._arm))
+        return pose.x, pose.y
+
+    @property
+    def _arm(self) -> float:
+        return max(self.profile.step / 2, 2 * self.profile.radius)
+
+    def factor_for(self, to: tuple[float, float]) -> float:
+        """Return how many times as far the word has to move so that its handle comes nearest to a place."""
+        mine = self.amounts
+        if self.turns:
+            here = self.end()
+            off = math.remainder(math.atan2(to[1] - here.y, to[0] - here.x) - here.heading, math.tau)
+            turned = math.fsum(moving.yaw * seconds for moving, seconds in self.legs)
+            return 1 + off / turned
+
+        def cost(factor: float) -> float:
+            return math.dist(self.place(factor), to) + _SAME * abs(factor - 1)
+
+        if mine.yaw:  # an arc goes around once at most, and not backward
+            return _least(cost, 0.0, math.tau / abs(mine.yaw))
+        reach = (2 * math.dist((self.start.x, self.start.y), to) + 1) / math.hypot(mine.x, mine.y)
+        return _least(cost, -reach, reach)
+
+
+def handle_at(analysis: Analysis, offset: int) -> Handle | None:
+    """Return the handle of the movement at an offset; None if the word there moves no robot on the floor, or if its
+    measure is computed."""
+    if not (found := _word_at(analysis, offset)):
+        return None
+    span, _, played = found
+    first, *others = played
+    return Handle(
+        first.robot,
+        span,
+        analysis.text[slice(*span)],
+        first.place(),
+        [other.place() for other in islice(others, MOST_GHOSTS)],
+    )
+
+
+def bent(analysis: Analysis, offset: int, to: tuple[float, float], freely: bool) -> tuple[Edit, ...]:
+    """Return the edit of the movement at an offset after somebody has dragged its handle to a place; none if it has no
+    handle, or nothing changes. It snaps to the first of `LENGTHS` and `ANGLES`, or `freely` to the second."""
+    return _edited(analysis, offset, freely, lambda played, amount, level: amount * played.factor_for(to))
+
+
+def lengthened(analysis: Analysis, offset: int, steps: int, freely: bool) -> tuple[Edit, ...]:
+    """Return the edit that moves the handle at an offset by so many of the amounts to which it snaps."""
+
+    def wanted(played: _Performance, amount: float, level: Fraction) -> float:
+        along = math.copysign(1, amount)
+        passed = abs(amount) / level
+        whole = math.floor(passed + _SAME) if steps > 0 else math.ceil(passed - _SAME)
+        return along * (whole + steps or steps) * level
+
+    return _edited(analysis, offset, freely, wanted)
+
+
+def turned_to(analysis: Analysis, offset: int) -> float | None:
+    """Return the heading of a robot after the movement at an offset, in radians; None if that moves no robot."""
+    found = _word_at(analysis, offset)
+    return next(found[2]).end().heading if found else None
+
+
+def _edited(
+    analysis: Analysis, offset: int, freely: bool, wanted: Callable[[_Performance, float, Fraction], float]
+) -> tuple[Edit, ...]:
+    if not (found := _word_at(analysis, offset)):
+        return ()
+    span, node, performances = found
+    played = next(performances)
+    axis, amount = _axis(played)
+    level = (ANGLES if axis == 3 else LENGTHS)[freely]
+    before = analysis.text[slice(*span)]
+    after = _written(before, node, played, wanted(played, amount, level), level)
+    return () if after == before else (Edit(span, after),)
+
+
+Word = nodes.Primitive | nodes.MeasuredWord
+
+
+def _word_at(analysis: Analysis, offset: int) -> tuple[Span, Word, Iterator[_Performance]] | None:
+    """Return the word at an offset with its span and its performances, of which there is at least one."""
+    found = cursor(analysis, offset)
+    node = found.node if found else None
+    if not found or not isinstance(node, Word) or not analysis.ok:
+        return None
+    if any(len(number.tokens) != 1 + len(number.units) for number in nodes.numbers(node)):
+        return None  # a product, perhaps with a parameter
+    primitive = node.primitive if isinstance(node, nodes.MeasuredWord) else node
+    uniform = analysis.movement(found.placed, node).uniform
+    if uniform is None or not (uniform.x or uniform.y or uniform.yaw):
+        return None
+    source = Source(analysis.statement_ids[found.placed.index], primitive.span)
+    played = _performances(score_of(analysis), source, lambda profile: Twist(*in_axes(uniform, profile)))
+    first = next(played, None)
+    return (node.span.shifted(found.placed.start), node, chain([first], played)) if first else None
+
+
+def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist]) -> Iterator[_Performance]:
+    """Yield a word each time that a robot plays it, as if no sense ever held."""
+    for name, part in score.parts.items():
+        amounts = moves(part.profile)
+        whole = abs(amounts.yaw) or math.hypot(amounts.x, amounts.y)
+        pose = start = part.start
+        legs: list[tuple[Twist, float]] = []
+        done = 0.0
+        for moment in islice(walk(part.movement), MOST_MOMENTS):
+            if moment.duration == ENDLESS:
+                break
+            moving, seconds = twist(moment.velocity, part.profile, score.tempo), score.seconds(moment.duration)
+            start = start if legs else pose
+            pose = pose.after(moving, seconds)
+            if word not in moment.sources:
+                if legs:
+                    yield _Performance(name, part.profile, start, legs, amounts)
+                legs, done = [], 0.0
+                continue
+            legs.append((moving, seconds))
+            done += abs(moving.yaw if amounts.yaw else math.hypot(moving.x, moving.y)) * seconds
+            if done >= whole * (1 - _SAME):
+                yield _Performance(name, part.profile, start, legs, amounts)
+                legs, done = [], 0.0
+
+
+def _axis(played: _Performance) -> tuple[int, float]:
+    """Return the axis by which a word is measured, as an index into `_WORDS`, and its signed amount: degrees of a turn,
+    otherwise meters."""
+    mine = played.amounts
+    if mine.yaw:
+        return 3, math.degrees(mine.yaw)
+    return (0, mine.x) if mine.x else (1, mine.y)
+
+
+def _written(text: str, node: Word, played: _Performance, amount: float, level: Fraction) -> str:
+    """Return the word that moves by a signed amount, rounded to a level but never to 0, in place of a text: with a
+    measure, if it had one or no word moves so far."""
+    axis, _ = _axis(played)
+    rounded = round(amount / level) * level or level
+    word, far = _WORDS[axis][rounded < 0], abs(rounded)
+    number = node.measure if isinstance(node, nodes.MeasuredWord) else None
+    if isinstance(node, nodes.Primitive):
+        for plain in (word, f"half{word}"):
+            if plain in PRIMITIVES and abs(_plain(PRIMITIVES[plain], played.profile, axis) - far) < _SAME:
+                return plain
+    unit = number.units[0].text if number and number.units else "deg" if axis == 3 else "m" if far >= 1 else "cm"
+    rest = text[number.span.end - node.span.start :] if number else text[_word_end(node) - node.span.start :]
+    return f"{word} {float(far / UNITS[unit].size):.10g}{unit}{rest}"
+
+
+def _word_end(node: Word) -> int:
+    return (node.primitive if isinstance(node, nodes.MeasuredWord) else node).span.end
+
+
+def _plain(velocity: Velocity, profile: Profile, axis: int) -> float:
+    """Return how far a word without a measure moves along its axis, in meters or degrees."""
+    far = abs(in_axes(velocity, profile)[axis])
+    return math.degrees(far) if axis == 3 else far
+
+
+def _least(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function is least, by trying some places and halving around the best one."""
+    step = (high - low) / _TRIED
+    best = min((low + step * each for each in range(_TRIED + 1)), key=cost)
+    for _ in range(_HALVINGS):
+        best = min((best - step, best, best + step), key=cost)
+        step /= 2
+    return min(max(best, low), high)

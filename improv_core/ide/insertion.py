@@ -1,0 +1,65 @@
+"""Write the words for a gesture into a program: at the cursor, or as a robot's line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from improv_core.diagnostics import Edit
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
+from improv_core.text import Span
+
+
+class Gap(NamedTuple):
+    """A place for words within a movement: the offset, and what has to stand around them."""
+
+    offset: int
+    before: str
+    after: str
+
+    def filled(self, words: str) -> Edit:
+        return Edit(Span(self.offset, self.offset), f"{self.before}{words}{self.after}")
+
+
+def gap_at(analysis: Analysis, offset: int) -> Gap | None:
+    """Return the place behind the word that the cursor touches; None if it is in no movement."""
+    text = analysis.text
+    placed = analysis.statement_at(len(text[:offset].rstrip(" \t")))
+    sign = placed.statement.sign if placed else None
+    if not placed or not sign or placed.statement.kind not in ("DOLLAR", "EQUAL") or offset - placed.start < sign.end:
+        return None
+    touched = [each for each in placed.statement.tokens if each.start < offset - placed.start <= each.end]
+    at = placed.start + touched[-1].end if touched else offset
+    before, after = text[at - 1 : at], text[at : at + 1]
+    return Gap(at, "" if before in " ([" else " ", "" if not after or after in " \r\n)]" else " ")
+
+
+def as_line(analysis: Analysis, robot: str, words: str) -> Iterator[Edit]:
+    """Yield the edits that have a robot play words in the last scene, instead of what it plays there."""
+    first = (analysis.scenes[-1] if analysis.scenes else -1) + 1
+    lines = [analysis.placed(index) for index in range(first, len(analysis.statements))]
+    line = next((each for each in lines if each.statement.kind == "DOLLAR" and _plays(each, robot)), None)
+    text, end = analysis.text, "\r\n" if "\r\n" in analysis.text else "\n"
+    if not line:
+        gap = end if text and not text.endswith(("\n", "\r")) else ""
+        yield Edit(Span(len(text), len(text)), f"{gap}{robot} $ {words}{end}")
+        return
+    heads = line.statement.heads
+    code = Span(line.start, line.start + line.statement.tokens[-1].end)
+    if len(heads) == 1:
+        assert line.statement.sign
+        yield Edit(Span(line.start + line.statement.sign.end, code.end), f" {words}")
+        return
+    index = next(index for index, each in enumerate(heads) if each.text == robot)
+    is_last = index + 1 == len(heads)
+    begin = heads[index - 1].end if is_last else heads[index].start
+    stop = heads[index].end if is_last else heads[index + 1].start
+    yield Edit(Span(line.start + begin, line.start + stop), "")
+    below = text.find("\n", code.end)
+    at = len(text) if below < 0 else below - (text[below - 1] == "\r")
+    yield Edit(Span(at, at), f"{end}{robot} $ {words}")
+
+
+def _plays(line: Placed, robot: str) -> bool:
+    return any(each.text == robot for each in line.statement.heads)

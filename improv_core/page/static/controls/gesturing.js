@@ -1,0 +1,304 @@
+// @ts-check
+// Movements by hand: a path that somebody draws on the floor, or a robot that somebody moves with the arrow keys or a
+// finger. Their words are written into the program. Only the picture of a robot moves: nothing is sent to robots.
+
+import { robotColor } from "../base/colors.js"
+import { element, find, findA } from "../base/elements.js"
+import { redraw } from "../base/frames.js"
+import { announce } from "../base/notices.js"
+import { poseAfter } from "../base/path.js"
+import { settings } from "../base/storage.js"
+import { changes } from "../score/changes.js"
+import { clock } from "../score/clock.js"
+import { program } from "../score/program.js"
+import { robotList } from "../score/robot-list.js"
+
+/** @import { Camera, Point } from "../floor/camera.js" */
+/** @import { Pose } from "../base/path.js" */
+/** @import { Pen } from "../base/pen.js" */
+/** @import { Transport } from "../score/clock.js" */
+/** @typedef {"draw" | "perform"} Mode */
+
+const PEN_STEP = 0.1 // meters that an arrow key moves the pen
+const LEAST_STEP = 0.01 // meters between two points that are kept
+const LONGEST_FRAME = 0.1 // seconds by which the robot moves at once
+const REACH = 0.02 // meters from a finger at which a robot stands
+const GRAB_RADIUS = 40 // pixels around the robot that performs
+const MOST = 4_900 // points or keys of a gesture
+const WIDTH = 3 // pixels
+/** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
+const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
+const LINES = {
+  draw: "Draw on the floor, or move the pen with the arrow keys. Enter: write the words. Esc: end",
+  perform: "Move the robot with the arrow keys or a finger; real ones stay. Enter: write the words. Esc: discard",
+}
+
+export class Gesturing {
+  #robot = findA("gesture-robot", HTMLSelectElement)
+  #parts = findA("gesture-parts", HTMLSelectElement)
+  #offset
+  #click
+  /** @type {Mode | null} */
+  #mode = null
+  #begun = 0 // milliseconds
+  #seen = 0 // the time of the latest frame, in seconds
+  /** @type {Pose | null} */
+  #pose = null // of the robot that performs, or of the pen
+  /** @type {[beat: number, x: number, y: number][]} */
+  #points = []
+  /** @type {[beat: number, ahead: number, turn: number][]} */
+  #keys = []
+  /** @type {Set<string>} */
+  #held = new Set() // arrow keys
+  /** @type {Point | null} */
+  #finger = null // where it is, in meters
+  #drags = false // whether a finger has moved the robot
+
+  /**
+   * @param {() => number | undefined} offset of the cursor in the text, in code points, if somebody writes there
+   * @param {(transport: Transport | null) => void} click clicks on each beat while somebody performs
+   */
+  constructor(offset, click) {
+    this.#offset = offset
+    this.#click = click
+    for (const mode of /** @type {Mode[]} */ (["draw", "perform"])) {
+      find(mode).addEventListener("click", () => (this.#mode === mode ? this.finish() : this.#begin(mode)))
+    }
+    this.#parts.value = String(settings.get("gesture parts", 2))
+    this.#parts.addEventListener("change", () => settings.set("gesture parts", Number(this.#parts.value)))
+    this.#robot.addEventListener("change", () => this.#mode && this.#begin(this.#mode))
+    addEventListener("keydown", (event) => this.#press(event), true)
+    addEventListener("keyup", (event) => this.#hold(event.key, false), true)
+    addEventListener("blur", () => Object.keys(ARROWS).forEach((key) => this.#hold(key, false)))
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
+  }
+
+  /** True while a robot is moved by hand. */
+  get performs() {
+    return this.#mode === "perform"
+  }
+
+  /** The pose to which somebody has moved a robot, if it performs. @param {string} name */
+  poseOf(name) {
+    return this.performs && name === this.#robot.value ? this.#pose : null
+  }
+
+  /** Shows the buttons, if words can be written. */
+  showButtons() {
+    for (const mode of ["draw", "perform"]) find(mode).hidden = !changes.write || (mode === "perform" && !robotList.playing.length)
+  }
+
+  /** Moves the robot that performs. Returns whether frames are needed. @param {number} now in seconds */
+  advance(now) {
+    const beats = (Math.min(now - this.#seen, LONGEST_FRAME) * this.#tempo) / 60
+    this.#seen = now
+    if (!this.performs || !this.#pose) return false
+    const [far, turn] = program.current?.score.robots[this.#robot.value]?.speeds ?? [0, 0]
+    const way = this.#finger ? this.#toFinger(this.#finger, far * beats, turn * beats) : this.#byKeys(far * beats, turn * beats)
+    this.#pose = poseAfter(this.#pose, { x: way[0], y: 0, z: 0, yaw: way[1] }, 1)
+    if (way.some(Boolean)) this.#note(this.#pose)
+    redraw()
+    return true
+  }
+
+  /**
+   * Grabs the robot that performs, or puts the pen down. Returns a function that moves it, or null.
+   * @param {Point} point
+   * @param {Camera} camera
+   * @returns {((to: Point) => void) | null}
+   */
+  grab(point, camera) {
+    if (!this.#mode) return null
+    const at = camera.toWorld(point)
+    if (this.#mode === "draw") {
+      this.#restart({ ...at, z: 0, heading: 0 })
+      return (to) => this.#note(camera.toWorld(to))
+    }
+    const place = this.#pose && camera.toScreen(this.#pose)
+    if (!place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
+    this.#drags = true
+    this.#startClock()
+    return (to) => (this.#finger = camera.toWorld(to))
+  }
+
+  /** Ends, and has the words for what was drawn or performed written. */
+  finish() {
+    const mode = this.#mode
+    this.#write()
+    this.#end()
+    if (mode) announce(mode === "draw" ? "Drawing is off" : "Performing is off")
+  }
+
+  /** @param {Pen} pen @param {Camera} camera */
+  draw(pen, camera) {
+    if (!this.#mode) return
+    const index = robotList.all.findIndex(({ name }) => name === this.#robot.value)
+    pen.strokeStyle = robotColor(Math.max(index, 0))
+    pen.lineWidth = WIDTH
+    pen.beginPath()
+    for (const [, x, y] of this.#points) {
+      const place = camera.toScreen({ x, y })
+      pen.lineTo(place.x, place.y)
+    }
+    pen.stroke()
+    if (this.#mode === "perform" || !this.#pose) return
+    const { x, y } = camera.toScreen(this.#pose)
+    pen.beginPath()
+    pen.arc(x, y, WIDTH, 0, 2 * Math.PI)
+    pen.stroke()
+  }
+
+  /** @param {Mode} mode */
+  #begin(mode) {
+    const names = robotList.playing.map(({ name }) => name)
+    const before = this.#robot.value
+    this.#robot.replaceChildren(...(names.length ? names : ["turtle1"]).map((name) => element("option", { value: name, textContent: name })))
+    if (names.includes(before)) this.#robot.value = before
+    this.#end()
+    this.#mode = mode
+    const [whole] = this.#parts.options
+    whole.hidden = whole.disabled = mode === "perform"
+    if (mode === "perform" && this.#parts.value === "0") this.#parts.value = "2"
+    const [x, y, z, heading] = program.current?.score.robots[this.#robot.value]?.start_pose ?? [0, 0, 0, 0]
+    this.#restart({ x, y, z, heading })
+    this.#show()
+    find("gesture-line").textContent = LINES[mode]
+    find("stage").focus()
+  }
+
+  #end() {
+    this.#mode = null
+    this.#click(null)
+    this.#points = []
+    this.#keys = []
+    this.#held.clear()
+    this.#finger = null
+    this.#show()
+  }
+
+  #show() {
+    for (const mode of ["draw", "perform"]) find(mode).setAttribute("aria-pressed", String(this.#mode === mode))
+    find("gesture").hidden = !this.#mode
+    redraw()
+  }
+
+  /** Begins a new gesture at a pose. @param {Pose} pose */
+  #restart(pose) {
+    this.#pose = pose
+    this.#begun = 0
+    this.#keys = []
+    this.#points = []
+    this.#drags = false
+    if (this.#mode === "draw") this.#note(pose)
+  }
+
+  /** Beats count from the first movement, or those of the dance that plays. */
+  #startClock() {
+    if (this.#begun) return
+    this.#begun = performance.now()
+    if (!this.performs) return
+    if (this.#pose) this.#points = [[this.#beat(), this.#pose.x, this.#pose.y]]
+    if (!clock.playing) this.#click({ ...clock.transport, state: "playing", beat: 0, beats: null, tempo: this.#tempo, wall: clock.now(), behind: 0 })
+  }
+
+  /** @returns {number} */
+  #beat() {
+    if (this.performs && clock.playing) return clock.beat()
+    return this.#begun ? ((performance.now() - this.#begun) / 60_000) * this.#tempo : 0
+  }
+
+  get #tempo() {
+    return program.current?.score.tempo ?? 60
+  }
+
+  /** Keeps a place, unless it is close to the latest one. @param {Point} place */
+  #note({ x, y }) {
+    const [, lastX, lastY] = this.#points.at(-1) ?? [0, Infinity, Infinity]
+    if (this.#points.length >= MOST || Math.hypot(x - lastX, y - lastY) < LEAST_STEP) return
+    if (this.#mode === "draw") this.#startClock()
+    this.#points.push([this.#beat(), x, y])
+    if (this.#mode === "draw" && this.#pose) this.#pose = { ...this.#pose, x, y }
+    redraw()
+  }
+
+  #release() {
+    if (this.#mode === "draw") this.#write()
+    this.#finger = null
+  }
+
+  #write() {
+    const { robot, parts } = { robot: this.#robot.value, parts: Number(this.#parts.value) }
+    if (this.#mode === "draw" && this.#points.length > 1) {
+      const offset = this.#offset()
+      changes.write?.({ type: "draw", robot, points: this.#points, parts, ...(offset === undefined ? {} : { offset }) })
+      if (this.#pose) this.#restart(this.#pose)
+    } else if (this.performs && this.#drags && this.#points.length > 1) {
+      changes.write?.({ type: "draw", robot, points: this.#points, parts })
+    } else if (this.performs && this.#keys.length) {
+      changes.write?.({ type: "perform", robot, keys: this.#keys, end: this.#beat(), parts })
+    }
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    if (!this.#mode || event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return
+    if (event.target instanceof Element && event.target.closest("input, select, textarea")) return
+    if (event.key === "Escape") this.#end()
+    else if (event.code === "Space") return this.finish() // and robots stop
+    else if (event.key === "Enter" && !(event.target instanceof HTMLButtonElement)) {
+      if (this.performs) this.finish()
+      else this.#write()
+    } else if (ARROWS[event.key]) {
+      if (this.performs) this.#hold(event.key, true)
+      else this.#movePen(ARROWS[event.key])
+    } else return
+    event.preventDefault()
+    event.stopPropagation()
+  }
+
+  /** @param {[ahead: number, turn: number]} arrow */
+  #movePen([ahead, turn]) {
+    if (!this.#pose) return
+    const to = { x: this.#pose.x - turn * PEN_STEP, y: this.#pose.y + ahead * PEN_STEP }
+    this.#note(to)
+    announce(`${to.x.toFixed(1)}, ${to.y.toFixed(1)}`)
+  }
+
+  /** @param {string} key @param {boolean} held */
+  #hold(key, held) {
+    if (!this.performs || !ARROWS[key] || this.#held.has(key) === held) return
+    if (held) this.#held.add(key)
+    else this.#held.delete(key)
+    this.#startClock()
+    if (this.#keys.length < MOST) this.#keys.push([this.#beat(), ...this.#directions])
+    redraw()
+  }
+
+  /** The directions that the held keys mean together. @returns {[ahead: number, turn: number]} */
+  get #directions() {
+    const sums = [0, 1].map((axis) => [...this.#held].reduce((sum, key) => sum + ARROWS[key][axis], 0))
+    return [sums[0], sums[1]]
+  }
+
+  /** @param {number} far @param {number} turn @returns {[far: number, turn: number]} */
+  #byKeys(far, turn) {
+    const [ahead, around] = this.#directions
+    return [ahead * far, around * turn]
+  }
+
+  /**
+   * The way to a finger, at most so far, with at most that turn.
+   * @param {Point} finger
+   * @param {number} far
+   * @param {number} turn
+   * @returns {[far: number, turn: number]}
+   */
+  #toFinger(finger, far, turn) {
+    const pose = /** @type {Pose} */ (this.#pose)
+    const distance = Math.hypot(finger.x - pose.x, finger.y - pose.y)
+    if (distance < REACH) return [0, 0]
+    const off = Math.atan2(finger.y - pose.y, finger.x - pose.x) - pose.heading
+    const around = Math.atan2(Math.sin(off), Math.cos(off))
+    return [Math.min(distance, far) * Math.max(Math.cos(around), 0), Math.min(Math.max(around, -turn), turn)]
+  }
+}

@@ -1,0 +1,123 @@
+// @ts-check
+// The handle of the movement at the cursor: dragged on the floor, it changes the measure in the text.
+
+import { findA } from "../base/elements.js"
+import { colors, mix, robotColor } from "../base/colors.js"
+import { redraw } from "../base/frames.js"
+import { announce } from "../base/notices.js"
+import { send } from "../net/send.js"
+import { robotList } from "../score/robot-list.js"
+
+/** @import { Camera, Point } from "./camera.js" */
+/** @import { Change } from "../score/changes.js" */
+/** @import { Messages } from "../net/messages.js" */
+/** @import { Pen } from "../base/pen.js" */
+/** @typedef {{ number: number, offset: number }} Cursor the number of a text that the server has, and an offset in code points */
+
+const SIZE = 9 // pixels: the handle's radius,
+const GHOST_SIZE = 5 // and that of the places where the same words end
+const GRAB_RADIUS = 24 // pixels
+const STEPS = /** @type {Record<string, number>} */ ({ ArrowUp: 1, ArrowDown: -1 })
+
+export class Handle {
+  #control = findA("text", HTMLTextAreaElement)
+  #cursor
+  #change
+  /** @type {Messages["handle"] | null} */
+  shown = null
+  #asked = "" // the latest question
+  #held = false
+  #changed = false // by a hand or a key, so that the new words are read out
+
+  /**
+   * @param {() => Cursor | null} cursor once the server has the text
+   * @param {(change: Change) => void} change
+   */
+  constructor(cursor, change) {
+    this.#cursor = cursor
+    this.#change = change
+    document.addEventListener("selectionchange", () => this.look())
+    this.#control.addEventListener("keydown", (event) => this.#press(event))
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => (this.#held = false))
+  }
+
+  /** Asks for the handle at the cursor, if it may be another one. */
+  look() {
+    const cursor = this.#isWanted ? this.#cursor() : null
+    if (!cursor) return
+    const asked = JSON.stringify(cursor)
+    if (asked === this.#asked) return
+    this.#asked = asked
+    send({ type: "handle", ...cursor })
+  }
+
+  /** @param {Messages["handle"]} message */
+  take(message) {
+    const { number, offset } = this.#cursor() ?? {}
+    if (message.number !== number || message.offset !== offset) return
+    if (this.#changed && message.text && message.text !== this.shown?.text) announce(message.text)
+    this.#changed &&= this.#held
+    this.shown = message
+    redraw()
+  }
+
+  /**
+   * Grabs the handle near a point of the canvas. Returns a function that moves it, or null.
+   * @param {Point} point
+   * @param {Camera} camera
+   * @param {() => boolean} freely
+   * @returns {((to: Point) => void) | null}
+   */
+  grab(point, camera, freely) {
+    const place = this.#place(camera)
+    if (!this.shown || !place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
+    this.#held = true
+    return (to) => {
+      const { x, y } = camera.toWorld(to)
+      const cursor = this.shown?.offset
+      if (cursor === undefined) return
+      this.#changed = true
+      this.#change({ type: "bend", offset: cursor, place: [x, y], freely: freely() })
+    }
+  }
+
+  /** @param {Pen} pen @param {Camera} camera */
+  draw(pen, camera) {
+    const place = this.#place(camera)
+    if (!this.shown || !place) return
+    const names = robotList.all.map(({ name }) => name)
+    const color = robotColor(Math.max(names.indexOf(this.shown.robot), 0))
+    for (const [x, y] of this.shown.others) circle(pen, camera.toScreen({ x, y }), GHOST_SIZE, mix(colors().ground, color, 0.5), 1.5)
+    circle(pen, place, SIZE, colors().ground, 7)
+    circle(pen, place, SIZE, color, this.#held ? 5 : 3)
+  }
+
+  /** The handle's place on the canvas, if it is shown. @param {Camera} camera */
+  #place(camera) {
+    const [x, y] = this.shown?.place ?? []
+    return this.#isWanted && x !== undefined ? camera.toScreen({ x, y }) : null
+  }
+
+  /** True while somebody writes, or holds the handle of what is written. */
+  get #isWanted() {
+    return this.#held || document.activeElement === this.#control || document.activeElement?.id === "stage"
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    const steps = STEPS[event.key]
+    if (!steps || !event.altKey || event.ctrlKey || event.metaKey || !this.shown?.place) return
+    event.preventDefault()
+    this.#changed = true
+    this.#change({ type: "lengthen", offset: this.shown.offset, steps, freely: event.shiftKey })
+  }
+}
+
+/** @param {Pen} pen @param {Point} place @param {number} size @param {string} color @param {number} width */
+function circle(pen, { x, y }, size, color, width) {
+  pen.beginPath()
+  pen.arc(x, y, size, 0, 2 * Math.PI)
+  pen.strokeStyle = color
+  pen.lineWidth = width
+  pen.stroke()
+}

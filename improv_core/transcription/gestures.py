@@ -1,0 +1,301 @@
+"""The words for what a person draws on the floor or performs with keys. Standard library only."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import Profile
+from improv_core.transcription.folding import bracketed, folded
+from improv_core.transcription.stretches import Amounts
+from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_for, series_text
+
+LEAST = 0.05
+"""Meters: a hand that moved less has drawn nothing."""
+_TREMOR = 0.015
+"""The share of a drawing's size by which a hand misses what it means to draw,"""
+_LEAST_TREMOR = 0.01
+"""and the least, in meters."""
+_MOST_POINTS = 100
+"""More points of a stroke say nothing more, and each pair of them is a curve to try."""
+_PATIENCE = 6
+"""A curve that can't be drawn through so many more points isn't tried with still more."""
+_ARC_COST = 1.2
+"""An arc takes more words than a line: so many times as many, and twice as many again if it hardly bends,"""
+_SLIGHT = math.radians(45)
+"""by less than this."""
+_MISFIT_COST = 0.3
+_FEWEST = 4
+"""Fewer places make no arc."""
+_KINK = math.radians(20)
+"""A robot doesn't turn on the spot for less: the next arc makes it up."""
+_ALIKE = 0.3
+"""The share by which the curvatures of two arcs of one circle may differ."""
+_ROUNDING = 0.07
+"""The share of a length that people round."""
+_TURN_ROUNDING = math.radians(7.5)
+_KEYS_ROUNDING = Rounding(1e-3, 1e-3)
+
+
+class DrawnPoint(NamedTuple):
+    """A point on the floor, in meters, and the beat at which the hand was there."""
+
+    beat: float
+    x: float
+    y: float
+
+
+class PressedKeys(NamedTuple):
+    """The keys that a person holds from a beat on: `ahead` and `turn` are -1, 0, or 1."""
+
+    beat: float
+    ahead: int
+    turn: int
+
+
+class _Curve(NamedTuple):
+    """A line or an arc from a point to another: its first direction, its length in meters, and its turn in radians."""
+
+    start: complex
+    end: complex
+    direction: float
+    length: float
+    turn: float
+    beats: float
+
+
+def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
+    """Return the pose at which a stroke begins, and the words that draw it; none if it is shorter than `LEAST`.
+
+    The robot first turns to it from its `heading` (radians), or begins that way if it has none. Each line or arc takes
+    the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat.
+    """
+    start = Pose(stroke[0].x, stroke[0].y) if stroke else Pose()
+    curves = _curves(stroke)
+    if not curves:
+        return start, ""
+    first = round(math.degrees(math.remainder(curves[0].direction, math.tau)) / 15) * 15
+    start = Pose(start.x, start.y, 0.0, math.radians(first) if heading is None else heading)
+    return start, _text(list(_moves(curves, start, profile, parts)))
+
+
+def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, profile: Profile, parts: int) -> str:
+    """Return the words for keys that were held until the beat `end`, each change put on the nearest nth of a beat.
+
+    A held key moves a robot by `speeds`, in meters and radians per beat.
+    """
+    changes = [PressedKeys(0.0, 0, 0), *keys, PressedKeys(end, 0, 0)]
+    moves: list[Move] = []
+    begun = Fraction(0)
+    for here, after in pairwise(changes):
+        stop = Fraction(round(after.beat * parts), parts)
+        if stop > begun:
+            beats = float(stop - begun)
+            amounts = Amounts(here.ahead * speeds.x * beats, 0.0, 0.0, here.turn * speeds.yaw * beats)
+            moves += moves_for(stop - begun, amounts, profile, _KEYS_ROUNDING)
+            begun = stop
+    while moves and moves[-1].voices[0].word == "rest":
+        moves.pop()
+    return _text(moves)
+
+
+def _text(moves: Sequence[Move]) -> str:
+    return series_text(folded(bracketed(moves))) if moves else ""
+
+
+def _moves(curves: Sequence[_Curve], start: Pose, profile: Profile, parts: int) -> Iterator[Move]:
+    """Yield the moves along curves. Each aims at the drawn point from where the rounded ones before have led, so that
+    roundings don't add up."""
+    pose = start
+    late = Fraction(0)  # beats that turns on the spot have taken from the curves after them
+    for curve in curves:
+        length, turn, direction = curve.length, curve.turn, curve.direction
+        if abs(turn) < math.pi:
+            way = curve.end - complex(pose.x, pose.y)
+            direction = cmath.phase(way) - turn / 2
+            length *= abs(way) / (abs(curve.end - curve.start) or abs(way))
+        off = math.remainder(direction - pose.heading, math.tau)
+        if abs(off) > _KINK:
+            beats = Fraction(1, parts) if parts else Fraction(1)
+            late += beats if parts else 0
+            for move in moves_for(beats, Amounts(0.0, 0.0, 0.0, off), profile, _rounding(0.0)):
+                pose = _after(pose, move, profile)
+                yield move
+        elif turn:
+            turn += off
+        beats = Fraction(1)
+        if parts:
+            drawn = Fraction(round(curve.beats * parts), parts) - late
+            beats = max(drawn, Fraction(1, parts))
+            late = max(beats - drawn, Fraction(0))
+        for move in moves_for(beats, Amounts(length, 0.0, 0.0, turn), profile, _rounding(length)):
+            pose = _after(pose, move, profile)
+            yield move
+
+
+def _rounding(length: float) -> Rounding:
+    return Rounding(max(_ROUNDING * length, LEAST / 2), _TURN_ROUNDING)
+
+
+def _after(pose: Pose, move: Move, profile: Profile) -> Pose:
+    return pose.after(Twist(*amounts_of(move, profile)), 1.0)
+
+
+def _curves(stroke: Sequence[DrawnPoint]) -> list[_Curve]:
+    """Return the fewest lines and arcs that a hand may have meant; none if it hardly moved."""
+    places = [complex(each.x, each.y) for each in stroke]
+    size = max((abs(place - places[0]) for place in places), default=0.0)
+    if size < LEAST:
+        return []
+    tremor = max(size * _TREMOR, _LEAST_TREMOR)
+    length = sum(abs(after - here) for here, after in pairwise(places))
+    kept = _spaced(stroke, max(tremor / 2, length / _MOST_POINTS))
+    places = _calmed([complex(each.x, each.y) for each in kept])
+    costs = [0.0, *[math.inf] * (len(places) - 1)]
+    best: dict[int, tuple[int, _Curve]] = {}
+    for first in range(len(places) - 1):
+        misses = 0
+        for last in range(first + 1, len(places)):
+            fit = _fit(places[first : last + 1], kept[last].beat - kept[first].beat, tremor)
+            misses = 0 if fit else misses + 1
+            if fit and (cost := costs[first] + fit[0]) < costs[last]:
+                costs[last], best[last] = cost, (first, fit[1])
+            if misses == _PATIENCE:
+                break
+    found: list[_Curve] = []
+    last = len(places) - 1
+    while last:
+        last, curve = best[last]
+        found.append(curve)
+    return _meeting(_joined(found[::-1]), 4 * tremor)
+
+
+def _spaced(stroke: Sequence[DrawnPoint], least: float) -> list[DrawnPoint]:
+    """Return the points of a stroke that are so far apart, and its last one."""
+    kept = [stroke[0]]
+    for each in stroke:
+        if math.dist(each[1:], kept[-1][1:]) >= least:
+            kept.append(each)
+    return [*kept[:-1], stroke[-1]] if len(kept) > 2 else [stroke[0], stroke[-1]]
+
+
+def _calmed(places: Sequence[complex]) -> list[complex]:
+    """Return places between their neighbors; the first and the last one stay."""
+    three = zip(places, places[1:], places[2:], strict=False)
+    return [places[0], *((before + 2 * here + after) / 4 for before, here, after in three), places[-1]]
+
+
+def _fit(places: Sequence[complex], beats: float, tremor: float) -> tuple[float, _Curve] | None:
+    """Return the line or the arc that a hand may have meant, and what it costs; None if it was neither.
+
+    Near a corner, a hand is on neither side of it: the two outermost places don't count.
+    """
+    inner = places[1:-1] if len(places) > _FEWEST + 2 else places
+    return _line(places, inner, beats, tremor) or (
+        _arc(places, inner, beats, tremor) if len(inner) >= _FEWEST else None
+    )
+
+
+def _line(
+    places: Sequence[complex], inner: Sequence[complex], beats: float, tremor: float
+) -> tuple[float, _Curve] | None:
+    mean = sum(inner) / len(inner)
+    along = cmath.exp(0.5j * cmath.phase(sum((place - mean) ** 2 for place in inner)))
+    if ((places[-1] - places[0]) / along).real < 0:
+        along = -along
+    off = [(place - mean) / along for place in inner]
+    if max(abs(each.imag) for each in off) > tremor:
+        return None
+    if any(after.real < here.real - tremor for here, after in pairwise(off)):
+        return None
+    start, end = (mean + along * ((place - mean) / along).real for place in (places[0], places[-1]))
+    curve = _Curve(start, end, cmath.phase(along), abs(end - start), 0.0, beats)
+    return 1 + _misfit([each.imag for each in off], tremor), curve
+
+
+def _arc(
+    places: Sequence[complex], inner: Sequence[complex], beats: float, tremor: float
+) -> tuple[float, _Curve] | None:
+    if not (center := _center(inner)):
+        return None
+    radius = math.fsum(abs(place - center) for place in inner) / len(inner)
+    off = [abs(place - center) - radius for place in inner]
+    spokes = [place - center for place in places]
+    if radius < tremor or max(map(abs, off)) > tremor:
+        return None
+    turns = [cmath.phase(after / here) for here, after in pairwise(spokes)]
+    turn = math.fsum(turns)
+    if any(each * turn < 0 and abs(each) * radius > tremor for each in turns):
+        return None
+    direction = cmath.phase(spokes[0]) + math.copysign(math.pi / 2, turn)
+    start, end = (center + radius * spoke / (abs(spoke) or 1.0) for spoke in (spokes[0], spokes[-1]))
+    curve = _Curve(start, end, direction, radius * abs(turn), turn, beats)
+    return _ARC_COST + max(2 - 2 * abs(turn) / _SLIGHT, 0.0) + _misfit(off, tremor), curve
+
+
+def _center(places: Sequence[complex]) -> complex | None:
+    """Return the center of the circle that fits places best; None if they are on a line.
+
+    This is the algebraic fit of I. Kåsa, *A circle fitting procedure and its error analysis*, IEEE Transactions on
+    Instrumentation and Measurement 25(1), 1976.
+    """
+    mean = sum(places) / len(places)
+    spokes = [place - mean for place in places]
+    xx, yy, xy = (
+        math.fsum(each)
+        for each in zip(*((s.real * s.real, s.imag * s.imag, s.real * s.imag) for s in spokes), strict=True)
+    )
+    x = math.fsum(abs(s) ** 2 * s.real for s in spokes) / 2
+    y = math.fsum(abs(s) ** 2 * s.imag for s in spokes) / 2
+    area = xx * yy - xy * xy
+    if area <= 1e-12 * (xx + yy) ** 2:
+        return None
+    return mean + complex(x * yy - y * xy, y * xx - x * xy) / area
+
+
+def _misfit(off: Sequence[float], tremor: float) -> float:
+    return _MISFIT_COST * math.fsum(each * each for each in off) / len(off) / tremor**2
+
+
+def _joined(curves: Sequence[_Curve]) -> list[_Curve]:
+    """Return curves, those one after another that are parts of one circle as one."""
+    found: list[_Curve] = []
+    for curve in curves:
+        if found and _are_one(found[-1], curve):
+            last = found.pop()
+            turn, beats = last.turn + curve.turn, last.beats + curve.beats
+            curve = _Curve(last.start, curve.end, last.direction, last.length + curve.length, turn, beats)
+        found.append(curve)
+    return found
+
+
+def _meeting(curves: Sequence[_Curve], reach: float) -> list[_Curve]:
+    """Return curves with lines that end where they cross the next one: a hand cuts corners."""
+    found = list(curves)
+    for index, (one, other) in enumerate(pairwise(curves)):
+        if one.turn or other.turn:
+            continue
+        along, across = (cmath.exp(1j * each.direction) for each in (one, other))
+        area = (along.conjugate() * across).imag
+        if not area:
+            continue
+        corner = one.end + along * ((other.start - one.end).conjugate() * across).imag / area
+        if abs(corner - one.end) < reach and abs(corner - other.start) < reach:
+            found[index] = _to(found[index], found[index].start, corner)
+            found[index + 1] = _to(other, corner, other.end)
+    return found
+
+
+def _to(line: _Curve, start: complex, end: complex) -> _Curve:
+    return line._replace(start=start, end=end, length=abs(end - start))
+
+
+def _are_one(one: _Curve, other: _Curve) -> bool:
+    bends = [curve.turn / curve.length for curve in (one, other)]
+    kink = abs(math.remainder(one.direction + one.turn - other.direction, math.tau))
+    return kink < (_KINK if all(bends) else _KINK / 2) and abs(bends[0] - bends[1]) <= _ALIKE * max(map(abs, bends))

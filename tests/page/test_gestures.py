@@ -1,0 +1,87 @@
+"""Movements by hand on the page: a handle that is dragged, a drawing, and a robot that performs."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from tests.page.conftest import Keep, at, wait
+from tests.page.editing import Edit
+
+SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
+
+
+def put_cursor(page: Page, behind: str) -> None:
+    """Put the cursor into the text, behind a word."""
+    place = SQUARE.index(behind) + len(behind)
+    page.locator("#text").focus()
+    page.evaluate(f"document.getElementById('text').setSelectionRange({place}, {place})")
+
+
+def drag(page: Page, places: list[tuple[float, float]]) -> None:
+    """Drag the mouse along places on the floor, in meters, once the camera stands still."""
+    wait(page, "window.seen === (window.seen = JSON.stringify(improv.view))")
+    first, *others = [at(page, *place) for place in places]
+    page.mouse.move(*first)
+    page.mouse.down()
+    for place in others:
+        page.mouse.move(*place)
+    page.mouse.up()
+
+
+@pytest.mark.slow("bends, draws, and performs in a browser")
+def test_movements_by_hand_become_words_and_each_is_undone_at_once(
+    tmp_path: Path, window: BrowserContext, keep: Keep
+) -> None:
+    file = tmp_path / "dance.improv"
+    file.write_text(SQUARE, encoding="utf-8")
+    edited = Edit(file, window)
+    page = edited.page()
+    text = page.locator("#text")
+    page.locator("#write").click()
+    wait(page, "improv.transport.state === 'playing' && improv.view")
+    page.locator("#stop").click()
+
+    put_cursor(page, "forwa")
+    wait(page, "improv.handle?.place[0] === 2")
+    keep(page, "gesture-handle.png")
+    drag(page, [(2, 0), (2.4, 0), (2.7, 0.1), (3, 0)])
+    bent = SQUARE.replace("forward", "forward 3m")
+    expect(text).to_have_value(bent)
+    text.focus()
+    page.keyboard.press("Control+z")
+    expect(text).to_have_value(SQUARE)
+    page.keyboard.press("Alt+ArrowUp")
+    expect(text).to_have_value(SQUARE.replace("forward", "forward 2.1m"))
+    expect(page.locator("#news")).to_have_text("forward 2.1m")
+    page.keyboard.press("Control+z")
+
+    put_cursor(page, "left)")
+    page.locator("#draw").click()
+    page.locator("#gesture-parts").select_option("0")
+    drag(page, [(math.sin(turn / 8), 1 - math.cos(turn / 8)) for turn in range(51)])
+    expect(text).to_have_value(SQUARE.replace("left)", "left) left 360deg radius 1m"))
+    keep(page, "gesture-drawn.png")
+    page.locator("#draw").click()
+    text.focus()
+    page.keyboard.press("Control+z")
+    expect(text).to_have_value(SQUARE)
+
+    page.locator("#perform").click()
+    page.locator("#gesture-parts").select_option("1")
+    page.locator("#stage").focus()
+    page.keyboard.down("ArrowUp")
+    wait(page, "improv.drawn.ada.x > 1.5")
+    page.keyboard.up("ArrowUp")
+    keep(page, "gesture-performed.png")
+    page.keyboard.press("Enter")
+    expect(text).to_have_value(re.compile(r"ada at 0 0\nada \$ (repeat \d+ )?forward( forward)?\n"))
+    text.focus()
+    page.keyboard.press("Control+z")
+    expect(text).to_have_value(SQUARE)
+    wait(page, "improv.transport.state === 'stopped'")  # no robot has moved by this
+    edited.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import count, islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.definitions import Definition, Takes
@@ -132,9 +132,13 @@ def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
     first = again.first_span.shifted(program.offsets[again.first])
     related = Related(_relative(program, first, index), "here, for the first time")
     if again.sign == "SCENE":
-        message = f"{where} already {what}: choose another name"
+        names = {head.text for each in program.scenes for head in program.statements[each].heads}
+        base = again.name.rstrip("0123456789")
+        free = next(name for number in count(2) if (name := f"{base}{number}") not in names)
+        message = f"{where} already {what}: choose another name, such as `{free}`"
         gone = Span(len(statement.text[: again.span.start].rstrip()), again.span.end)
-        return Diagnostic("duplicate-line", again.span, message, replace("Remove the name", gone, ""), (related,))
+        fixes = replace(f"Change to {free}", again.span, free) + replace("Remove the name", gone, "")
+        return Diagnostic("duplicate-line", again.span, message, fixes, (related,))
     is_whole = len(statement.heads) < 2
     gone = _whole_line(program, index) if is_whole else without(statement, again.span)
     span = Span(0, len(statement.text)) if is_whole else again.span

@@ -221,7 +221,8 @@ def _about(
         word = _word_that_asks(moment, body, profile) if body else None
         fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
         if unsupported(moment.velocity, profile):
-            advice = f"use another motion, or a profile other than {profile.name}"
+            like = "quadrotor" if moment.velocity.z else "holonomic"
+            advice = f"use another motion, or a profile other than {profile.name}, such as {like}"
         else:
             advice = f"it needs a radius of {profile.turning_radius:g} m, as in `{curve('left', profile)}`"
         message = f"`{robot}` can't {lacking}: {advice}"

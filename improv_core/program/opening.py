@@ -105,7 +105,8 @@ def check_kind(statement: Statement, said: Said, robots: Robots) -> Iterator[Dia
         return
     profile = statement.opening.profile
     if profile.text not in robots.profiles:
-        near, otherwise = likely(profile.text, robots.profiles), f"add `[profiles.{profile.text}]` to improv.toml"
+        near = likely(profile.text, robots.profiles)
+        otherwise = f"write `turtlebot4`, `quadrotor`, or so, or add `[profiles.{profile.text}]` to improv.toml"
         yield unknown("unknown-profile", profile.span, f"`{profile.text}` is not a profile", near, otherwise)
         return
     heads = [head for head in statement.heads if head.text in said.robots]

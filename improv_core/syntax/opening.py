@@ -102,7 +102,9 @@ def _scene(text: str, tokens: Sequence[Token]) -> Statement:
         whole = Span(first.start, others[-1].end)
         joined = "_".join(re.findall(r"\w+", text[slice(*whole)]))
         fixes = replace(f"Change to {joined}", whole, joined)
-        wrong = (Diagnostic("syntax", others[0].span, "write one name after `---`, or start a new line", fixes),)
+        plays = any(token.type in ("DOLLAR", "EQUAL") for token in rest)
+        message = f"write one name after `---`, {'or start a new line' if plays else f'such as `{joined}`'}"
+        wrong = (Diagnostic("syntax", others[0].span, message, fixes),)
     return Statement(text, wrong, sign, (first._replace(type="HEAD"),))
 
 

@@ -148,7 +148,8 @@ def test_errors_that_it_does_not_need_do_not_stop_it() -> None:
     refused("4 forward«", "line 1: write `repeat 4 forward` or `scale 4 forward`")
     refused(
         "x = up«\nanna $ x",
-        "line 1: `anna` can't move up or down: use another motion, or a profile other than turtlebot3_burger",
+        "line 1: `anna` can't move up or down: use another motion, or a profile other than turtlebot3_burger, "
+        "such as quadrotor",
         robots=ROBOTS,
     )
 

@@ -209,9 +209,9 @@ def test_robots_must_be_listed_and_able() -> None:
         turtle $ left
         ^^^^^^ unknown-robot: `turtle` is not in improv.toml: add `[robots.turtle]` to improv.toml
         omni burger $ left strafeleft
-                           ^^^^^^^^^^ unsupported-direction: `burger` can't move sideways: use another motion, or a profile other than turtlebot3_burger
+                           ^^^^^^^^^^ unsupported-direction: `burger` can't move sideways: use another motion, or a profile other than turtlebot3_burger, such as holonomic
         omni $ strafeleft up
-                          ^^ unsupported-direction: `omni` can't move up or down: use another motion, or a profile other than holonomic
+                          ^^ unsupported-direction: `omni` can't move up or down: use another motion, or a profile other than holonomic, such as quadrotor
     """)
 
 

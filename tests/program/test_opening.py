@@ -155,7 +155,7 @@ def test_missing_and_extra_words_are_reported() -> None:
         ada is a husky
                ^^^^^^^ syntax: write the name of one profile after `is`
         --- one two
-                ^^^ syntax: write one name after `---`, or start a new line
+                ^^^ syntax: write one name after `---`, such as `one_two`
         --- 2
             ^ syntax: `2` can't name a scene: use letters, digits, and `_`, starting with a letter
     """)
@@ -180,7 +180,10 @@ def test_missing_and_extra_words_are_reported() -> None:
         ("r $ left\n--- one two\nr $ up", ["r $ left\n--- one_two\nr $ up"]),
         ("bar 3\nbar 4", ["bar 3\n"]),
         ("ada bo at line 1\nbo cy at line 2", ["ada bo at line 1\ncy at line 2"]),
-        ("r $ left\n--- a\nr $ left\n--- a\nr $ left", ["r $ left\n--- a\nr $ left\n---\nr $ left"]),
+        (
+            "r $ left\n--- a\nr $ left\n--- a\nr $ left",
+            ["r $ left\n--- a\nr $ left\n--- a2\nr $ left", "r $ left\n--- a\nr $ left\n---\nr $ left"],
+        ),
         ("ada is turtlebot5", ["ada is turtlebot4"]),
         ("left at 1 2", ["my_left at 1 2"]),
     ],

@@ -12,6 +12,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, BinaryIO
 
+from cattrs import Converter
 from lsprotocol import types
 from pygls.exceptions import (
     JsonRpcException,
@@ -50,7 +51,7 @@ class StdioServer(LanguageServer):
     def __init__(self, name: str, version: str) -> None:
         kind = types.TextDocumentSyncKind.Incremental
         super().__init__(
-            name, version, text_document_sync_kind=kind, protocol_cls=Protocol, converter_factory=default_converter
+            name, version, text_document_sync_kind=kind, protocol_cls=Protocol, converter_factory=converter
         )
         self._ended = asyncio.Event()
         self.stops = Stops()
@@ -208,8 +209,14 @@ class Protocol(LanguageServerProtocol):
 
     def notify(self, method: str, params: Any | None = None) -> None:
         """Send a notification. pygls would check again that it is one."""
-        told = {} if params is None else {"params": self._converter.unstructure(params)}
-        self._send_data({"jsonrpc": self.VERSION, "method": method, **told})
+        self._send_data({"jsonrpc": self.VERSION, "method": method, **({} if params is None else {"params": params})})
+
+    def _send_data(self, data: Any) -> None:
+        self._write(json.dumps(data, default=self._serialize_message))
+
+    def _write(self, body: str) -> None:
+        if self.writer:
+            self.writer.write(f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
 
     def _handle_request(self, msg_id: int | str, method_name: str, params: Any) -> None:
         if method_name not in self._server.sliced:
@@ -237,9 +244,7 @@ class Protocol(LanguageServerProtocol):
             return
         self._request_futures.pop(number, None)
         self._result_types.pop(number, None)
-        if self.writer:
-            body = f'{{"jsonrpc": "{self.VERSION}", "id": {json.dumps(number)}, "result": {future.result()}}}'
-            self.writer.write(f"Content-Length: {len(body)}\r\n\r\n{body}".encode())
+        self._write(f'{{"jsonrpc": "{self.VERSION}", "id": {json.dumps(number)}, "result": {future.result()}}}')
 
     def _take_answer(self, data: dict[str, Any], number: int | str) -> None:
         try:
@@ -256,6 +261,17 @@ class Protocol(LanguageServerProtocol):
 
     def _refuse(self, number: int | str | None, error: JsonRpcException) -> None:
         self._send_data({"jsonrpc": self.VERSION, "id": number, "error": error.to_response_error()})
+
+
+def converter() -> Converter:
+    """Return a converter of LSP's types, for diagnostics that are JSON already (`to_lsp.diagnostic`)."""
+    made: Converter = default_converter()  # type: ignore[no-untyped-call]
+
+    def json_of(diagnostic: Any) -> Any:  # in an action to resolve, it is as the client has sent it
+        return diagnostic if isinstance(diagnostic, dict) else default_converter().unstructure(diagnostic)  # type: ignore[no-untyped-call]
+
+    made.register_unstructure_hook(types.Diagnostic, json_of)
+    return made
 
 
 def _json(value: object) -> Iterator[str]:

@@ -17,9 +17,21 @@ Encoding: TypeAlias = types.PositionEncodingKind | str
 
 def to_position(lines: LineIndex, offset: int, encoding: Encoding) -> types.Position:
     """Convert an offset to the editor's position."""
+    return types.Position(**_json_position(lines, offset, encoding))
+
+
+def json_range(lines: LineIndex, span: Span, encoding: Encoding) -> dict[str, dict[str, int]]:
+    """Return the JSON of a range."""
+    return {
+        "start": _json_position(lines, span.start, encoding),
+        "end": _json_position(lines, span.end, encoding),
+    }
+
+
+def _json_position(lines: LineIndex, offset: int, encoding: Encoding) -> dict[str, int]:
     line, column = lines.position(offset)
     start = lines.starts[line]
-    return types.Position(line, units(lines.text[start : start + column].removesuffix("\r"), encoding))
+    return {"line": line, "character": units(lines.text[start : start + column].removesuffix("\r"), encoding)}
 
 
 def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:

@@ -53,7 +53,7 @@ class Checked:
 
     stamp: tuple[int, int]
     robots: Robots
-    sent: LastSent[types.Diagnostic]
+    sent: LastSent[Any]
 
 
 def uri_of(params: Any) -> str | None:
@@ -77,7 +77,7 @@ class Session(StdioServer):
         self.robots_files: dict[str, RobotsFile] = {}
         """The `improv.toml` files that are open in the editor: few editors report theirs."""
         self.sent_tokens: dict[str, LastSent[Chunk]] = {}
-        self.sent_diagnostics: dict[str, LastSent[types.Diagnostic]] = {}
+        self.sent_diagnostics: dict[str, LastSent[Any]] = {}
         self.checked: dict[str, Checked] = {}
         """The programs in the workspace's folders, by URI."""
         self.next_change = asyncio.Event()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from lsprotocol import types
 
 from improv_ls.documents import Document
@@ -19,7 +21,7 @@ def diagnostic(
     return types.RelatedFullDocumentDiagnosticReport(now.items, result_id=now.result_id)
 
 
-def diagnosed(ls: Session, document: Document) -> LastSent[types.Diagnostic]:
+def diagnosed(ls: Session, document: Document) -> LastSent[Any]:
     """Return the diagnostics of an open document, with the ID of those that were sent last if they are the same."""
     items = as_sent(ls, document, diagnostics_of(ls, document))
     before = ls.sent_diagnostics.get(document.uri)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 from lsprotocol import types
 
@@ -55,12 +56,14 @@ def withdraw_robots(ls: Session, uri: str) -> None:
     publish_robots(ls, user.analysis.config if user else Robots(path=path))
 
 
-def as_sent(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:
-    """Convert diagnostics of a document, with the parts that the editor supports."""
+def as_sent(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> list[Any]:
+    """Return the JSON of diagnostics of a document, with the parts that the editor supports."""
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
     return [to_lsp.diagnostic(document.uri, document.lines, each, encoding, support) for each in found]
 
 
 def _send(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> None:
-    items = as_sent(ls, document, found)
-    ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(document.uri, items, document.version))
+    told: dict[str, object] = {"uri": document.uri, "diagnostics": as_sent(ls, document, found)}
+    if document.version is not None:
+        told["version"] = document.version
+    ls.protocol.notify(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS, told)

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from lsprotocol import types
 from pygls.uris import from_fs_path
@@ -92,7 +93,7 @@ def _check(
     checked: Mapping[str, Checked],
     robots: dict[Path, Robots],
     checker: Answerer[Sequence[ProgramFile], list[Findings | None]],
-    told: Callable[[str, Findings], list[types.Diagnostic]],
+    told: Callable[[str, Findings], list[Any]],
 ) -> dict[str, Checked]:
     """Check these files on a thread. A file that has not changed is not read. `robots` keeps the robots of each
     folder's `improv.toml`; `told` converts findings to the client's diagnostics."""
@@ -119,7 +120,7 @@ def _check(
     return news
 
 
-def _diagnostics(ls: Session, uri: str, found: Findings) -> list[types.Diagnostic]:
+def _diagnostics(ls: Session, uri: str, found: Findings) -> list[Any]:
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
     return [to_lsp.diagnostic(uri, found.lines, each, encoding, support) for each in found.diagnostics]
 
@@ -143,7 +144,7 @@ def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str
     return types.WorkspaceFullDocumentDiagnosticReport(uri, now.items, version, result_id=now.result_id)
 
 
-_UNREADABLE: LastSent[types.Diagnostic] = sent(())
+_UNREADABLE: LastSent[Any] = sent(())
 
 
 def _tell(

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, Self
 
 import pytest
-from pygls.protocol import default_converter
 
 from improv_core.ipc.asking import Answerer
 from improv_ls import framing, placing, progress, settling, slices
@@ -31,7 +30,7 @@ LIMIT = 120.0
 TURNS = 20
 """Requests after which all earlier requests have had their effect, which can take a few turns."""
 
-CONVERTER = default_converter()  # type: ignore[no-untyped-call]
+CONVERTER = framing.converter()
 """Converter of all servers on threads: learning LSP's types takes longer than the rest of a server's start."""
 CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
@@ -147,7 +146,7 @@ class Client:
         if screen:
             self._environment.setenv("DISPLAY", ":0")
         self._environment.setattr(USED, StageOnThread)
-        self._environment.setattr(framing, "default_converter", lambda: CONVERTER)
+        self._environment.setattr(framing, "converter", lambda: CONVERTER)
         for module in (progress, placing) if self._answers else ():
             self._environment.setattr(module, "ANSWER_LIMIT", LIMIT)
         if not self._hurries:

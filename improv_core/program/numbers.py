@@ -21,14 +21,8 @@ Values = Mapping[str, Fraction]
 
 def value_of(text: str) -> Fraction | str:
     """Return the exact value of a number above zero, or words that say how to write one."""
-    value = plain_value(text) or Fraction(0)
+    value = product(lex(text), {}) or Fraction(0)
     return value if isinstance(value, str) else above_zero(value) or value
-
-
-@lru_cache(maxsize=1_000)
-def plain_value(text: str) -> Fraction | str | None:
-    """Return the exact value of a number without parameters, like `product`."""
-    return product(lex(text), {})
 
 
 def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import SEVERITIES, Diagnostic, Severity
-from improv_core.program.numbers import plain_value, product
+from improv_core.program.numbers import product
 from improv_core.score.movement import ENDLESS, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Number
@@ -104,7 +104,7 @@ class Reporter:
     def _number(self, number: Number, what: str, wrong: Rule) -> Fraction | None:
         """Return the exact value of a number, unless `wrong` has words that say how to write it better."""
         values = self.given.numbers
-        value = product(number.tokens, values) if values or number.units else plain_value(number.text)
+        value = product(number.tokens, values)
         if value is None:
             return None
         problem = value if isinstance(value, str) else wrong(value)

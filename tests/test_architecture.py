@@ -111,6 +111,7 @@ LIBRARIES = {
             "buttons",
             "clock",
             "graph",
+            "joints/goals",
             "nodes",
             "output",
             "publisher/topics",
@@ -140,6 +141,8 @@ SERVERS = {
 }
 """Modules that import aiohttp at once. All others import these only when they serve something."""
 MESSAGES_OF_ROS = {
+    "control_msgs",
+    "trajectory_msgs",
     "builtin_interfaces",
     "diagnostic_msgs",
     "geometry_msgs",

@@ -86,10 +86,10 @@ def _dance(arguments: Sequence[str]) -> Sequence[str]:
             controller.stdout.readline()
             play = [*IMPROV, "play", "--backend", "ros", "--no-browser", "--report", "json", "dance.improv"]
             played = subprocess.run(play, cwd=folder, env=ENV, stdin=subprocess.DEVNULL, stdout=pipe, check=False)
-            refused, accelerations = controller.communicate()[0].split(" ", 1)
+            refused, accelerations, _ = json.loads(controller.communicate()[0])
     beats = [each["from"] for each in json.loads(played.stdout)["faults"] if each["kind"] == "joints"]
-    fastest = math.degrees(json.loads(accelerations).get("yaw", 0.0))
-    return refused, f"{fastest:.0f}", f"{1 + beats[0]:.1f}" if beats else "", f"{played.returncode}"
+    fastest = math.degrees(accelerations.get("yaw", 0.0))
+    return f"{refused}", f"{fastest:.0f}", f"{1 + beats[0]:.1f}" if beats else "", f"{played.returncode}"
 
 
 def _rest_after(fault: str) -> dict[str, float]:

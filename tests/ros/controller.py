@@ -9,7 +9,8 @@ they keep the latest command forever (ros2_controllers#95).
 
 Each is a node with a parameter `joints` and listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the
 positions of all joints fifty times a second. The process prints a line once they listen, and ends with its input; then
-it prints how many trajectories were refused, and the largest acceleration of each joint between points of the others.
+it prints how many trajectories were refused, the largest acceleration of each joint between points of the others, and
+how goals ended.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import math
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -28,6 +30,9 @@ from typing import Any
 
 PERIOD = 0.02
 """Seconds between two messages with the positions of joints."""
+
+TOLERANCE = 0.2
+"""Radians by which joints may be away from a goal."""
 
 Point = tuple[float, Sequence[float], Sequence[float]]
 """A point: seconds from the beginning, positions, and velocities."""
@@ -83,6 +88,10 @@ class TrajectoryController:
                     ends = (p[number], v[number]), (q[number], w[number])
                     self.steepest[joint] = max(self.steepest.get(joint, 0.0), *steepness(*ends, end - begin))
 
+    def hold(self, now: float) -> None:
+        """Have joints stand where they are."""
+        self.positions, self._points = [position for position, _ in self.states(now)], ()
+
     def states(self, now: float) -> list[tuple[float, float]]:
         """The position and the velocity of each joint."""
         points, passed = self._points, now - self._began
@@ -124,6 +133,82 @@ class ForwardController:
         return [(p + v * passed, v) for p, v in zip(self.positions, velocities, strict=True)]
 
 
+class TrajectoryAction:
+    """The action of a trajectory controller, as joint_trajectory_controller serves it: a goal replaces the one before,
+    which then counts as aborted, and one that is canceled has its joints stand where they are.
+
+    It aborts a goal whose joints are too far from it. `ends` says how goals have ended.
+    """
+
+    def __init__(self, node: Any, name: str, controller: TrajectoryController) -> None:
+        from control_msgs.action import FollowJointTrajectory
+        from rclpy.action import ActionServer, CancelResponse, GoalResponse
+        from rclpy.task import Future
+
+        self._controller = controller
+        self._future: Any = None
+        self._until = 0.0
+        self.ends: list[str] = []
+
+        def begin(goal: Any) -> Any:
+            refused = len(controller.refused)
+            trajectory = goal.trajectory
+            controller.take(trajectory.joint_names, points_of(trajectory), time.monotonic())
+            return GoalResponse.REJECT if len(controller.refused) > refused else GoalResponse.ACCEPT
+
+        def cancel(handle: Any) -> Any:
+            self._controller.hold(time.monotonic())
+            self._end("canceled", "")
+            return CancelResponse.ACCEPT
+
+        def accept(handle: Any) -> None:
+            self._end("aborted", "a new goal replaces it")
+            last = handle.request.trajectory.points[-1].time_from_start
+            future, self._until = Future(), time.monotonic() + last.sec + last.nanosec / 1e9
+
+            async def execute(handle: Any) -> Any:
+                how, why = await future
+                {"succeeded": handle.succeed, "aborted": handle.abort, "canceled": handle.canceled}[how]()
+                return FollowJointTrajectory.Result(error_code=0 if how == "succeeded" else -4, error_string=why)
+
+            self._future = future
+            handle.execute(execute)
+
+        self._server = ActionServer(
+            node,
+            FollowJointTrajectory,
+            name,
+            execute_callback=lambda handle: None,
+            goal_callback=begin,
+            cancel_callback=cancel,
+            handle_accepted_callback=accept,
+        )
+
+    def proceed(self, real: Mapping[str, float]) -> None:
+        """End a goal that is reached, or whose joints are really elsewhere."""
+        now = time.monotonic()
+        for joint, (position, _) in zip(self._controller.joints, self._controller.states(now), strict=True):
+            if abs(position - real.get(joint, position)) > TOLERANCE:
+                self._controller.hold(now)
+                return self._end("aborted", f"{joint} violated its path tolerance")
+        if now >= self._until:
+            self._end("succeeded", "")
+        return None
+
+    def _end(self, how: str, why: str) -> None:
+        if self._future:
+            self.ends.append(how)
+            self._future.set_result((how, why))
+            self._future = None
+
+
+def points_of(trajectory: Any) -> list[Point]:
+    return [
+        (each.time_from_start.sec + each.time_from_start.nanosec / 1e9, each.positions, each.velocities)
+        for each in trajectory.points
+    ]
+
+
 Made = TrajectoryController | ForwardController
 
 
@@ -145,6 +230,8 @@ def main() -> None:
     ):
         parser.add_argument(name, nargs=2, action="append", default=[], help=about)
     parser.add_argument("--inactive", action="append", default=[], help="a controller that refuses everything")
+    parser.add_argument("--action", action="append", default=[], help="a controller that serves FollowJointTrajectory")
+    parser.add_argument("--deaf", action="append", default=[], help="a controller that has no topic")
     options = parser.parse_args()
     starts, jams, lags = (
         {joint: float(number) for joint, number in each} for each in (options.start, options.jam, options.lag)
@@ -161,6 +248,7 @@ def main() -> None:
     nodes = [node]
     states = node.create_publisher(JointState, f"/{options.robot}/joint_states", 10)
     made: list[Made] = []
+    actions: list[TrajectoryAction] = []
     real = dict(starts)
 
     def follow(joint: str, position: float) -> float:
@@ -181,17 +269,18 @@ def main() -> None:
 
         def hear_trajectory(message: Any) -> None:
             assert isinstance(controller, TrajectoryController)
-            points = [
-                (each.time_from_start.sec + each.time_from_start.nanosec / 1e9, each.positions, each.velocities)
-                for each in message.points
-            ]
-            controller.take(message.joint_names, points, time.monotonic())
+            controller.take(message.joint_names, points_of(message), time.monotonic())
 
         def hear_numbers(message: Any) -> None:
             assert isinstance(controller, ForwardController)
             controller.take(message.data, time.monotonic())
 
-        if interface == "trajectory":
+        if name in options.action:
+            assert isinstance(controller, TrajectoryController)
+            actions.append(TrajectoryAction(nodes[-1], f"{topic}follow_joint_trajectory", controller))
+        if name in options.deaf:
+            pass
+        elif interface == "trajectory":
             nodes[-1].create_subscription(JointTrajectory, f"{topic}joint_trajectory", hear_trajectory, 10)
         else:
             nodes[-1].create_subscription(Float64MultiArray, f"{topic}commands", hear_numbers, 10)
@@ -206,6 +295,8 @@ def main() -> None:
             message.position = [*message.position, *moved]
             message.velocity = [*message.velocity, *(velocity for _, velocity in found)]
         states.publish(message)
+        for action in actions:
+            action.proceed(real)
 
     for name, interface, *joints in options.controller:
         listen(name, interface, joints)
@@ -227,7 +318,8 @@ def main() -> None:
     spinning.join()
     followers = [each for each in made if isinstance(each, TrajectoryController)]
     steepest = {joint: most for each in followers for joint, most in each.steepest.items()}
-    print(sum(len(each.refused) for each in followers), json.dumps(steepest), flush=True)
+    ended = Counter(end for action in actions for end in action.ends)
+    print(json.dumps([sum(len(each.refused) for each in followers), steepest, ended]), flush=True)
 
 
 if __name__ == "__main__":

@@ -11,3 +11,5 @@ listed="--quiet --require-hashes --only-binary :all: --no-deps --requirement imp
 .cache/ros/bin/pip install $listed --no-index --find-links .cache/ros-wheels
 .cache/ros/bin/python -c 'import rclpy, geometry_msgs.msg'
 sh tests/ros/interfaces.sh tf2_msgs geometry_msgs std_msgs builtin_interfaces
+sh tests/ros/interfaces.sh control_msgs action_msgs builtin_interfaces service_msgs std_msgs trajectory_msgs \
+  unique_identifier_msgs

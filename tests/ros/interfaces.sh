@@ -23,23 +23,23 @@ build() { # build KIND LIBRARIES FILES...: a library of this kind, linked to the
   shift 2
   for each in $dependencies; do linked="$linked -l${each}__$kind"; done
   # shellcheck disable=SC2086 # these are several words
-  g++ -x "$language" -O1 -fPIC -shared -w -DNDEBUG $headers "$@" -x none "-L$lib" \
+  $compiler -O1 -fPIC -shared -w -DNDEBUG $headers "$@" "-L$lib" \
     "-Wl,--no-as-needed,-rpath,\$ORIGIN,-rpath,\$ORIGIN/../../.." $linked -o "$target"
 }
 dependencies=$*
-language=c target=$lib/lib${package}__rosidl_generator_c.so
+compiler=gcc target=$lib/lib${package}__rosidl_generator_c.so
 # shellcheck disable=SC2046 # no name of a generated file has a space
 build rosidl_generator_c "" $(find "$work/c" -name '*.c')
-language=c++ target=$lib/lib${package}__rosidl_typesupport_fastrtps_c.so
+compiler=g++ target=$lib/lib${package}__rosidl_typesupport_fastrtps_c.so
 # shellcheck disable=SC2046
 build rosidl_typesupport_fastrtps_c "-l${package}__rosidl_generator_c" $(find "$work/fastrtps_c" -name '*.cpp')
-language=c target=$lib/lib${package}__rosidl_typesupport_introspection_c.so
+compiler=gcc target=$lib/lib${package}__rosidl_typesupport_introspection_c.so
 # shellcheck disable=SC2046
 build rosidl_typesupport_introspection_c "-l${package}__rosidl_generator_c" $(find "$work/introspection_c" -name '*.c')
-language=c++ target=$lib/lib${package}__rosidl_typesupport_c.so
+compiler=g++ target=$lib/lib${package}__rosidl_typesupport_c.so
 # shellcheck disable=SC2046
 build rosidl_typesupport_c -lrosidl_typesupport_c $(find "$work/c" -name '*.cpp')
-language=c target=$lib/lib${package}__rosidl_generator_py.so
+compiler=gcc target=$lib/lib${package}__rosidl_generator_py.so
 # shellcheck disable=SC2046
 build rosidl_generator_py "-l${package}__rosidl_generator_c" $(find "$work/py" -name '*_s.c')
 for support in typesupport_c typesupport_fastrtps_c; do

@@ -7,8 +7,10 @@ also has a jaw, and the hand's a thumb, of which improv.toml knows nothing.
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
 from collections.abc import Mapping
 from math import radians
 from pathlib import Path
@@ -16,6 +18,7 @@ from typing import Any
 
 import pytest
 
+from tests.needs import lacking
 from tests.processes import players
 from tests.ros.conftest import LIMIT, Listen, Listener, Script
 from tests.ros.dance import Terminal
@@ -118,3 +121,42 @@ def test_joints_come_to_rest_if_the_stage_is_killed(
         joints.wait(lambda message: all(message["positions"][joint] > 0.2 for joint in ("yaw", "elbow", "wrist")))
         os.kill(next(iter(players(dance.pid))), signal.SIGKILL)
         rest(joints)
+
+
+@pytest.fixture
+def action(ros_python: str) -> str:
+    """The option that has a controller serve the action; its type isn't in the wheels."""
+    if subprocess.run([ros_python, "-c", "import control_msgs.action"], capture_output=True).returncode:
+        lacking("control_msgs is not installed: sh tests/ros/fetch.sh")
+    return "--action"
+
+
+def test_a_stop_cancels_the_goals_of_a_controller_without_a_topic(
+    action: str, listen: Listen, script: Script, alone: Mapping[str, str], tmp_path: Path
+) -> None:
+    """Each trajectory was a goal that replaced the one before."""
+    (tmp_path / "improv.toml").write_text(TOML.format(home="", hand="position"))
+    joints = listen(STATES, type="sensor_msgs/JointState")
+    options = [*arguments_of("position"), action, "head", "--deaf", "head"]
+    controllers = script(CONTROLLER, "ada", *options, **alone)
+    with Terminal("play", tmp_path / "dance.improv", alone, "ada $ repeat (head left)\n") as dance:
+        joints.wait(lambda message: message["positions"]["yaw"] > 0.2)
+        dance.process.send_signal(signal.SIGINT)
+        dance.process.wait(LIMIT)
+        rest(joints)
+    refused, _, ends = json.loads(controllers.communicate(timeout=LIMIT)[0])
+    assert not refused
+    assert ends["aborted"] >= 4
+    assert "canceled" in ends or "succeeded" in ends, "by its end, if the stop comes late on a slow machine"
+
+
+def test_a_controller_says_why_it_has_aborted_a_goal(
+    action: str, script: Script, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    (tmp_path / "improv.toml").write_text(TOML.format(hand="position", home=""))
+    script(CONTROLLER, "ada", *arguments_of("position"), action, "head", "--jam", "yaw", "0.1")
+    with Terminal("play", tmp_path / "dance.improv", ros_env, "ada $ head (left right left)\n") as dance:
+        line = dance.wait_for_line("joints of ada don't follow")
+        assert line.endswith("/ada/head_controller has aborted what it got: yaw violated its path tolerance\n")
+        code, _ = dance.end()
+    assert code == 2

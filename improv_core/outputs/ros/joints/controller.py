@@ -9,6 +9,7 @@ from typing import Any
 
 from improv_core.outputs.cdr import numbers_message
 from improv_core.outputs.ros.joints.channels import WINDOW, Channel, joint_states_of
+from improv_core.outputs.ros.joints.goals import Goals
 from improv_core.outputs.ros.joints.trajectories import (
     Course,
     current_course,
@@ -61,9 +62,12 @@ class RosController:
     rest, and a position is one at which a joint stands.
     """
 
-    def __init__(self, part: Part, channel: Channel, topic: RosTopic, around: Surroundings) -> None:
+    def __init__(
+        self, part: Part, channel: Channel, topic: RosTopic, around: Surroundings, goals: Goals | None = None
+    ) -> None:
         self.channel = channel
         self.topic = topic
+        self._goals = goals
         self.homing: Channel | None = None
         """The channel that brings its joints to their starts, while they move there."""
         self._part = part
@@ -97,7 +101,15 @@ class RosController:
     def unfollowed(self) -> Unfollowed | None:
         """The joints that don't follow, and the likely cause."""
         joints, name = {joint.name: joint for joint in self.channel.joints}, self.channel.topic.rpartition("/")[0]
+        if self._goals and self._goals.problem:
+            return Unfollowed(0.0, f"{name} {self._goals.problem}")
         return unfollowed(self._watches, joints, self._fresh(), name, joint_states_of(self._part) or "")
+
+    def missing(self) -> str | None:
+        """The reason why it would not receive a command now, as `RosTopic.missing` has it."""
+        line = self.topic.missing(self.moves)
+        by_goals = line and self._goals and self._goals.serves and not self.topic.count_listeners()
+        return None if by_goals else line
 
     def take(self, part: Part, restart: bool, window: float = WINDOW) -> None:
         """Perform this part from now on, smoothed over this `window` once its joints rest."""
@@ -137,14 +149,14 @@ class RosController:
         if leaves_out(self.channel, before, course, course.since, soon):
             return ""
         self._course = course
-        self._publish(message_of(self.channel, course, pace))
+        self._publish(message_of(self.channel, course, pace), stops=until <= at)
         return "" if course.moves or any(course.brakes) else self._off_line(course, joints)
 
     def steers_home(self) -> bool:
         """Update the course of joints that move to their starts, and return whether to `go_home` now. They try only
         once, because something may block them."""
         now = self._around.now()
-        if self._homing_tried or now < self._sent + PERIOD or self.topic.missing(self.moves) is not None:
+        if self._homing_tried or now < self._sent + PERIOD or self.missing() is not None:
             return False
         if self.homing and self._course:
             wanted = turned(self.homing, self._course, {}, now)
@@ -162,7 +174,7 @@ class RosController:
         """Send the course of joints that move to their starts."""
         assert self.homing
         assert self._course
-        self._send(message_of(self.homing, self._course))
+        self._send(message_of(self.homing, self._course), stops=any(self._course.brakes))
         if self.moves:
             self._moved = self._sent
         else:
@@ -173,15 +185,16 @@ class RosController:
         if self.homing and self._course:
             self._course = stopped(self.homing, self._course, self._around.now() - self._course.since)
             self.homing = None
-            self._send(message_of(self.channel, self._course))
+            self._send(message_of(self.channel, self._course), stops=True)
 
     def leave(self) -> None:
         """Stop joints that another controller moves from now on."""
         if self._course:
             course = stopped(self.channel, self._course, max(self._around.now() - self._sent, 0.0))
             message = message_of(self.channel, course)
+            self._course = course
             for _ in range(LAST_ZEROS):
-                self.topic.publish(message, self._around.clock, b"")
+                self._send(message, stops=True)
             if self.needs_zeros:
                 self._around.pending_zeros.note_zero(self._part.robot, self.topic, "", message)
 
@@ -225,19 +238,27 @@ class RosController:
         named = ", ".join(f"{name} by {in_words(joints[name], -off)}" for name, off in new.items())
         return f"joints of {self._part.robot} rest off the program, {named}: play from beat 1 to bring them back"
 
-    def _publish(self, message: bytes) -> None:
+    def _publish(self, message: bytes, stops: bool) -> None:
         """Send the latest course, and note zeros that it needs."""
         if self.needs_zeros and self.moves:
             self._around.pending_zeros.note_velocity(self.topic, "")
-        self._send(message)
+        self._send(message, stops)
         if self.moves:
             self._moved = self._sent
         elif self.needs_zeros:
             self._around.pending_zeros.note_zero(self._part.robot, self.topic, "", message)
 
-    def _send(self, message: bytes) -> None:
-        self.topic.publish(message, self._around.clock, b"")
+    def _send(self, message: bytes, stops: bool) -> None:
+        """Send the latest course. A stop waits for no action: it leaves on the topic, and goals are canceled once the
+        joints have braked, or at once if nothing listens there. A canceled goal has joints stand where they are."""
         self._sent = self._around.now()
+        if self._goals and not stops and self._goals.serves:
+            self._goals.send(message)
+            return
+        self.topic.publish(message, self._around.clock, b"")
+        if self._goals and self._course:
+            brakes = [brake.seconds for brake in self._course.brakes if brake] if self.topic.count_listeners() else []
+            self._goals.stop(max(brakes, default=0.0))
 
     def _update(self, *, begins: bool) -> Course | None:
         """Return the current course, before a new command; None if unknown."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
+from importlib.util import find_spec
 from typing import Any
 
 from improv_core.outputs.ros.joints.channels import Channel, channels_of, window_of
 from improv_core.outputs.ros.joints.controller import Measured, RosController, Surroundings
+from improv_core.outputs.ros.joints.goals import Goals
 from improv_core.outputs.ros.joints.parameters import ControllerJoints
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic
 from improv_core.outputs.ros.zero_sender import PendingZeros
@@ -42,6 +44,7 @@ class RosControllers:
         self._tell = tell
         self._now = now
         self._topics: dict[tuple[str, str, int], RosTopic] = {}
+        self._goals: dict[str, Goals] = {}
         self._robots: dict[str, list[RosController]] = {}
         self._parts: dict[str, Part] = {}
         self._tempo = Fraction(60)
@@ -79,7 +82,8 @@ class RosControllers:
         part, before = self._parts[robot], {each.channel: each for each in self._robots.get(robot, ())}
         channels = channels_of(part, self._joints.of)
         self._robots[robot] = [
-            before.get(each) or RosController(part, each, self._topic(each, at_once=not restart), self._around)
+            before.get(each)
+            or RosController(part, each, self._topic(each, at_once=not restart), self._around, self._goals_of(each))
             for each in channels
         ]
         for channel in before.keys() - channels:
@@ -149,7 +153,7 @@ class RosControllers:
     def missing(self, robot: str) -> str | None:
         """The reason why one of a robot's controllers would not receive a command now, or None; "" while listeners and
         publishers still find each other."""
-        lines = [controller.topic.missing(controller.moves) for controller in self._robots[robot]]
+        lines = [controller.missing() for controller in self._robots[robot]]
         found = [line for line in lines if line is not None]
         return max(found, key=bool) if found else None
 
@@ -198,6 +202,14 @@ class RosControllers:
     def _of(self, robots: Collection[str]) -> Iterator[RosController]:
         for robot in robots:
             yield from self._robots[robot]
+
+    def _goals_of(self, channel: Channel) -> Goals | None:
+        """The goals for a controller; None if it gets no trajectories, or the type of the action isn't installed."""
+        if channel.interface != "trajectory" or not find_spec("control_msgs"):
+            return None
+        if channel.topic not in self._goals:
+            self._goals[channel.topic] = Goals(self._node, channel.topic, self._now)
+        return self._goals[channel.topic]
 
     def _topic(self, channel: Channel, *, at_once: bool) -> RosTopic:
         joints = len(channel.joints) if channel.interface == "velocity" else 0  # as many zeros as the standby sends

@@ -1,0 +1,116 @@
+"""Trajectories as goals of a controller's action, FollowJointTrajectory (control_msgs; the node is passed in).
+
+The wheels lack control_msgs; where ROS has it, a controller says that it refuses or aborts a trajectory, and why. Each
+goal replaces the one before, and ends at rest, as the trajectories on its topic do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+from uuid import uuid4
+
+from improv_core.outputs.ros.topic import Now
+from improv_core.plain import message as printed
+
+NAME = "follow_joint_trajectory"
+"""The name of the action, in the namespace of a controller's node."""
+QUIET = 2.0
+"""Seconds after which a refused or aborted trajectory no longer counts."""
+MOST = 100
+"""Goals whose results are awaited, at most."""
+ABORTED = 6
+"""The status of a goal that ended like that: STATUS_ABORTED of action_msgs/msg/GoalStatus."""
+
+
+class Goals:
+    """The goals that the controller on a topic gets. Nothing here blocks; the executor that spins `node` receives the
+    responses."""
+
+    def __init__(self, node: Any, topic: str, now: Now) -> None:
+        from control_msgs.action import FollowJointTrajectory
+
+        self._node, self._now = node, now
+        self._action = FollowJointTrajectory
+        kinds = FollowJointTrajectory.Impl
+        self._sending, self._ending, self._canceling = (
+            node.create_client(kind, f"{topic.rpartition('/')[0]}/{NAME}/_action/{name}")
+            for kind, name in (
+                (kinds.SendGoalService, "send_goal"),
+                (kinds.GetResultService, "get_result"),
+                (kinds.CancelGoalService, "cancel_goal"),
+            )
+        )
+        self._live: dict[bytes, Any] = {}  # goals that haven't ended, and their latest responses
+        self._latest: bytes | None = None  # None after a stop
+        self._problem, self._since = "", -math.inf
+
+    @property
+    def serves(self) -> bool:
+        """True if the controller serves the action now."""
+        return bool(self._sending.service_is_ready())
+
+    @property
+    def problem(self) -> str:
+        """The controller's recent refusal or abort, in words that follow its name; "" if there is none."""
+        return self._problem if self._now() < self._since + QUIET else ""
+
+    def send(self, message: bytes) -> None:
+        """Send a trajectory, a serialized message, which replaces the one before."""
+        from rclpy.serialization import deserialize_message
+        from trajectory_msgs.msg import JointTrajectory
+
+        goal = self._latest = uuid4().bytes
+        request = self._sending.srv_type.Request(goal=self._action.Goal())
+        request.goal_id.uuid = [*goal]
+        request.goal.trajectory = deserialize_message(message, JointTrajectory)
+        if len(self._live) >= MOST:  # its server never says how goals end
+            self._live.pop(next(iter(self._live))).cancel()
+        self._live[goal] = self._sending.call_async(request)
+        self._live[goal].add_done_callback(partial(self._answered, goal))
+
+    def stop(self, after: float) -> None:
+        """Cancel all goals after some seconds, in which joints brake by another message."""
+        self._latest, goals = None, [*self._live]
+        if not after:
+            self._cancel(goals)
+        elif goals:
+            from rclpy.clock import Clock, ClockType
+
+            def act() -> None:
+                timer.cancel()
+                self._cancel(goals)
+                self._node.destroy_timer(timer)
+
+            timer = self._node.create_timer(after, act, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _answered(self, goal: bytes, response: Any) -> None:
+        if goal not in self._live or response.exception() or not response.result().accepted:
+            self._live.pop(goal, None)
+            if goal == self._latest:
+                self._problem, self._since = "refuses what it gets: its log says why", self._now()
+            return
+        request = self._ending.srv_type.Request()
+        request.goal_id.uuid = [*goal]
+        self._live[goal] = self._ending.call_async(request)
+        self._live[goal].add_done_callback(partial(self._ended, goal))
+        if self._latest is None:  # a stop has overtaken it
+            self._cancel([goal])
+
+    def _ended(self, goal: bytes, response: Any) -> None:
+        self._live.pop(goal, None)
+        if goal != self._latest or response.cancelled() or response.exception():
+            return
+        ended = response.result()
+        if ended.status == ABORTED:
+            why = printed(ended.result.error_string) or f"its code is {ended.result.error_code}"
+            self._problem, self._since = f"has aborted what it got: {why}", self._now()
+
+    def _cancel(self, goals: Iterable[bytes]) -> None:
+        for goal in goals:
+            if goal in self._live:
+                request = self._canceling.srv_type.Request()
+                request.goal_info.goal_id.uuid = [*goal]
+                self._canceling.call_async(request)

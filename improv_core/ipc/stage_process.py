@@ -220,7 +220,7 @@ class Stage:
         items: Sequence[ToStage | bytes] = messages
         is_short = message["type"] != "load" or len(message["score"].get("movements", ())) <= SHORT
         if is_short and not self._behind and self._stops_by is not None:
-            rest = self._child.write_now(b"".join(map(_line, messages)))
+            rest = self._child.write_now(b"".join(json.dumps(each).encode() + b"\n" for each in messages))
             items = [rest] if rest else []
         self._behind += len(items)
         for each in items:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, is_dataclass
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, Union, get_args, get_origin, get_type_hints
 
 if TYPE_CHECKING:
     from typing import NotRequired as NotRequired
@@ -88,34 +88,7 @@ def fits(value: object, hint: Any) -> bool:
 
     NaN and infinity are not numbers, and True is not 1. Unknown keys of a TypedDict are ignored.
     """
-    origin, arguments = get_origin(hint), get_args(hint)
-    if hint is Any:
-        return True
-    if origin is Annotated:
-        return fits(value, arguments[0]) and all(limit.holds(value) for limit in arguments[1:])
-    if hint is float:
-        return type(value) in (int, float) and -LARGEST_FLOAT <= value <= LARGEST_FLOAT  # type: ignore[operator]
-    if hint is int:
-        return type(value) is int
-    if origin is Literal:
-        return isinstance(value, str) and value in arguments
-    if origin in (UnionType, Union):
-        return any(fits(value, each) for each in arguments)
-    if origin is None and hasattr(hint, "__required_keys__"):
-        return (
-            isinstance(value, dict)
-            and required_of(hint) <= value.keys()
-            and all(fits(value[name], inner) for name, inner in hints_of(hint).items() if name in value)
-        )
-    if origin is not None and issubclass(origin, Mapping):
-        return (
-            isinstance(value, dict)
-            and (arguments[0] is str or _all_fit(value, arguments[0]))  # JSON has no other keys
-            and _all_fit(value.values(), arguments[1])
-        )
-    if origin is not None and issubclass(origin, Sequence):
-        return isinstance(value, list) and _all_fit(value, arguments[0])
-    return isinstance(value, hint)
+    return _check(hint)(value)
 
 
 def as_json(value: Any) -> Any:
@@ -128,35 +101,105 @@ def as_json(value: Any) -> Any:
 def read(value: Any, hint: Any) -> Any:
     """Return the value of a type that `as_json` wrote. Besides the types of `fits`, it may be a tuple, a dataclass with
     exactly these fields, or a named tuple. Raises ValueError on anything else."""
-    if type(value) is hint and hint is not float:  # most values; a number may be too large
-        return value
+    return _reader(hint)(value)
+
+
+@cache
+def _check(hint: Any) -> Callable[[Any], bool]:
+    """Return what `fits` does for a type: to look into a type takes several times as long as to check a value."""
     origin, arguments = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return lambda value: True
     if origin is Annotated:
-        made = read(value, arguments[0])
-        if all(limit.holds(made) for limit in arguments[1:]):
-            return made
-    elif origin in (UnionType, Union):
-        for each in arguments:
-            with suppress(ValueError):
-                return read(value, each)
-    elif isinstance(origin, type) and issubclass(origin, Mapping):
-        if isinstance(value, dict):
-            return {read(key, arguments[0]): read(each, arguments[1]) for key, each in value.items()}
-    elif isinstance(origin, type) and issubclass(origin, Sequence):  # of one type, or of one for each item
-        if isinstance(value, (list, tuple)):
-            inner = arguments if origin is tuple and arguments[-1] is not ... else arguments[:1] * len(value)
-            return tuple([read(each, own) for each, own in zip(value, inner, strict=True)])
-    elif is_dataclass(hint) or hasattr(hint, "_fields"):
-        hints = hints_of(hint)
-        fields = dict(zip(hints, value, strict=True)) if isinstance(value, list) else value
-        if isinstance(fields, dict) and fields.keys() == hints.keys():
-            return hint(**{name: read(each, hints[name]) for name, each in fields.items()})
-    elif fits(value, hint):
-        return value
-    raise ValueError(f"{value!r:.100} has a wrong type")
+        inner, limits = _check(arguments[0]), [limit.holds for limit in arguments[1:]]
+        return lambda value: inner(value) and all(holds(value) for holds in limits)
+    if hint is float:
+        return lambda value: type(value) in (int, float) and -LARGEST_FLOAT <= value <= LARGEST_FLOAT
+    if hint is int:
+        return lambda value: type(value) is int
+    if origin is Literal:
+        return lambda value: isinstance(value, str) and value in arguments
+    if origin in (UnionType, Union):
+        checks = [*map(_check, arguments)]
+        return lambda value: any(check(value) for check in checks)
+    if origin is None and hasattr(hint, "__required_keys__"):
+        required, fields = required_of(hint), {name: _check(each) for name, each in hints_of(hint).items()}
+        return lambda value: (
+            isinstance(value, dict)
+            and required <= value.keys()
+            and all(check(value[name]) for name, check in fields.items() if name in value)
+        )
+    if origin is not None and issubclass(origin, Mapping):
+        keys = _check_all(Any if arguments[0] is str else arguments[0])  # JSON has no other keys
+        values = _check_all(arguments[1])
+        return lambda value: isinstance(value, dict) and keys(value) and values(value.values())
+    if origin is not None and issubclass(origin, Sequence):
+        items = _check_all(arguments[0])
+        return lambda value: isinstance(value, list) and items(value)
+    return lambda value: isinstance(value, hint)
 
 
-def _all_fit(values: Any, hint: Any) -> bool:
+def _check_all(hint: Any) -> Callable[[Any], bool]:
     if hint is int:  # there may be thousands
-        return {int}.issuperset(map(type, values))
-    return hint is Any or all(fits(each, hint) for each in values)
+        return lambda values: {int}.issuperset(map(type, values))
+    check = _check(hint)
+    return lambda values: hint is Any or all(map(check, values))
+
+
+@cache
+def _reader(hint: Any) -> Callable[[Any], Any]:
+    """Return what `read` does for a type."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    types = () if origin is Literal else arguments[:1] if origin is Annotated else arguments
+    own = [_reader(each) for each in types if each is not ...]
+
+    def limited(value: Any) -> Any:
+        made = own[0](value)
+        return made if all(limit.holds(made) for limit in arguments[1:]) else _refuse(value)
+
+    def first(value: Any) -> Any:
+        if value is None and type(None) in arguments:
+            return None
+        for each in own:
+            with suppress(ValueError):
+                return each(value)
+        return _refuse(value)
+
+    def mapping(value: Any) -> Any:
+        keys, values = own
+        return {keys(key): values(each) for key, each in value.items()} if isinstance(value, dict) else _refuse(value)
+
+    def several(value: Any) -> Any:  # of one type, or of one for each item
+        if not isinstance(value, (list, tuple)):
+            _refuse(value)
+        if origin is tuple and arguments[-1] is not ...:
+            return tuple([each(item) for each, item in zip(own, value, strict=True)])
+        return tuple(map(own[0], value))
+
+    if origin is Annotated:
+        return limited
+    if origin in (UnionType, Union):
+        return first
+    if isinstance(origin, type) and issubclass(origin, (Mapping, Sequence)):
+        return mapping if issubclass(origin, Mapping) else several
+    return _fields_reader(hint) if is_dataclass(hint) or hasattr(hint, "_fields") else _simple_reader(_check(hint))
+
+
+def _simple_reader(check: Callable[[Any], bool]) -> Callable[[Any], Any]:
+    return lambda value: value if check(value) else _refuse(value)
+
+
+def _fields_reader(kind: Any) -> Callable[[Any], Any]:
+    readers = {name: _reader(each) for name, each in hints_of(kind).items()}
+
+    def made(value: Any) -> Any:
+        fields = dict(zip(readers, value, strict=True)) if isinstance(value, list) else value
+        if isinstance(fields, dict) and fields.keys() == readers.keys():
+            return kind(**{name: readers[name](each) for name, each in fields.items()})
+        return value if type(value) is kind else _refuse(value)
+
+    return made
+
+
+def _refuse(value: object) -> NoReturn:
+    raise ValueError(f"{value!r:.100} has a wrong type")

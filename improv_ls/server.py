@@ -103,7 +103,7 @@ COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
         *("play", "only", "before", "history", "restart", "stop", "pause", "resume", "anyway", "cue", "key"),
-        *("seek", "speed", "mute", "solo", "page", "calibrate"),
+        *("seek", "speed", "mute", "solo", "page", "calibrate", "transcribe"),
     )
 } | {"improv.hush": "execute_command.stop", "improv.onSave": "execute_command.on_save"}
 _ASYNCHRONOUS = {
@@ -111,6 +111,7 @@ _ASYNCHRONOUS = {
     FEATURES[types.WORKSPACE_DIAGNOSTIC],
     COMMANDS["improv.page"],
     COMMANDS["improv.history"],
+    COMMANDS["improv.transcribe"],
 }
 
 

@@ -156,6 +156,7 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Play from the Beginning" improv-restart]
     ["Play the One Before" improv-before]
     ["Show History…" improv-history]
+    ["Transcribe Recording…" improv-transcribe]
     ["Give the Cue" improv-cue]
     ["Hold or Release Key of a Sense…" improv-key]
     ["Go to Beat…" improv-seek]
@@ -303,6 +304,12 @@ Use it again to go back further."
         (improv-mode)
         (setq buffer-read-only t))
       (pop-to-buffer (current-buffer)))))
+
+(defun improv-transcribe (file)
+  "Insert the program for the paths in FILE, a recording or a drawing."
+  (interactive "fRecording or drawing: " improv-mode)
+  (when-let* ((text (improv--ask "improv.transcribe" (expand-file-name file))))
+    (insert text)))
 
 (defun improv-cue ()
   "Give the cue that robots wait for."

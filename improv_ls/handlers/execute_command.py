@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import shutil
 import sys
+from asyncio.subprocess import DEVNULL, PIPE
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -134,6 +136,23 @@ def calibrate(ls: Session, *arguments: Any) -> None:
     improv = "improv" if shutil.which("improv") or not own.exists() else str(own)
     names = ", ".join(sorted(listed.robots))
     ls.editor.say(f"in a terminal in {listed.path.parent}, run `{improv} calibrate NAME` (one of {names})")
+
+
+async def transcribe(ls: Session, *arguments: Any) -> str | None:
+    """Return the program for the paths that were recorded or drawn in these files.
+
+    The command line writes it, in the folder of the first file: it may take many seconds of a processor.
+    """
+    if not arguments or not all(isinstance(each, str) and Path(each).is_absolute() for each in arguments):
+        ls.editor.warn("improv.transcribe: expected the full paths of recordings or drawings")
+        return None
+    command = [sys.executable, "-P", "-m", "improv_core", "transcribe", "--", *arguments]
+    folder = Path(arguments[0]).parent
+    process = await asyncio.create_subprocess_exec(*command, cwd=folder, stdin=DEVNULL, stdout=PIPE, stderr=PIPE)
+    program, lines = await process.communicate()
+    for line in lines.decode(errors="replace").splitlines():
+        (ls.editor.warn if process.returncode else ls.editor.say)(line.removeprefix("improv: "))
+    return None if process.returncode else program.decode()
 
 
 def key(ls: Session, *arguments: Any) -> None:

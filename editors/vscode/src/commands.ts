@@ -8,6 +8,7 @@ import { showHistory } from "./history";
 import { showMenu } from "./menu";
 import { NowPlaying } from "./nowPlaying";
 import { Server } from "./server";
+import { transcribeRecording } from "./transcribe";
 import { showVersions } from "./versions";
 
 /** Does what the code actions of a kind at the cursor offer: the first of them, or if there are several, asks which. */
@@ -34,6 +35,7 @@ export function registerCommands(
     "improv.holdKey": () => holdKey(),
     "improv.escape": stopOnSecondEscape(),
     "improv.showHistory": () => showHistory(),
+    "improv.transcribeRecording": () => transcribeRecording(),
     "improv.openFirstDance": () => openFirstDance(),
     "improv.tryName": () => choose("improv.play.name"),
     "improv.playScene": () => choose("improv.play.scene"),

@@ -100,6 +100,18 @@ local function history()
   end)
 end
 
+--- Insert the program for the paths in a recording or a drawing below the cursor.
+local function transcribe(given)
+  local client = here()
+  if not client then
+    return
+  end
+  local file = vim.fn.fnamemodify(given.args, ":p")
+  server.execute(client, "improv.transcribe", { file }, function(text)
+    if type(text) == "string" then vim.api.nvim_put(vim.split(vim.trim(text), "\n"), "l", true, false) end
+  end)
+end
+
 local function stop()
   waiting.clear()
   for _, client in ipairs(vim.lsp.get_clients { name = "improv" }) do
@@ -130,6 +142,7 @@ function M.define(buffer)
   command("ImprovPlay", command_play, "Play this program, or these lines or this name; with !, only these", some)
   command("ImprovBefore", before, "Play the version of this program that played before")
   command("ImprovHistory", history, "Show a program that played")
+  command("ImprovTranscribe", transcribe, "Insert the words for a recording", { nargs = 1, complete = "file" })
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
   command("ImprovResume", function() execute("improv.resume") end, "Resume after a pause")
   command("ImprovAnyway", function() execute("improv.anyway") end, "Begin although robots are not in their places")

@@ -12,8 +12,9 @@ from functools import partial
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.ipc.child import Child, Policy
-from improv_core.outputs.devices.device import Device, DeviceRobot
+from improv_core.outputs.devices.device import Device
 from improv_core.outputs.devices.opening import device_class
+from improv_core.outputs.devices.sink import robot_for
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.limits import FOLDER
@@ -71,9 +72,10 @@ def subject_for(output: str, robot: str | None, robots: Robots) -> Subject:
     place = robots.robots[found].device
     assert place
     try:
-        device = device_class(output)(DeviceRobot(found, place.address, place.node, (0.0, 0.0, 0.0)), _Deaf())
+        kind = device_class(output)
     except ImportError as error:
         raise CommandError(str(error)) from None
+    device = kind(robot_for(found, place, kind, (0.0, 0.0, 0.0)), _Deaf())
     return _subject(output, found, robots, Host(output, output=True), partial(_watch_device, device))
 
 

@@ -333,10 +333,11 @@ class _Listed:
             if (other := namespaces.setdefault(inside[name], name)) != name:
                 message = f"`{other}` has this namespace too: give each its own"
                 self.reading.at_value(("robots", name, "namespace"), message, given=(("robots", other),))
-        devices: dict[tuple[Host, DeviceAddress], str] = {}
+        devices: dict[tuple[str, int | None], str] = {}
         machines = {each.host.name for each in robots.values() if each.host and not each.host.output}
         for name, each in robots.items():
-            if each.host and each.device and (other := devices.setdefault((each.host, each.device), name)) != name:
+            at = each.device and (each.device.address, each.device.node)
+            if at and (other := devices.setdefault(at, name)) != name:
                 message = f"`{other}` is the robot at this address, too: give each its own `address` or `node`"
                 self.reading.at_value(("robots", name, "address"), message, given=(("robots", other),))
             if each.host and each.host.output and each.host.name in machines:

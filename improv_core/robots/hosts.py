@@ -8,7 +8,7 @@ from typing import Any
 
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.score.installed import outputs_installed
+from improv_core.score.installed import Value, outputs_installed, settings_of
 from improv_core.score.score import DeviceAddress, Host, is_address, is_host
 
 _PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
@@ -52,7 +52,7 @@ def host_of(
 
 def device_of(reading: TomlReading, keys: Keys, table: Mapping[str, Any], node: int | None) -> DeviceAddress | None:
     """Return the place where a robot's output finds it; None if it has no output."""
-    for name in ("address", "node"):
+    for name in ("address", "node", "settings"):
         if name in table and "output" not in table:
             reading.at_key((*keys, name), f"`{name}` is about a robot with an `output`: add it", given=(keys,))
     if "output" not in table:
@@ -64,7 +64,23 @@ def device_of(reading: TomlReading, keys: Keys, table: Mapping[str, Any], node: 
             (*keys, "output" if address is None else "address"), message, given=(keys,)
         )
         return None
-    return DeviceAddress(address, node)
+    return DeviceAddress(address, node, _settings(reading, (*keys, "settings"), table))
+
+
+def _settings(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> dict[str, Value]:
+    """Read the settings of a robot's output, as far as the output declares them."""
+    if "settings" not in table:
+        return {}
+    found = reading.table(keys, table["settings"])
+    declared = settings_of(str(table["output"]))
+    if declared is None:  # its stage says why it can't be imported
+        return found
+    for name, value in found.items():
+        if name not in declared:
+            reading.unknown_key((*keys, name), declared)
+        elif wrong := declared[name].problem(value):
+            reading.at_value((*keys, name), f"write `{name}` {wrong}")
+    return found
 
 
 def _output(reading: TomlReading, keys: Keys, table: Mapping[str, Any], name: str) -> Host | None:

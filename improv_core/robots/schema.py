@@ -313,7 +313,7 @@ def json_schema() -> Mapping[str, Any]:
 
 def _json(key: Key) -> dict[str, Any]:
     about = f"{key.about}; in {key.unit}" if key.unit else key.about
-    made: dict[str, Any] = {"type": key.type, "description": about}
+    made: dict[str, Any] = {"type": key.type.split() if " " in key.type else key.type, "description": about}
     if key.choices:
         made["enum"] = list(key.choices)
     if key.least < key.most and key.type != "array":

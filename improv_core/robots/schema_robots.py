@@ -178,6 +178,11 @@ ROBOT = {
         least=0,
         most=65535,
     ),
+    "settings": Key(
+        "the settings of its output, in a section of their own",
+        "object",
+        named=Key("a setting of the output", "boolean number string"),
+    ),
     "link_patience": number(
         "how long it dances on when its host hears nothing from this machine", "seconds", 0.5, 10, "0.5"
     ),

@@ -90,8 +90,12 @@ class TomlReading:
         names = known(keys).keys
         unknown = [name for name in value if names and name not in names]
         for name in unknown:
-            self.at_key((*keys, name), *_unknown(name, names))
+            self.unknown_key((*keys, name), names)
         return {name: inner for name, inner in value.items() if name not in unknown}
+
+    def unknown_key(self, keys: Keys, names: Collection[str]) -> None:
+        """Report a key that is none of these names."""
+        self.at_key(keys, *_unknown(str(keys[-1]), names))
 
     def at_key(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
         """Report a key; `fixed` is the likely correction."""

@@ -13,6 +13,7 @@ from typing import Literal
 
 from improv_core.score import world as worlds
 from improv_core.score.faults import FaultRules
+from improv_core.score.installed import Value
 from improv_core.score.measured import DEGREE, Component, in_si
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact, Movement, Velocity
@@ -57,10 +58,11 @@ def is_address(text: str) -> bool:
 @dataclass(frozen=True, slots=True)
 class DeviceAddress:
     """The place where an output finds a robot: the address that a person has to allow, and its number there, if several
-    robots share that."""
+    robots share that. `settings` are those of the output."""
 
     address: str
     node: int | None = None
+    settings: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ BENCHMARKS = {
     "song": "how far the song that a page plays is from the beat",
     "urdfs": "how many bodies and joints `improv body` reads from the URDFs in the folder IMPROV_URDFS",
     "stage": "from a save to what robots hear, and how punctual that is, beside plain rclpy",
+    "thymio": "twelve Thymios in their simulator: from a save to their motors, punctuality, and where they end",
     "transcription": "how well programs come back from their own paths, clean and noisy",
     "typing_page": "from a key on the page to its letter, color, and path, and what a page at rest costs",
 }

@@ -120,7 +120,7 @@ class Server:
 
     def _published(self) -> Seen:
         """Wait for the next diagnostics of the version that the server has now."""
-        found = self.client.wait(PUBLISHED, lambda params: params["version"] == self._version)
+        found = self.client.wait(PUBLISHED, lambda params: params.get("version") == self._version)
         return Seen(self._since_change(found), _mistakes(found))
 
     def mistakes(self) -> int:

@@ -12,6 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from improv_core.commands.output import command
+from improv_core.ide.robots_file.completion import complete
+from improv_core.robots.config import read_robots
 from improv_core.safety.allowed import approve
 from improv_core.score import installed
 from tests.commands.command_line import run
@@ -23,13 +25,15 @@ import socket
 import threading
 
 from improv_core.outputs.devices.device import Device
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.installed import Setting
+from improv_core.score.motion import Twist
 
 
 class Turning(Device):
     \"\"\"Its robot takes a turning speed in each line, and says it to all.\"\"\"
 
     stops_after = 0.3
+    settings = {"sign": Setting("the direction of a left turn", 1, -1, 1), "quiet": Setting("no sound", False)}
 
     def connect(self):
         host, _, port = self.robot.address.removeprefix("tcp:").partition(":")
@@ -49,7 +53,7 @@ class Turning(Device):
         self.report = report
 
     def drive(self, twist):
-        self.link.sendall(b"%f\\n" % twist.yaw)
+        self.link.sendall(b"%f\\n" % (twist.yaw * self.robot.settings["sign"]))
 
     def check(self):
         if self.problem:
@@ -110,9 +114,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: turning\nVersion: 1\n")
     (about / "entry_points.txt").write_text("[improv.outputs]\nturning = turning:Turning\n")
-    installed.outputs_installed.cache_clear()
+    for each in (installed.outputs_installed, installed.settings_of, read_robots):
+        each.cache_clear()
     yield tmp_path
-    installed.outputs_installed.cache_clear()
+    for each in (installed.outputs_installed, installed.settings_of, read_robots):
+        each.cache_clear()
 
 
 def checked(place: Path, *arguments: str) -> tuple[int, dict[str, str]]:
@@ -128,9 +134,10 @@ def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool)
         threading.Thread(target=robot.serve_forever).start()
         address = f"tcp:127.0.0.1:{robot.server_address[1]}"
         approve(address)
-        (place / "improv.toml").write_text(
-            f'[robots.ada]\noutput = "turning"\naddress = "{address}"\nprofile = "turtlebot3_burger"\n'
+        about = (
+            f'output = "turning"\naddress = "{address}"\nprofile = "turtlebot3_burger"\nsettings = {{ sign = -1 }}\n'
         )
+        (place / "improv.toml").write_text(f"[robots.ada]\n{about}")
         code, found = checked(place, "turning")
         robot.shutdown()
     by_itself = dict.fromkeys(("stage killed", "stage halted", "late commands", "unplugged"), "yes" if stops else "NO")
@@ -139,6 +146,38 @@ def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool)
         del by_itself["late commands"]  # the stage stops it
     assert (code, by_itself.items() <= found.items()) == (0 if stops else 1, True)
     assert {found[name] for name in always} == {"yes"}
+
+
+ABOUT = '[robots.ada]\noutput = "turning"\naddress = "tcp:localhost:1"\n[robots.ada.settings]\n'
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("sing = 1", "`sing` is not valid here: did you mean `sign`?"),
+        ("sign = 2", "write `sign` from -1 to 1"),
+        ("sign = 0.5", "write `sign` as a whole number"),
+        ("quiet = 1", "write `quiet` as `true` or `false`"),
+        ("sign = -1", None),
+    ],
+)
+def test_settings_that_an_output_declares_are_checked(place: Path, line: str, message: str | None) -> None:
+    found = read_robots(ABOUT + line)
+    assert [each.message for each in found.diagnostics] == ([message] if message else [])
+
+
+def test_a_robot_that_two_outputs_claim_is_reported(place: Path) -> None:
+    found = read_robots(ABOUT + ABOUT.replace("ada", "bob").replace("turning", "thymio"))
+    line = "`ada` is the robot at this address, too: give each its own `address` or `node`"
+    assert [each.message for each in found.diagnostics] == [line]
+
+
+def test_settings_that_an_output_declares_are_completed(place: Path) -> None:
+    text = ABOUT + "sign = 1\n"
+    found = complete(text, len(text))
+    assert found
+    items = {item.label: (item.detail, item.snippet) for item in found.items if item.kind == "key"}
+    assert items == {"quiet": ("no sound", "quiet = ${1:false}")}
 
 
 def test_the_simulator_keeps_its_promises(place: Path) -> None:

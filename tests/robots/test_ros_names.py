@@ -34,7 +34,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `namespace`, `topic`, `message`, `frame`, `reset`, `odom`, `odom_frame`, `battery`, `joints`, `host`, `output`, `address`, `node`, `link_patience`, `follow`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `namespace`, `topic`, `message`, `frame`, `reset`, `odom`, `odom_frame`, `battery`, `joints`, `host`, `output`, `address`, `node`, `settings`, `link_patience`, `follow`
     """)
     assert found.robots == {}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
 
 from improv_core.ide.completion import Completion
 from improv_core.ide.completion_item import Item
@@ -12,6 +13,7 @@ from improv_core.robots.schema import find
 from improv_core.robots.schema_key import Key
 from improv_core.robots.toml_positions import KeyAndValue, Keys, Positions, beginning
 from improv_core.robots.toml_text import read_toml
+from improv_core.score.installed import settings_of
 from improv_core.score.profiles import BUILT_IN
 from improv_core.score.senses import BUMP, NEAR
 from improv_core.text import Span
@@ -32,7 +34,8 @@ def complete(text: str, offset: int, robots: Collection[str] = ()) -> Completion
         closed = bool(re.match(r"[\w.\s-]*\]", rest))
         items = _sections(before.keys, others, robots, closed)
     elif before.expects == "key":
-        items = _keys(before, others, bool(re.match(r"[\w-]*[ \t]*=", rest)), begun)
+        has_value = bool(re.match(r"[\w-]*[ \t]*=", rest))
+        items = chain(_keys(before, others, has_value, begun), _settings(text, before.keys, others, has_value))
     else:
         items = _values(text, before.keys, others) if before.expects == "value" else iter(())
     return Completion(Span(offset - len(begun), end), list(items), 0, True)
@@ -49,7 +52,7 @@ def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], robots: Collectio
             yield Item(name, "section", inner.about, f"{name}{end}")
     for name, inner in (key.keys if key and table else {}).items():
         if inner.named and (*table, name) not in others:
-            yield Item(name, "section", inner.about, f"{name}.${{1:name}}{end}")
+            yield Item(name, "section", inner.about, f"{name}{'.${1:name}' if inner.named.keys else ''}{end}")
     known = {"robots": dict.fromkeys(robots, "in a program"), "senses": dict.fromkeys((BUMP, NEAR), "built in")}
     for name, about in known.get(str(table[0]), {}).items() if len(table) == 1 else ():
         if (*table, name) not in others:
@@ -65,6 +68,16 @@ def _keys(before: Positions, others: Mapping[Keys, KeyAndValue], has_value: bool
     if not begun and not has_value and before.keys == table:  # between sections; not in an inline table
         for item in _sections((), others, (), False):
             yield Item(f"[{item.label}]", "section", item.detail, f"[{item.snippet}")
+
+
+def _settings(text: str, table: Keys, others: Mapping[Keys, KeyAndValue], has_value: bool) -> Iterator[Item]:
+    """Yield the settings that a robot's output declares and that it doesn't have yet."""
+    output = others.get((*table[:-1], "output"))
+    if len(table) == 3 and (table[0], table[2]) == ("robots", "settings") and output:
+        for name, setting in (settings_of(text[slice(*output.value)].strip("'\"")) or {}).items():
+            if (*table, name) not in others:
+                value = str(setting.default).lower() if type(setting.default) is bool else repr(setting.default)
+                yield Item(name, "key", setting.about, "" if has_value else f"{name} = ${{1:{value}}}")
 
 
 def _values(text: str, keys: Keys, others: Mapping[Keys, KeyAndValue]) -> Iterator[Item]:

@@ -7,20 +7,24 @@ retries, and approval.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
+from improv_core.score.installed import Setting, Value
 from improv_core.score.motion import Pose, Twist
 
 
 class DeviceRobot(NamedTuple):
     """The robot that a device moves: its name in programs, its `address` and its `node` there from `improv.toml` (None:
-    not given), and its color on the page: red, green, and blue, each from 0 to 1."""
+    not given), its color on the page: red, green, and blue, each from 0 to 1, and its settings, with the defaults of
+    those that the file doesn't have."""
 
     name: str
     address: str
     node: int | None
     color: tuple[float, float, float]
+    settings: Mapping[str, Value] = MappingProxyType({})
 
 
 class Readings(Protocol):
@@ -37,6 +41,8 @@ class Device:
     """One robot. Its methods raise OSError with one line for people if they fail; Improv then closes the device, and
     makes another one a second later."""
 
+    settings: Mapping[str, Setting] = MappingProxyType({})
+    """The keys that people may set in `[robots.NAME.settings]`. Editors complete them; only valid values come here."""
     stops_after: float = 0.0
     """Seconds after its last command in which the robot stops by itself, whatever happens to Improv; 0 if it never
     does. Improv moves such a robot only if its profile says `accept_no_stop`."""

@@ -18,7 +18,7 @@ from improv_core.protocol.output import Edge, RawPose, RawPoses, Sink
 from improv_core.safety.allowed import HostError, is_approved, refusal
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.score import Part, Score
+from improv_core.score.score import DeviceAddress, Part, Score
 from improv_core.score.senses import BuiltIn, RobotSense, Topic
 
 LOOK = 0.05
@@ -88,14 +88,14 @@ class DeviceSink(Sink):
         for index, (name, part) in enumerate(score.parts.items()):
             if part.elsewhere:
                 continue
-            before = self._links.get(name)
+            before, color = self._links.get(name), COLORS[index % len(COLORS)]
             assert part.device, name
-            if before and before.robot[1:3] == (part.device.address, part.device.node):
+            robot = robot_for(name, part.device, self._kind, color)
+            if before and before.robot._replace(color=color) == robot:
                 continue
             if before:
                 before.command(STILL, self._now())
                 before.end()
-            robot = DeviceRobot(name, part.device.address, part.device.node, COLORS[index % len(COLORS)])
             self._links[name] = DeviceLink(robot, self._kind, self._hear, self._now)
             yield
 
@@ -165,6 +165,12 @@ class DeviceSink(Sink):
 
     def _is_held(self, link: DeviceLink) -> bool:
         return not self._kind.stops_after and not link.part.profile.accept_no_stop
+
+
+def robot_for(name: str, at: DeviceAddress, kind: type[Device], color: tuple[float, float, float]) -> DeviceRobot:
+    """Return the robot for a device of this kind, with all its settings."""
+    defaults = {each: setting.default for each, setting in kind.settings.items()}
+    return DeviceRobot(name, at.address, at.node, color, {**defaults, **at.settings})
 
 
 @dataclass(frozen=True, slots=True)

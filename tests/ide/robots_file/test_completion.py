@@ -67,7 +67,7 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    rest = (name for name, key in known(("robots", "a")).keys.items() if name not in ("topic", "joints"))
+    rest = (name for name, key in known(("robots", "a")).keys.items() if name not in ("topic", "joints", "settings"))
     check('[robots.anna]\ntopic = "/a"\npro|', *rest)
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")

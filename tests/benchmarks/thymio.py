@@ -1,0 +1,234 @@
+"""Thymios in their makers' simulator: from a save to the motors, punctuality, processor time, and where they end."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from improv_core.outputs.thymio.bus import SET_VARIABLES, Bus, wire_to
+from improv_core.outputs.thymio.program import PERIOD
+from improv_core.outputs.thymio.thymio import rolling, targets
+from improv_core.safety.allowed import approve
+from improv_core.score.motion import Pose, Twist
+from tests.benchmarks.documents import Edit
+from tests.benchmarks.servers import Server, processor_time
+from tests.benchmarks.tables import machine, p99, print_head, print_row
+from tests.outputs.playground import LIMIT, Watch, playground
+from tests.processes import command_of, descendants, lines_until
+
+STEP = 0.1
+"""Meters of `forward`."""
+ROBOTS = {f"t{number}": (50 + 70 * (number % 4), 75 + 75 * (number // 4)) for number in range(12)}
+"""Twelve robots, and their places in centimeters."""
+LOOP = """
+import sys, time
+from improv_core.outputs.thymio.bus import Bus, wire_to
+from improv_core.outputs.thymio.thymio import targets
+from improv_core.score.motion import Twist
+bus = Bus("loop", wire_to(sys.argv[1]))
+numbers = [bus.find("", number) for number in range(1, int(sys.argv[2]) + 1)]
+memories = [bus.describe(number) for number in numbers]
+begin = time.monotonic() + 0.5
+for tick in range(int(sys.argv[3]) * 20):
+    time.sleep(max(begin + tick / 20 - time.monotonic(), 0))
+    twist = Twist(yaw=1.5) if tick // 20 % 2 else Twist(0.1)
+    for number, memory in zip(numbers, memories):
+        bus.set(number, (memory.fed, (4,)), (memory.variables["motor.left.target"], targets(twist)))
+print(time.process_time())
+"""
+"""The plain loop: it sends twelve robots a velocity twenty times a second, and another one each second."""
+
+
+class Tap:
+    """A connection on the way to the robots, which notes when each gets which motor targets."""
+
+    def __init__(self, to: str) -> None:
+        self._to = "127.0.0.1", int(to.rpartition(":")[2])
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.address = f"tcp:127.0.0.1:{self._server.getsockname()[1]}"
+        self.heard: list[tuple[float, int, tuple[int, int]]] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        while True:
+            here, _ = self._server.accept()
+            there = socket.create_connection(self._to)
+            for each in (here, there):
+                each.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            threading.Thread(target=self._pump, args=(here, there, True), daemon=True).start()
+            threading.Thread(target=self._pump, args=(there, here, False), daemon=True).start()
+
+    def _pump(self, here: socket.socket, there: socket.socket, notes: bool) -> None:
+        waiting = b""
+        try:
+            while data := here.recv(65536):
+                at = time.perf_counter()
+                there.sendall(data)
+                waiting += data if notes else b""
+                while len(waiting) >= 6 and len(waiting) >= 6 + (length := struct.unpack_from("<H", waiting)[0]):
+                    if struct.unpack_from("<H", waiting, 4)[0] == SET_VARIABLES and length == 8:
+                        node, _, left, right = struct.unpack_from("<HHhh", waiting, 6)
+                        self.heard.append((at, node, (left, right)))
+                    waiting = waiting[6 + length :]
+        except OSError:
+            pass
+        there.close()
+
+    def first(self, node: int, wanted: tuple[int, int], since: float) -> float:
+        """Wait for these targets, and return when they came."""
+        end = time.monotonic() + LIMIT
+        while time.monotonic() < end:
+            for at, number, both in [*self.heard]:
+                if at >= since and number == node and both == wanted:
+                    return at
+            time.sleep(0.005)
+        raise TimeoutError(f"{wanted} never came")
+
+    def changes(self, node: int) -> list[float]:
+        """Return when the targets of a robot changed."""
+        ours = [(at, both) for at, number, both in self.heard if number == node]
+        return [at for (_, before), (at, both) in pairwise(ours) if before != both]
+
+
+def run(quick: bool = False) -> None:
+    """Print the figures."""
+    print(machine())
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        os.environ["XDG_CONFIG_HOME"] = str(folder / "config")
+        with playground(folder, ROBOTS) as address:
+            tap = Tap(address)
+            approve(tap.address)
+            about = f'output = "thymio"\nprofile = "thymio2"\naddress = "{tap.address}"\n'
+            listed = (f"[robots.{robot}]\n{about}node = {node}\n" for node, robot in enumerate(ROBOTS, 1))
+            (folder / "improv.toml").write_text("".join(listed), encoding="utf-8")
+            print_head("what", "p50", "p99", "max", "number")
+            _row("save → motor target, ms", _saves(folder, tap, 10 if quick else 60))
+            seconds = 10 if quick else 30
+            late, share, ends = _dance(folder, tap, address, seconds)
+            loop, plain = _loop(tap, seconds)
+            _row("changes late, 12 robots, ms", late)
+            _row("the same, a plain loop, ms", loop)
+            print(f"CPU of 12 robots: {share:.1%} of a processor; of the plain loop {plain:.1%}")
+            _row("12 squares, from where they ought to end, cm", [100 * each for each in ends])
+            for what, seconds_to_zero, looks in _kills(folder, address):
+                print(
+                    f"{what} killed: motors at 0 after {seconds_to_zero:.2f} s, {looks * PERIOD} ms of the robot's own"
+                )
+
+
+def _row(what: str, values: Sequence[float]) -> None:
+    print_row(what, *(f"{each:.1f}" for each in (median(values), p99(values), max(values))), str(len(values)))
+
+
+def _saves(folder: Path, tap: Tap, count: int) -> list[float]:
+    """Return the milliseconds from each save to the motor targets of its robot."""
+    times = []
+    uri = (folder / "dance.improv").as_uri()
+    with Server({"backend": "ros", "page": {"open": False}}, uri=uri) as server:
+        server.open("beat 20\nt0 $ repeat forward\n")
+        for beat in range(20, 20 + count):
+            begin = server.save()
+            came = tap.first(1, targets(Twist(STEP * beat / 60)), begin)
+            times.append(1000 * (came - begin))
+            time.sleep(0.3)
+            server.change(Edit(0, len(f"beat {beat}"), f"beat {beat + 1}", False))
+    return times[1:]  # the first one starts the stage
+
+
+@contextmanager
+def _played(folder: Path, program: str) -> Iterator[subprocess.Popen[str]]:
+    (folder / "dance.improv").write_text(program, encoding="utf-8")
+    command = [sys.executable, "-m", "improv_core", "play", str(folder / "dance.improv"), "--no-browser"]
+    play = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        lines_until("▶", play.stdout)
+        yield play
+    finally:
+        play.kill()
+        play.communicate()
+
+
+def _dance(folder: Path, tap: Tap, address: str, seconds: int) -> tuple[list[float], float, list[float]]:
+    """Have twelve robots drive squares. Return how late their changes were in ms, the share of a processor that their
+    stage took, and how far from the ideal they ended, in meters, as their wheels report."""
+    bus = Bus("odometry", wire_to(address))
+    odometers = [Odometer(bus, node) for node in range(1, len(ROBOTS) + 1)]
+    tap.heard.clear()
+    squares = max(seconds // 8, 1)
+    with _played(folder, f"{' '.join(ROBOTS)} $ repeat {4 * squares} (forward left)\n") as play:
+        stage = next(pid for pid in descendants(play.pid) if b"devices" in command_of(pid))
+        before, began = processor_time(stage), time.monotonic()
+        time.sleep(seconds / 2)
+        share = (processor_time(stage) - before) / (time.monotonic() - began)
+        play.communicate(timeout=LIMIT + 2 * seconds)
+    time.sleep(1)
+    bus.close()
+    ends = [math.hypot(each.pose.x, each.pose.y) for each in odometers]
+    return _late(tap), share, ends
+
+
+class Odometer:
+    """Where a robot is by its wheels, in its own time."""
+
+    def __init__(self, bus: Bus, node: int) -> None:
+        self.pose = Pose()
+        self._looks: int | None = None
+        self._before = Twist()
+        bus.listen(bus.find("", node), self._take)
+
+    def _take(self, words: Sequence[int]) -> None:
+        rolled = rolling(words[4], words[5])
+        if self._looks is not None:
+            seconds = (words[0] - self._looks) % 65536 * PERIOD / 1000
+            self.pose = self.pose.after(self._before.plus(rolled).times(0.5), seconds)
+        self._looks, self._before = words[0], rolled
+
+
+def _late(tap: Tap) -> list[float]:
+    """Return how many ms later than the earliest each change came, by the beats between them."""
+    found: list[float] = []
+    for node in range(1, len(ROBOTS) + 1):
+        changes = tap.changes(node)[1:-1]
+        found += [at - round(at - changes[0]) for at in changes]
+    return [1000 * (each - min(found)) for each in found]
+
+
+def _loop(tap: Tap, seconds: int) -> tuple[list[float], float]:
+    tap.heard.clear()
+    command = [sys.executable, "-c", LOOP, tap.address, str(len(ROBOTS)), str(seconds)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return _late(tap), float(done.stdout) / seconds
+
+
+def _kills(folder: Path, address: str) -> Iterator[tuple[str, float, int]]:
+    """Kill each process that plays. Yield the seconds until the motors are at 0, and the looks of the robot's program
+    until then."""
+    watch = Watch(address, 1)
+    names: Mapping[str, bytes] = {"session": b"", "stage": b"devices", "page": b"/page"}
+    for what, word in names.items():
+        with _played(folder, "t0 $ repeat slow 4 left\n") as play:
+            watch.until(moves=True)
+            ours = descendants(play.pid)
+            pid = next((pid for pid in ours if word in command_of(pid)), play.pid) if word else play.pid
+            os.kill(pid, signal.SIGKILL)
+            began, looks = time.monotonic(), 0
+            while not watch.heard.empty():
+                watch.heard.get()
+            while any(watch.heard.get(timeout=LIMIT)[2:4]):
+                looks += 1
+            yield what, time.monotonic() - began, looks
+    watch.close()

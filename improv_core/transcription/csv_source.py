@@ -56,8 +56,11 @@ def read_csv(path: Path) -> Recording:
     places: dict[str, Sequence[TimedPlace]] = {}
     for name, table in numbers.items():
         made = robot_name(name, list(places))
-        found = [_place(row, units) for row in table.values()]
-        _check_times(path, list(table), found)
+        all_places = {number: _place(row, units) for number, row in table.items()}
+        pairs = zip(all_places.items(), [None, *all_places.values()], strict=False)
+        kept = {number: place for (number, place), before in pairs if place != before}
+        found = list(kept.values())
+        _check_times(path, list(kept), found)
         if len(found) < 2:
             raise SourceError(f"{path}, {name}: it has fewer than two places, so nothing moves")
         places[made] = found

@@ -46,6 +46,12 @@ def test_units_are_guessed_and_told(tmp_path: Path) -> None:
     ]
 
 
+def test_a_row_that_only_repeats_the_one_before_is_left_out(tmp_path: Path) -> None:
+    table = tmp_path / "a.csv"
+    table.write_text("t,x,y,led\n0,0,0,1\n1,1,0,1\n1,1,0,2\n2,1,0,2\n")
+    assert [place.time for place in read_source(table, 20, None).places["a"]] == [0, 1, 2]
+
+
 @pytest.mark.parametrize(
     ("name", "text", "line"),
     [

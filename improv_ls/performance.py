@@ -14,6 +14,7 @@ from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.report import Mistake, mistakes
 from improv_core.protocol.commands import Editing, Stop
+from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.messages import TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
 from improv_core.robots.config import FILE_NAME
@@ -67,6 +68,8 @@ class Performance:
         self._wanted: object = None  # the latest program that somebody asked to play
         self._refused = 0  # the count of stops at the latest message that a dance did not begin
         self._page_shown = False
+        self.presented = ""
+        """The URI of the program that pages show."""
         self._closing: set[asyncio.Task[None]] = set()
 
     @property
@@ -222,6 +225,9 @@ class Performance:
         """Have pages show the program that should play, and the errors that prevent it, unless `only` some of it
         plays."""
         path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
+        if document.uri != self.presented:
+            self.presented = document.uri
+            self.ask(NO_DRAFT)
         found = [] if only else mistakes(path, analysis)
         if not found and not analysis.config.ok:  # its text could not be read
             found = [Mistake(FILE_NAME, 0, 0, "", analysis.config.diagnostics[0].message)]

@@ -1,4 +1,4 @@
-"""Has the meetings in open programs checked, one program at a time, whenever nobody has typed for a moment."""
+"""Has open programs drawn for pages and, whenever nobody has typed for a moment, their meetings checked."""
 
 from __future__ import annotations
 
@@ -9,34 +9,48 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic
 from improv_core.ipc.asking import Answerer
 from improv_core.program import joint_check, room
+from improv_core.protocol.editing import Preview
 from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
-from improv_ls.room_checker import OpenProgram, check
+from improv_ls.room_checker import OpenProgram, Sight, look
 
 QUIET = 0.2
 """Seconds after the latest key before a program is checked."""
 
 
 class _Checked(NamedTuple):
-    """A version of a program, and its findings; None while they aren't known yet."""
+    """A version of a program, and its findings; None while they aren't known yet. If pages show it, they get its paths
+    before that."""
 
     lines: LineIndex
     robots: Robots
     found: Sequence[Diagnostic] | None
+    draws: bool
+    senses: bool = False
 
     def is_of(self, document: Document) -> bool:
         return self.lines is document.lines and self.robots == document.analysis.config
 
 
 class RoomWatch:
-    """Findings about robots that meet in open programs. `show` is called with a program whose findings have changed."""
+    """Sight about robots that meet in open programs. `show` is called with a program whose findings have changed,
+    and `draw` with one that pages show, by `on_pages`, and its paths."""
 
-    def __init__(self, documents: Mapping[str, Document], show: Callable[[Document], None]) -> None:
+    def __init__(
+        self,
+        documents: Mapping[str, Document],
+        show: Callable[[Document], None],
+        on_pages: Callable[[Document], bool],
+        draw: Callable[[Document, Preview], None],
+    ) -> None:
         self._documents = documents
         self._show = show
-        self._checker = Answerer(check)
+        self._on_pages = on_pages
+        self._draw = draw
+        self._checker = Answerer(look)
         self._checked: dict[str, _Checked] = {}
+        self._is_quiet = False
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -50,10 +64,14 @@ class RoomWatch:
         checked = self._checked.get(document.uri)
         if checked and checked.is_of(document):
             return
-        self._checked[document.uri] = _Checked(document.lines, document.analysis.config, None)
+        draws = self._on_pages(document)
+        self._checked[document.uri] = _Checked(document.lines, document.analysis.config, None, draws)
         if self._timer:
             self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(QUIET, self._begin)
+        self._is_quiet = False
+        self._timer = asyncio.get_running_loop().call_later(QUIET, self._begin, True)
+        if draws:
+            self._begin()
 
     def close(self) -> None:
         """End the process that checks."""
@@ -62,32 +80,41 @@ class RoomWatch:
         self._checked.clear()
         self._checker.close()
 
-    def _begin(self) -> None:
+    def _begin(self, is_quiet: bool = False) -> None:
+        self._is_quiet = is_quiet
         if self._task is None or self._task.done():
             self._task = asyncio.ensure_future(self._check())
 
     async def _check(self) -> None:
-        """Check all programs that wait for it. Findings about a version are dropped if there is a newer one."""
+        """Draw and check all programs that wait for it. Sight about a version are dropped if there is a newer
+        one."""
         while document := self._next():
-            checked = self._checked[document.uri]
-            found: Sequence[Diagnostic] = ()
-            if room.needs_check(document.analysis) or joint_check.needs_check(document.analysis):
-                program = OpenProgram(document.uri, document.analysis.text, checked.robots)
+            checked, seen = self._checked[document.uri], Sight()
+            needs_check = room.needs_check(document.analysis) or joint_check.needs_check(document.analysis)
+            if checked.draws or checked.senses or needs_check:
+                program = OpenProgram(document.uri, document.analysis.text, checked.robots, checked.draws)
                 try:
-                    found = await asyncio.to_thread(self._checker.ask, program)
+                    seen = await asyncio.to_thread(self._checker.ask, program)
                 except (EOFError, OSError):
                     self._checker.close()
             if self._checked.get(document.uri) is checked:
-                self._checked[document.uri] = checked._replace(found=found)
+                senses = seen.paths is not None and bool(seen.paths["waits_for"])
+                found = None if checked.draws else seen.diagnostics
+                self._checked[document.uri] = checked._replace(found=found, draws=False, senses=senses)
                 now = self._documents.get(document.uri)
-                if found and now and checked.is_of(now):
-                    self._show(now)
+                if now and checked.is_of(now):
+                    if seen.paths:
+                        self._draw(now, seen.paths)
+                    if found:
+                        self._show(now)
 
     def _next(self) -> Document | None:
-        """Return a program that is still to be checked."""
-        for uri in [uri for uri, checked in self._checked.items() if checked.found is None]:
+        """Return a program that is still to be drawn or, if nobody types, to be checked."""
+        waiting = [uri for uri, checked in self._checked.items() if checked.found is None]
+        for uri in sorted(waiting, key=lambda uri: not self._checked[uri].draws):
             document = self._documents.get(uri)
-            if document and self._checked[uri].is_of(document):
+            if not (document and self._checked[uri].is_of(document)):
+                del self._checked[uri]
+            elif self._is_quiet or self._checked[uri].draws:
                 return document
-            del self._checked[uri]
         return None

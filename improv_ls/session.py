@@ -21,6 +21,7 @@ from improv_ls.editor import Editor, Shown
 from improv_ls.framing import StdioServer
 
 if TYPE_CHECKING:
+    from improv_core.protocol.editing import Preview
     from improv_core.robots.config import Robots
     from improv_ls.coloring import Chunk
     from improv_ls.documents import Document, RobotsFile
@@ -111,7 +112,7 @@ class Session(StdioServer):
         """Meetings of robots in the open programs. Made when the first program is up to date."""
         from improv_ls.room_watch import RoomWatch
 
-        return RoomWatch(self.documents, self._show_room)
+        return RoomWatch(self.documents, self._show_room, self.is_on_pages, self._draw)
 
     def as_opened(self, uri: str) -> str:
         """Return the URI with which an editor has opened a document, however that is spelled now: `%C3%BC` or `ü`."""
@@ -124,6 +125,14 @@ class Session(StdioServer):
     def _show_room(self, document: Document) -> None:
         self.publish(document)
         self.editor.refresh("diagnostics")
+
+    def is_on_pages(self, document: Document) -> bool:
+        """Return whether open pages show this program."""
+        performance: Performance | None = self.__dict__.get("performance")
+        return performance is not None and performance.presented == document.uri and bool(performance.state.pages)
+
+    def _draw(self, document: Document, paths: Preview) -> None:
+        self.performance.ask({"type": "draft", "text": document.analysis.text, "paths": paths})
 
     def files_changed(self) -> None:
         """Note that files on disk, or the set of open programs, have changed."""

@@ -14,7 +14,7 @@ from improv_core.score.senses import RobotSense
 URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {"ping": frozenset[str]()}
 """Each urgent message, and the requests that it makes void: those made before it must not be obeyed after it."""
 OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
-    "sensed", "decided", "seen", "measured", "joints", "program", "source", "answer"
+    "sensed", "decided", "seen", "measured", "joints", "program", "source", "draft", "answer"
 }  # fmt: skip
 """The messages that urgent ones overtake. They never overtake a score, so a score that was sent before a stop can't
 undo it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
 from improv_core.ide.bending import handle_at
@@ -40,8 +40,7 @@ from improv_core.protocol.editing import (
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import RoomResults
-from improv_core.score.prediction import Predict, Prediction
-from improv_core.score.score import Score
+from improv_core.score.prediction import Predict
 from improv_core.score.world import World
 from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
@@ -69,12 +68,11 @@ class PageEditor:
         self.robots = robots
         """The robots for which later requests are answered; may be replaced."""
         self._write_first_beat = write_first_beat
-        self._touches = touches
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
-        self._predicted: tuple[object, Prediction | None] | None = None  # of what robots play
+        self._predictions = dry_run.Predictions(touches)
 
     def answer(
         self, page: int, ask: Analyze | Complete | Explain | AskHandle | Change, *, rehearses: bool = False
@@ -185,19 +183,8 @@ class PageEditor:
         }
 
     def _predict(self, page: int, number: int) -> Predict:
-        """Return the function that finds out what robots sense as long as a page has this text. It keeps the latest
-        prediction: the preview and the check of the room need the same one."""
-
-        def predict(score: Score) -> Prediction | None:
-            plays = [(part.scenes, part.start, part.profile) for part in score.parts.values()]  # the same movements
-            if self._predicted and self._predicted[0] == (score.tempo, score.world, plays):
-                return self._predicted[1]
-            found = dry_run.predict(score, self._touches, lambda: self.has(page, number))
-            if self.has(page, number):
-                self._predicted = (score.tempo, score.world, plays), found
-            return found
-
-        return predict
+        """Return the function that finds out what robots sense as long as a page has this text."""
+        return partial(self._predictions, wanted=lambda: self.has(page, number))
 
     def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
         return {

@@ -266,6 +266,21 @@ class Preview(TypedDict):
     waits_for: Sequence[str]
 
 
+class Draft(TypedDict):
+    """The text in an editor as it stands, before it is saved, and its paths. An empty text takes the last one back."""
+
+    type: Literal["draft"]
+    text: str
+    paths: Preview
+
+
+NO_DRAFT: Draft = {
+    "type": "draft",
+    "text": "",
+    "paths": {"type": "preview", "number": 0, "robots": {}, "problem": "", "waits_for": []},
+}
+
+
 class Written(TypedDict):
     """The text with this number was saved as `revision`, or `problem` has the reason why not, in one line."""
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 from improv_core.protocol.commands import PageConduct, Restart
-from improv_core.protocol.editing import Answer, AskEditor, EditorAnswer, ProgramSource
+from improv_core.protocol.editing import Answer, AskEditor, Draft, EditorAnswer, ProgramSource
 from improv_core.protocol.fields import Beat, Count
 from improv_core.protocol.host_messages import Link
 from improv_core.protocol.messages import (
@@ -296,12 +296,14 @@ ToPage = (
     | WhyStill
     | JointPositions
     | ProgramSource
+    | Draft
     | EditorAnswer
 )
 FromPage = Press | PageConduct | Restart | AskWindow | AskEditor
 ForPages = (
     ProgramMessage
     | ProgramSource
+    | Draft
     | Answer
     | TransportMessage
     | Stopped

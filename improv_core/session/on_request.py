@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from improv_core.ipc.stage_process import StageError
 from improv_core.protocol.commands import COMMANDS, PageOpened, PageRequest, Resume, Stop
-from improv_core.protocol.editing import Answer, ProgramSource
+from improv_core.protocol.editing import Answer, Draft, ProgramSource
 from improv_core.protocol.messages import Pressed, Problem, ProgramMessage
 from improv_core.protocol.page_messages import for_pages
 from improv_core.safety.interlocks import refused_by
@@ -19,7 +19,7 @@ from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScor
 from improv_core.session.halting import await_obeyed
 from improv_core.session.state import HERE, Change, PlayScore, SessionState, StageKey
 
-StageRequest = Change | Resume | ProgramMessage | ProgramSource | Answer
+StageRequest = Change | Resume | ProgramMessage | ProgramSource | Draft | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 Mistake = tuple[str, int, int, str, str]
 """An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
@@ -37,7 +37,7 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
     if isinstance(request, PlayScore):
         return _play(state, request, now)
     match request["type"]:
-        case "program" | "source" | "answer":
+        case "program" | "source" | "draft" | "answer":
             return _inform(state, request)
         case "page_opened":
             return state, [Announce(request)]
@@ -181,11 +181,11 @@ def _change(state: SessionState, change: Change, now: Now) -> Decided:
     return state, acts
 
 
-def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Answer) -> Decided:
-    """Send a message to pages, and to those that are opened later unless it is an answer."""
+def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Draft | Answer) -> Decided:
+    """Send a message to pages, and the program also to those of stages that start later."""
     if message["type"] == "program" and state.kept.get("program") == message:
         return state, []  # most saves change neither its name nor its errors
-    if message["type"] != "answer":
+    if message["type"] == "program" or message["type"] == "source":
         state = state.keeping(message)
     to = [key for key in state.stages if key.host == HERE] if message["type"] == "program" else state.pages
     return state, [Send(key, for_pages(message)) for key in to]

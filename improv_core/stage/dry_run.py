@@ -85,6 +85,23 @@ def predict(
     return predicted(score, felt.spans(), near(seconds * float(score.tempo) / 60), frozenset(assuming))
 
 
+class Predictions:
+    """Predicts as `predict` does, and keeps the latest prediction: several ask about one text."""
+
+    def __init__(self, touches: Callable[[World], NoCollisions] = Touches) -> None:
+        self._touches = touches
+        self._latest: tuple[object, Prediction | None] | None = None
+
+    def __call__(self, score: Score, wanted: Callable[[], bool] = lambda: True) -> Prediction | None:
+        plays = [(part.scenes, part.start, part.profile) for part in score.parts.values()]  # the same movements
+        if self._latest and self._latest[0] == (score.tempo, score.world, plays):
+            return self._latest[1]
+        found = predict(score, self._touches, wanted)
+        if wanted():
+            self._latest = (score.tempo, score.world, plays), found
+        return found
+
+
 class _Felt:
     """The times at which robots sensed something, by a player's messages."""
 

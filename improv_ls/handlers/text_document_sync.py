@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from improv_core.protocol.editing import NO_DRAFT
 from improv_core.text import LineIndex
 from improv_ls.documents import (
     Document,
@@ -49,6 +50,8 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
         withdraw_robots(ls, uri)
     if document := ls.documents.pop(uri, None):
         ls.settling.drop(uri)
+        if ls.is_on_pages(document):
+            ls.performance.ask(NO_DRAFT)
         ls.sent_tokens.pop(uri, None)
         ls.sent_diagnostics.pop(uri, None)
         ls.scenes_with_lenses.pop(uri, None)

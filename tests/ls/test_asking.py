@@ -38,23 +38,23 @@ def test_programs_on_disk_are_checked_until_the_process_hangs(tmp_path: Path) ->
 
 def test_a_killed_process_is_replaced() -> None:
     meets = OpenProgram("file:///dance.improv", MEETING, ROBOTS)
-    answerer = Answerer(room_checker.check)
-    assert [each.code for each in answerer.ask(meets)] == ["meets"]
-    assert answerer.ask(meets._replace(text=MEETING.replace("1 -1", "5 -1"))) == ()
+    answerer = Answerer(room_checker.look)
+    assert [each.code for each in answerer.ask(meets).diagnostics] == ["meets"]
+    assert answerer.ask(meets._replace(text=MEETING.replace("1 -1", "5 -1"))).diagnostics == ()
     for process in ours("improv_ls.room_checker"):
         os.kill(process, signal.SIGKILL)
     with pytest.raises((EOFError, OSError)):
         answerer.ask(meets)
     answerer.close()
-    assert [each.code for each in answerer.ask(meets)] == ["meets"]
+    assert [each.code for each in answerer.ask(meets).diagnostics] == ["meets"]
     answerer.close()
 
 
 def test_only_the_latest_programs_are_kept() -> None:
     rooms, program = Rooms(), OpenProgram("file:///0.improv", MEETING, ROBOTS)
     for number in range(30):
-        assert len(rooms.check(program._replace(uri=f"file:///{number}.improv"))) == 1
+        assert len(rooms.look(program._replace(uri=f"file:///{number}.improv")).diagnostics) == 1
     assert len(rooms._versions) == 20
     for text, count in (("", 0), (MEETING, 1), (f"{MEETING}oops", 0), (MEETING, 1)):
-        assert len(rooms.check(program._replace(text=text))) == count
-    assert len(rooms.check(program._replace(robots=read_robots("[profiles.x]\nstep = 1")))) == 1
+        assert len(rooms.look(program._replace(text=text)).diagnostics) == count
+    assert len(rooms.look(program._replace(robots=read_robots("[profiles.x]\nstep = 1"))).diagnostics) == 1

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from improv_core.ipc.asking import Answerer
+from improv_ls.room_checker import Sight
 from tests.ls.client import LIMIT, Client
 from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
 
@@ -44,7 +45,7 @@ def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again(monkeypatch: p
     asked = threading.Event()
     with Client(QUIET, capabilities=PULLS) as client, monkeypatch.context() as patch:
         check = Answerer.ask
-        patch.setattr(Answerer, "ask", lambda *program: check(*program) if asked.wait(LIMIT) else ())
+        patch.setattr(Answerer, "ask", lambda *program: check(*program) if asked.wait(LIMIT) else Sight())
         client.open(URI, PROGRAM)
         first = pull(client, URI)
         assert first["items"] == []

@@ -9,11 +9,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from improv_core.page.server import PageServer
+from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import violations
 from tests.page.conftest import SCHEMES, Keep, Show, at, box, wait, watch
 from tests.page.editing import IDLE, PLAYING, Edit
 from tests.page.looks import COUNT
+from tests.page.test_text_preview import previews
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 
@@ -371,3 +374,20 @@ def test_the_path_of_a_text_is_shown_before_it_is_saved_and_can_be_hidden(edit: 
     expect(preview).to_have_attribute("aria-pressed", "false")
     preview.click()
     wait(page, f"{ada} > 30")
+
+
+@pytest.mark.slow("looks at every pixel of a page, again and again")
+def test_the_path_of_the_text_in_an_editor_is_shown_until_it_is_taken_back(
+    still: Callable[..., Page], viewer: PageServer, keep: Keep
+) -> None:
+    page, bo = still("ada $ forward\n"), f"({COUNT})(({COLOR})(1))"
+    expect(page.locator("#preview")).to_be_hidden()
+    text = "ada $ forward left lft\nbo at 0 1\nbo $ repeat 4 (forward left)\n"
+    (paths,) = previews(text.replace("lft", "forward"))
+    viewer.publish({"type": "draft", "text": text, "paths": {**paths, "problem": "line 1"}})
+    expect(page.get_by_role("button", name="Preview: line 1")).to_be_visible()
+    wait(page, f"{bo} > 30")
+    keep(page, "draft.png")
+    viewer.publish(NO_DRAFT)
+    wait(page, f"{bo} === 0")
+    expect(page.locator("#preview")).to_be_hidden()

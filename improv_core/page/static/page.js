@@ -138,6 +138,10 @@ const HANDLERS = {
   complete: (message) => editor.takeWords(message),
   handle: (message) => handle.take(message),
   preview: (message) => editor.takePreview(message),
+  draft: ({ text, paths }) => {
+    preview.edit(text)
+    preview.take(paths, text)
+  },
   explain: (message) => editor.takeExplanation(message),
   write: (message) => editor.saving.takeWritten(message),
   change: (message) => editor.pendingChanges.take(message),

@@ -1,5 +1,5 @@
 // @ts-check
-// The paths of the text on this page as it stands, before somebody saves it: thin and dashed.
+// The paths of the text on this page, or in an editor, as it stands, before somebody saves it: thin and dashed.
 
 import { colors, mix, robotColor } from "../base/colors.js"
 import { find } from "../base/elements.js"
@@ -60,7 +60,7 @@ export class Preview {
 
   /**
    * Takes the paths of a text. While somebody types, those of the latest text without an error stay.
-   * @param {Messages["preview"]} message
+   * @param {Messages["draft"]["paths"]} message
    * @param {string} text
    */
   take(message, text) {
@@ -70,7 +70,7 @@ export class Preview {
   }
 
   /**
-   * @param {Messages["preview"]} message
+   * @param {Messages["draft"]["paths"]} message
    * @param {string} text
    */
   #show({ robots, problem, waits_for }, text) {
@@ -101,7 +101,7 @@ export class Preview {
   showButton() {
     const words = ["Preview", ...(this.isShown && this.#problem ? [this.#problem] : [])].join(": ")
     const button = find("preview")
-    const hidden = this.#now === program.text
+    const hidden = !this.#now || this.#now === program.text
     if (button.textContent !== words || button.hidden !== hidden) Object.assign(button, { textContent: words, hidden })
   }
 

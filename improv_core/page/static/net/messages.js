@@ -54,6 +54,13 @@ const problem = shape({
   fixes: listOf(shape({ title: text, kind: text, edits: listOf(edit) })),
 })
 
+const paths = shape({
+  number: count,
+  robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count })),
+  problem: text,
+  waits_for: listOf(text),
+})
+
 const joint = shape({
   name: text,
   axis: oneOf("x", "y", "z", "yaw"),
@@ -178,12 +185,8 @@ const MESSAGES = {
   source: shape({ path: text, text, revision: text, toml: text }),
   analyze: shape({ number: count, colors: listOf(count), problems: listOf(problem), count, starts: mapOf(shape({ x: number, y: number, heading: number })) }),
   complete: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
-  preview: shape({
-    number: count,
-    robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count })),
-    problem: text,
-    waits_for: listOf(text),
-  }),
+  preview: paths,
+  draft: shape({ text, paths }),
   handle: shape({ number: count, offset: count, robot: text, text, place: nullOr(numbers(2)), others: listOf(numbers(2)) }),
   explain: shape({ number: count, start: count, end: count, text, picture: text }),
   write: shape({ number: count, revision: text, problem: text }),

@@ -1,4 +1,5 @@
-"""Decides how new stages stop the robots of dead ones, and when pages' stops count as obeyed. Standard library only."""
+"""Decides how new stages stop the robots of dead ones, when pages' stops count as obeyed, and the answer to
+`improv stop`. Standard library only."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from dataclasses import replace
 
 from improv_core.protocol.messages import TransportMessage
 from improv_core.protocol.page_messages import for_pages
+from improv_core.safety.stop_socket import IDLE
 from improv_core.score.score import Part, Score
 from improv_core.session.acts import Act, Decided, Send, SendScore
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
@@ -52,6 +54,23 @@ def obeyed(state: SessionState, host: str, marks: Iterable[str]) -> Decided:
             state = replace(state, unobeyed={**rest, mark: left} if left else rest)
             acts += tell_obeyed(state, mark, _named(state, left))
     return state, acts
+
+
+def stop_line(state: SessionState, begins: Sequence[str], moving: int, was_on: bool) -> str:
+    """Return the line about what was stopped: the program that played, or the one that `begins`, and how many real
+    robots were `moving`, as far as that is known."""
+    lost = state.real is not None and not state.obeys
+    names = [state.played.name] if state.played and (was_on or moving or lost) else begins
+    if not names:
+        return IDLE
+    if lost:
+        return f"{names[0]}: robots may still be moving, since their stage has failed: look at them"
+    if not (was_on or moving):
+        return f"stopped {names[0]} before it began"
+    stopped = f"stopped {names[0]} on {state.status}"
+    if not moving:  # how many moved when somebody asked is not known
+        return stopped
+    return f"{stopped}: {'1 robot was' if moving == 1 else f'{moving} robots were'} moving"
 
 
 def tell_obeyed(state: SessionState, mark: str, waits_for: Sequence[str]) -> list[Act]:

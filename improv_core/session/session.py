@@ -29,12 +29,12 @@ from improv_core.safety.stops import Stops
 from improv_core.score.score import Host
 from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, News, Now, Report, Send, SendScore, Start
+from improv_core.session.halting import stop_line
 from improv_core.session.loads import Loads
 from improv_core.session.on_report import on_clock, on_close, on_report, on_time
 from improv_core.session.on_request import Mistake, Request, on_request, program_message
 from improv_core.session.start import Options, RunningStage, StartStage, keep_reaching, start_stage, wait_for_stages
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
-from improv_core.session.stop_line import stop_line
 from improv_core.session.together import host_of
 
 LOST = "the stage ended before it had stopped its robots"

@@ -142,7 +142,7 @@ def test_the_page_opens_over_plain_http_as_in_a_class(built: Path, page: Page) -
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.slow("starts Python in a browser, three times")
+@pytest.mark.slow("starts Python in a browser, twice")
 def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
     tmp_path: Path, page: Page, keep: Keep
 ) -> None:
@@ -152,10 +152,11 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
     with served(tmp_path / "site") as address:
         link = _first_visit(page, address, keep)
         page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
+        page.evaluate(BREAK)
         page.context.set_offline(True)
         try:
             page.goto("about:blank")
-            page.goto(link)
+            page.goto(link)  # without its compiled files, it compiles again
             expect(page.locator("#text")).to_have_value("bo $ repeat 3 (forward left)\n")
             wait(page, OPENED)
             assert page.evaluate("location.hash") == ""
@@ -164,9 +165,6 @@ def test_a_dance_is_written_played_passed_on_and_opened_without_a_network(
             expect(page.locator("#text")).to_have_value("cy $ forward\n")
             page.get_by_role("button", name="Save and play").click()
             wait(page, "improv.robots.cy?.x > 0.5")
-            page.evaluate(BREAK)
-            page.goto("about:blank")
-            open_site(page, address)  # without its compiled files, it compiles again
         finally:
             page.context.set_offline(False)
 

@@ -67,11 +67,11 @@ def clicks(seconds: float, tempo: float) -> bytes:
     """Make a WAV file with a short tone at each beat, the first one at its beginning."""
     rate = 8_000
     samples = array("h", bytes(2 * round(seconds * rate)))
+    tone = array("h", (round(20_000 * math.sin(place) * math.exp(-place / 80)) for place in range(rate // 25)))
     beat = 0.0
     while beat < seconds - 0.05:
         start = round(beat * rate)
-        for place in range(rate // 25):
-            samples[start + place] = round(20_000 * math.sin(place) * math.exp(-place / 80))
+        samples[start : start + len(tone)] = tone
         beat += 60 / tempo
     return wav(samples.tobytes(), kind=1, width=2, rate=rate)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,12 @@ from improv_core.score.score_json import from_json, to_json
 
 TESTS = Path(__file__).parent.parent
 CASES: list[dict[str, Any]] = json.loads((TESTS / "conformance.json").read_text())["cases"]
-ANALYSES = {case["program"]: analyze(case["program"]) for case in CASES}
 SUITE: dict[str, Any] = json.loads((TESTS / "bodies.json").read_text())
+
+
+@cache  # each worker collects this file, and one runs it
+def analyses() -> Mapping[str, Analysis]:
+    return {case["program"]: analyze(case["program"]) for case in CASES}
 
 
 def with_bodies(group: dict[str, Any], program: str) -> Analysis:
@@ -26,13 +32,15 @@ def with_bodies(group: dict[str, Any], program: str) -> Analysis:
     return analysis
 
 
-BODIES = [(case, with_bodies(group, case["program"])) for group in (SUITE, SUITE["poses"]) for case in group["cases"]]
+@cache
+def bodies() -> Sequence[tuple[dict[str, Any], Analysis]]:
+    return [(case, with_bodies(group, case["program"])) for group in (SUITE, SUITE["poses"]) for case in group["cases"]]
 
 
 def segments(case: dict[str, Any]) -> dict[str, list[Any]]:
     script = read_script(json.dumps(case.get("senses", [])))
     return {
-        name: part["segments"] for name, part in compiled(ANALYSES[case["program"]], script=script)["robots"].items()
+        name: part["segments"] for name, part in compiled(analyses()[case["program"]], script=script)["robots"].items()
     }
 
 
@@ -50,7 +58,7 @@ def test_programs_compile_to_their_starts() -> None:
     said = [case for case in CASES if "start" in case]
     assert len(said) > 20
     for case in said:
-        found = compiled(ANALYSES[case["program"]])
+        found = compiled(analyses()[case["program"]])
         starts = {name: part["start"] for name, part in found["robots"].items()}
         assert starts == {name: pytest.approx(start, abs=1e-9) for name, start in case["start"].items()}
         room = case.get("room")
@@ -58,7 +66,7 @@ def test_programs_compile_to_their_starts() -> None:
 
 
 def test_bases_and_joints_compile_to_their_segments() -> None:
-    for case, analysis in BODIES:
+    for case, analysis in bodies():
         robots = compiled(analysis)["robots"]
         bases = {name: robot["segments"] for name, robot in robots.items()}
         wanted = {name: robot.get("base", bases[name]) for name, robot in case["robots"].items()}
@@ -76,6 +84,6 @@ def test_errors_of_poses_have_their_codes() -> None:
 
 
 def test_scores_survive_json() -> None:
-    for analysis in (*ANALYSES.values(), *(analysis for _, analysis in BODIES)):
+    for analysis in (*analyses().values(), *(analysis for _, analysis in bodies())):
         written = json.dumps(to_json(score_of(analysis)))
         assert json.dumps(to_json(from_json(json.loads(written)))) == written

@@ -6,6 +6,7 @@ import json
 import random
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,12 @@ EVERY = [
     *((case["program"], "") for case in json.loads((TESTS / "conformance.json").read_text(encoding="utf-8"))["cases"]),
     *((case["program"], group["toml"]) for group in (BODIES, BODIES["poses"]) for case in group["cases"]),
 ]
-PROGRAMS = [(text, robots) for text, robots in EVERY if analyze(text, read_robots(robots)).ok]
 MOST_BEATS = 30
+
+
+@cache  # each worker collects this file, and one runs it
+def every_program() -> Sequence[tuple[str, str]]:
+    return [(text, robots) for text, robots in EVERY if analyze(text, read_robots(robots)).ok]
 
 
 def played(analysis: Analysis) -> Mapping[str, Any]:
@@ -173,23 +178,24 @@ def check_pressing(programs: Sequence[tuple[str, str]], seed: int, share: float,
 
 
 def test_stand_ins_play_and_are_formatted_like_ours() -> None:
-    check_alike(PROGRAMS[::4], 1, 1)
-    check_alike(PROGRAMS[1::4], 2, 0.5)
+    check_alike(every_program()[::4], 1, 1)
+    check_alike(every_program()[1::4], 2, 0.5)
 
 
 def test_pressing_fixes_plays_the_same_or_leaves_an_error() -> None:
     plays = [
-        check_pressing(random.Random(seed).sample(PROGRAMS, 25), seed, 0.5, [k]) for seed, k in enumerate(NOT_ALIKE)
+        check_pressing(random.Random(seed).sample(every_program(), 25), seed, 0.5, [k])
+        for seed, k in enumerate(NOT_ALIKE)
     ]
     assert sum(plays) > 20
 
 
 @pytest.mark.slow("tries every program with many stand-ins")
 def test_no_program_becomes_another_dance() -> None:
-    check_alike(PROGRAMS, 0, 0.5)
+    check_alike(every_program(), 0, 0.5)
     for number, kind in enumerate(NOT_ALIKE):
-        check_pressing(PROGRAMS[number % 3 :: 3], 0, 0.3, [kind])
-    check_pressing(PROGRAMS, 0, 0.05, NOT_ALIKE)
+        check_pressing(every_program()[number % 3 :: 3], 0, 0.3, [kind])
+    check_pressing(every_program(), 0, 0.05, NOT_ALIKE)
 
 
 def test_preferred_fixes_write_the_expected_programs() -> None:

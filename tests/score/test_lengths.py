@@ -16,7 +16,6 @@ from improv_core.score.reactions import Condition, if_else, pause, until
 
 FORWARD = hold(Velocity(x=1))
 NEAR, FAR, BUMP = Condition("near", True), Condition("near", False), Condition("bump", True)
-ROAMING = until(repeat(FORWARD), NEAR)
 MAYBE = if_else(FORWARD, series(()), NEAR)
 
 

@@ -69,10 +69,10 @@ def test_all_steps_and_exercises_are_there_with_their_programs_and_pictures() ->
     assert not re.search(r"\*\*|```|\]\(", html)
 
 
-@pytest.mark.parametrize("example", json.loads(examples()), ids=lambda example: example["name"])
-def test_a_program_of_the_gallery_plays_there(example: dict[str, str]) -> None:
-    assert analyze(example["text"], read_robots(example["toml"])).ok
-    assert example["picture"].startswith("<svg")
+def test_the_programs_of_the_gallery_play_there() -> None:
+    for example in json.loads(examples()):
+        assert analyze(example["text"], read_robots(example["toml"])).ok, example["name"]
+        assert example["picture"].startswith("<svg")
 
 
 @pytest.mark.slow("axe looks at the page in five states")

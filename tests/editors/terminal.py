@@ -33,7 +33,7 @@ def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
     end = time.monotonic() + PATIENCE
     while not (found := what()):
         assert time.monotonic() < end, problem()
-        time.sleep(0.05)
+        time.sleep(0.1)  # each look starts a process
     return found
 
 

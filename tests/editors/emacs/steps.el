@@ -12,7 +12,7 @@
      (while (not (setq value (progn ,@seen)))
        (when (> (float-time) end)
          (error "%s was not seen; messages:\n%s" ,what (string-join (reverse init-messages) "\n")))
-       (accept-process-output nil 0.01))
+       (accept-process-output nil 0.05))
      (princ (format "%s\n" ,what))
      value))
 

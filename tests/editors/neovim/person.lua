@@ -18,7 +18,7 @@ end
 
 --- Wait until something is seen.
 function M.await(what, seen)
-  if not vim.wait(M.LIMIT, seen, 5) then
+  if not vim.wait(M.LIMIT, seen, 25) then
     error(what .. " was not seen; " .. circumstances())
   end
 end

@@ -34,14 +34,14 @@ __all__ = [  # hooks of pytest
 pytest.register_assert_rewrite("tests.program.drawing")
 
 # Machines that build other things meanwhile are slow now and then; pytest's own timeout is the limit. CI tries the same
-# examples each time, so that its result depends on the change alone; people at work try others, and fewer, each time.
+# examples each time, so that its result depends on the change alone; people at work try others each time.
 IN_CI = "IMPROV_REQUIRE_ALL" in os.environ
 settings.register_profile(
     "improv",
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],  # it counts 30 s of a busy machine as a fault of the test
     derandomize=IN_CI,
-    max_examples=30 if IN_CI else 20,
+    max_examples=20,
 )
 settings.load_profile("improv")
 

@@ -182,7 +182,7 @@ def _dance(folder: Path, tap: Tap, address: str, seconds: int) -> tuple[list[flo
 
 
 class Odometer:
-    """Where a robot is by its wheels, in its own time."""
+    """The place of a robot by its wheels, in its own time."""
 
     def __init__(self, bus: Bus, node: int) -> None:
         self.pose = Pose()

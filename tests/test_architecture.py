@@ -38,7 +38,7 @@ ROWS: dict[str, Sequence[str]] = {
     "outputs": [],
     "outputs.cdr": ["score"],
     "outputs.recording": ["outputs.cdr", "protocol", "score"],
-    "outputs.simulator": ["outputs.recording", "protocol", "score"],
+    "outputs.simulator": ["protocol", "score"],
     "outputs.devices": ["ipc", *PLAYING, "plain"],
     "outputs.thymio": ["outputs.devices", "score"],
     "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],

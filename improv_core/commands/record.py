@@ -59,7 +59,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
     Raises ReadError and CommandError.
     """
-    from improv_core.outputs.simulator.recorded import RecordedSimulator
+    from improv_core.commands.recorded_simulator import RecordedSimulator
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS

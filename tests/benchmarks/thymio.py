@@ -112,22 +112,22 @@ def run(quick: bool = False) -> None:
         with playground(folder, ROBOTS) as address:
             tap = Tap(address)
             approve(tap.address)
-            about = f'output = "thymio"\nprofile = "thymio2"\naddress = "{tap.address}"\n'
-            listed = (f"[robots.{robot}]\n{about}node = {node}\n" for node, robot in enumerate(ROBOTS, 1))
-            (folder / "improv.toml").write_text("".join(listed), encoding="utf-8")
+            _list(folder, tap)
             print_head("what", "p50", "p99", "max", "number")
             _row("save → motor target, ms", _saves(folder, tap, 10 if quick else 60))
             seconds = 10 if quick else 30
-            late, share, ends = _dance(folder, tap, address, seconds)
+            tap.heard.clear()
+            squares = f"{' '.join(ROBOTS)} $ repeat {4 * max(seconds // 8, 1)} (forward left)\n"
+            ends, share = _dance(folder, address, squares)
+            late = _late(tap)
             loop, plain = _loop(tap, seconds)
             _row("changes late, 12 robots, ms", late)
             _row("the same, a plain loop, ms", loop)
             print(f"CPU of 12 robots: {share:.1%} of a processor; of the plain loop {plain:.1%}")
-            _row("12 squares, from where they ought to end, cm", [100 * each for each in ends])
-            for what, seconds_to_zero, looks in _kills(folder, address):
-                print(
-                    f"{what} killed: motors at 0 after {seconds_to_zero:.2f} s, {looks * PERIOD} ms of the robot's own"
-                )
+            _row("12 robots' squares, from the ideal, cm", [100 * math.hypot(each.x, each.y) for each in ends])
+            print(f"a square after calibration ends {100 * _calibrated(folder, tap, address):.1f} cm from its start")
+            for what, took, looks in _kills(folder, address):
+                print(f"{what} killed: motors at 0 after {took:.2f} s, {looks * PERIOD} ms of the robot's own")
 
 
 def _row(what: str, values: Sequence[float]) -> None:
@@ -162,27 +162,43 @@ def _played(folder: Path, program: str) -> Iterator[subprocess.Popen[str]]:
         play.communicate()
 
 
-def _dance(folder: Path, tap: Tap, address: str, seconds: int) -> tuple[list[float], float, list[float]]:
-    """Have twelve robots drive squares. Return how late their changes were in ms, the share of a processor that their
-    stage took, and how far from the ideal they ended, in meters, as their wheels report."""
+def _list(folder: Path, tap: Tap, **measured: float) -> None:
+    """Write the improv.toml of the robots, whose profile has these measures."""
+    about = f'output = "thymio"\nprofile = "measured"\naddress = "{tap.address}"\n'
+    listed = [f"[robots.{robot}]\n{about}node = {node}\n" for node, robot in enumerate(ROBOTS, 1)]
+    keys = [f"{key} = {value}\n" for key, value in measured.items()]
+    text = "".join([*listed, '[profiles.measured]\nbase = "thymio2"\n', *keys])
+    (folder / "improv.toml").write_text(text, encoding="utf-8")
+
+
+def _dance(folder: Path, address: str, program: str) -> tuple[list[Pose], float]:
+    """Play a program. Return the pose at which each robot ends, as its wheels report, and the share of a processor that
+    the stage took."""
     bus = Bus("odometry", wire_to(address))
     odometers = [Odometer(bus, node) for node in range(1, len(ROBOTS) + 1)]
-    tap.heard.clear()
-    squares = max(seconds // 8, 1)
-    with _played(folder, f"{' '.join(ROBOTS)} $ repeat {4 * squares} (forward left)\n") as play:
+    with _played(folder, program) as play:
         stage = next(pid for pid in descendants(play.pid) if b"devices" in command_of(pid))
         before, began = processor_time(stage), time.monotonic()
-        time.sleep(seconds / 2)
+        time.sleep(2)
         share = (processor_time(stage) - before) / (time.monotonic() - began)
-        play.communicate(timeout=LIMIT + 2 * seconds)
+        play.communicate(timeout=3 * LIMIT)
     time.sleep(1)
     bus.close()
-    ends = [math.hypot(each.pose.x, each.pose.y) for each in odometers]
-    return _late(tap), share, ends
+    return [each.pose for each in odometers], share
+
+
+def _calibrated(folder: Path, tap: Tap, address: str) -> float:
+    """Return how far from its start a square ends, in meters, after its steps and turns were measured."""
+    (ahead, *_), _ = _dance(folder, address, "t0 $ repeat 4 forward\n")
+    (turned, *_), _ = _dance(folder, address, "t0 $ repeat 4 left\n")
+    step, turn = STEP * 4 * STEP / ahead.x, 90 * math.tau / turned.heading
+    _list(folder, tap, commanded_step=step, commanded_quarter_turn=turn)
+    (end, *_), _ = _dance(folder, address, "t0 $ repeat 4 (forward left)\n")
+    return math.hypot(end.x, end.y)
 
 
 class Odometer:
-    """The place of a robot by its wheels, in its own time."""
+    """The pose of a robot by its wheels, in its own time."""
 
     def __init__(self, bus: Bus, node: int) -> None:
         self.pose = Pose()

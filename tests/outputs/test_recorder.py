@@ -20,9 +20,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import note, recording
+from improv_core.commands.recorded_simulator import RecordedSimulator
 from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
-from improv_core.outputs.simulator.recorded import RecordedSimulator
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.protocol.messages import Sent

@@ -13,7 +13,7 @@ import pytest
 
 from improv_core.outputs.ros.joints import controllers as ros_controllers
 from improv_core.outputs.ros.joints.controller import RosController
-from improv_core.outputs.ros.joints.goals import ABORTED, MOST, QUIET, Goals
+from improv_core.outputs.ros.joints.goals import ABORTED, MOST, OVERDUE, QUIET, Goals
 from tests.outputs import test_ros_controllers as topics
 from tests.outputs.test_ros_controllers import HEAD, TOPIC, Robot, part
 
@@ -109,11 +109,14 @@ def test_a_refused_trajectory_is_a_problem_for_a_while(server: Server) -> None:
         (1, ABORTED, "", "has aborted what it got: its code is -4"),
         (1, SUCCEEDED, "", ""),
         (0, ABORTED, "a new goal replaces it", ""),
+        (0, ABORTED, "yaw is too far away", "has aborted what it got: yaw is too far away"),
     ],
 )
 def test_the_latest_goal_says_why_it_was_aborted(server: Server, goal: int, status: int, why: str, told: str) -> None:
+    """A controller that replaces a goal may abort it, but accepts the other one before."""
     goals = sent(server, count=2)
-    end(server, goal, status, why)
+    goals.send(b"")
+    end(server, goal, status, why, code=-1 if "replaces" in why else -4)
     assert goals.problem == told
 
 
@@ -137,6 +140,23 @@ def test_a_goal_that_is_accepted_after_a_stop_is_canceled(server: Server) -> Non
     assert len(server.requests["cancel_goal"]) == 3
     end(server, -1, ABORTED, "it was stopped")
     assert goals.problem == ""
+
+
+def test_a_trajectory_waits_until_the_controller_has_answered_the_one_before(server: Server) -> None:
+    """Otherwise, they would pile up at a slow controller, and a stop would come behind them."""
+    goals = sent(server)
+    for _ in range(3):
+        goals.send(b"")
+    assert len(server.requests["send_goal"]) == 2
+    server.now += OVERDUE
+    assert not goals.serves, "it may hang"
+    server.requests["send_goal"][-1].give(SimpleNamespace(accepted=True))
+    assert len(server.requests["send_goal"]) == 3
+    assert goals.serves
+    goals.send(b"")
+    goals.stop(0.0)
+    server.requests["send_goal"][-1].give(SimpleNamespace(accepted=True))
+    assert len(server.requests["send_goal"]) == 3
 
 
 def test_goals_without_results_are_forgotten(server: Server) -> None:

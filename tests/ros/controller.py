@@ -31,8 +31,10 @@ from typing import Any
 PERIOD = 0.02
 """Seconds between two messages with the positions of joints."""
 
-TOLERANCE = 0.2
+TOLERANCE = 0.05
 """Radians by which joints may be away from a goal."""
+
+REPLACED = "a new goal replaces it"
 
 Point = tuple[float, Sequence[float], Sequence[float]]
 """A point: seconds from the beginning, positions, and velocities."""
@@ -162,14 +164,18 @@ class TrajectoryAction:
             return CancelResponse.ACCEPT
 
         def accept(handle: Any) -> None:
-            self._end("aborted", "a new goal replaces it")
+            self._end("aborted", REPLACED)
             last = handle.request.trajectory.points[-1].time_from_start
             future, self._until = Future(), time.monotonic() + last.sec + last.nanosec / 1e9
 
             async def execute(handle: Any) -> Any:
                 how, why = await future
-                {"succeeded": handle.succeed, "aborted": handle.abort, "canceled": handle.canceled}[how]()
-                return FollowJointTrajectory.Result(error_code=0 if how == "succeeded" else -4, error_string=why)
+                if how == "canceled" and handle.is_cancel_requested:  # not if a new goal came in the same moment
+                    handle.canceled()
+                else:
+                    (handle.succeed if how == "succeeded" else handle.abort)()
+                code = {"": 0, REPLACED: -1}.get(why, -4)
+                return FollowJointTrajectory.Result(error_code=code, error_string=why)
 
             self._future = future
             handle.execute(execute)

@@ -154,7 +154,7 @@ def test_a_controller_says_why_it_has_aborted_a_goal(
     action: str, script: Script, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
     (tmp_path / "improv.toml").write_text(TOML.format(hand="position", home=""))
-    script(CONTROLLER, "ada", *arguments_of("position"), action, "head", "--jam", "yaw", "0.1")
+    script(CONTROLLER, "ada", *arguments_of("position"), action, "head", "--deaf", "head", "--jam", "yaw", "0.02")
     with Terminal("play", tmp_path / "dance.improv", ros_env, "ada $ head (left right left)\n") as dance:
         line = dance.wait_for_line("joints of ada don't follow")
         assert line.endswith("/ada/head_controller has aborted what it got: yaw violated its path tolerance\n")

@@ -19,15 +19,21 @@ NAME = "follow_joint_trajectory"
 """The name of the action, in the namespace of a controller's node."""
 QUIET = 2.0
 """Seconds after which a refused or aborted trajectory no longer counts."""
+OVERDUE = 0.5
+"""Seconds after which a controller that hasn't answered doesn't serve the action, until it does."""
 MOST = 100
 """Goals whose results are awaited, at most."""
 ABORTED = 6
 """The status of a goal that ended like that: STATUS_ABORTED of action_msgs/msg/GoalStatus."""
 
+VIOLATED = -4, -5
+"""The codes of results that a goal doesn't have because another one replaces it: PATH_TOLERANCE_VIOLATED and
+GOAL_TOLERANCE_VIOLATED of control_msgs."""
+
 
 class Goals:
     """The goals that the controller on a topic gets. Nothing here blocks; the executor that spins `node` receives the
-    responses."""
+    responses. A goal waits until the controller has answered the one before, so none piles up at a slow one."""
 
     def __init__(self, node: Any, topic: str, now: Now) -> None:
         from control_msgs.action import FollowJointTrajectory
@@ -44,13 +50,17 @@ class Goals:
             )
         )
         self._live: dict[bytes, Any] = {}  # goals that haven't ended, and their latest responses
-        self._latest: bytes | None = None  # None after a stop
+        self._latest: bytes | None = None  # the goal sent last; None after a stop
+        self._asked = math.inf  # since when it is unanswered
+        self._next: bytes | None = None  # the trajectory that waits
+        self._accepted: bytes | None = None  # the latest goal that the controller has accepted and not replaced
         self._problem, self._since = "", -math.inf
 
     @property
     def serves(self) -> bool:
         """True if the controller serves the action now."""
-        return bool(self._sending.service_is_ready())
+        ready = self._now() < self._asked + OVERDUE
+        return ready and all(each.service_is_ready() for each in (self._sending, self._ending, self._canceling))
 
     @property
     def problem(self) -> str:
@@ -59,6 +69,9 @@ class Goals:
 
     def send(self, message: bytes) -> None:
         """Send a trajectory, a serialized message, which replaces the one before."""
+        if self._asked < math.inf:
+            self._next = message
+            return
         from rclpy.serialization import deserialize_message
         from trajectory_msgs.msg import JointTrajectory
 
@@ -68,12 +81,13 @@ class Goals:
         request.goal.trajectory = deserialize_message(message, JointTrajectory)
         if len(self._live) >= MOST:  # its server never says how goals end
             self._live.pop(next(iter(self._live))).cancel()
+        self._asked = self._now()
         self._live[goal] = self._sending.call_async(request)
         self._live[goal].add_done_callback(partial(self._answered, goal))
 
     def stop(self, after: float) -> None:
         """Cancel all goals after some seconds, in which joints brake by another message."""
-        self._latest, goals = None, [*self._live]
+        self._latest, self._accepted, self._next, goals = None, None, None, [*self._live]
         if not after:
             self._cancel(goals)
         elif goals:
@@ -87,6 +101,12 @@ class Goals:
             timer = self._node.create_timer(after, act, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _answered(self, goal: bytes, response: Any) -> None:
+        self._take_answer(goal, response)
+        waiting, self._next, self._asked = self._next, None, math.inf
+        if waiting is not None:
+            self.send(waiting)
+
+    def _take_answer(self, goal: bytes, response: Any) -> None:
         if goal not in self._live or response.exception() or not response.result().accepted:
             self._live.pop(goal, None)
             if goal == self._latest:
@@ -98,14 +118,16 @@ class Goals:
         self._live[goal].add_done_callback(partial(self._ended, goal))
         if self._latest is None:  # a stop has overtaken it
             self._cancel([goal])
+        else:
+            self._accepted = goal
 
     def _ended(self, goal: bytes, response: Any) -> None:
         self._live.pop(goal, None)
-        if goal != self._latest or response.cancelled() or response.exception():
+        if self._latest is None or response.cancelled() or response.exception():
             return
-        ended = response.result()
-        if ended.status == ABORTED:
-            why = printed(ended.result.error_string) or f"its code is {ended.result.error_code}"
+        status, result = response.result().status, response.result().result
+        if status == ABORTED and (goal == self._accepted or result.error_code in VIOLATED):
+            why = printed(result.error_string) or f"its code is {result.error_code}"
             self._problem, self._since = f"has aborted what it got: {why}", self._now()
 
     def _cancel(self, goals: Iterable[bytes]) -> None:

@@ -12,7 +12,6 @@ from improv_core.program import room
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
 from improv_core.robots.config import Robots
-from improv_core.stage.dry_run import predict
 from improv_core.text import LineIndex
 
 
@@ -37,6 +36,8 @@ def check(programs: Sequence[ProgramFile]) -> list[Findings | None]:
 
 
 def _findings(program: ProgramFile) -> Findings | None:
+    from improv_core.stage.dry_run import predict  # not in the server, which only asks
+
     try:
         analysis = analyze(read_program(program.path), program.robots)
     except ReadError:

@@ -7,18 +7,20 @@ The latest version of each program is known, so after an edit only pairs with a 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.diagnostics import Diagnostic
-from improv_core.page.text_preview import TextPreview
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import Preview
 from improv_core.robots.config import Robots
 from improv_core.score.encounters import RoomResults
-from improv_core.stage.dry_run import Predictions
 from improv_core.text import difference
+
+if TYPE_CHECKING:
+    from improv_core.page.text_preview import TextPreview
 
 MOST_KEPT = 20
 """Programs that are known at a time."""
@@ -53,12 +55,17 @@ class Rooms:
 
     def __init__(self) -> None:
         self._versions: dict[str, _Version] = {}
+        # The server, which only asks, needs no player and no simulator.
+        from improv_core.page.text_preview import TextPreview
+        from improv_core.stage.dry_run import Predictions
+
+        self._begun = TextPreview
         self._predict = Predictions()
 
     def look(self, program: OpenProgram) -> Sight:
         """Return the robots that meet or hit something in a program, and the motions that joints can't make. If its
         paths were drawn before, and depend on what robots sense, also return them again."""
-        version = self._versions.pop(program.uri, None) or _Version(analyze(""), None, TextPreview(), iter(()))
+        version = self._versions.pop(program.uri, None) or _Version(analyze(""), None, self._begun(), iter(()))
         analysis = version.analysis if version.analysis.config == program.robots else analyze("", program.robots)
         if analysis.text != program.text:
             analysis = analysis.edited(*difference(analysis.text, program.text))
@@ -77,9 +84,9 @@ class Rooms:
         return Sight(() if program.draws else (*(report.diagnostics if report else ()), *check_joints(analysis)), paths)
 
 
-_rooms = Rooms()
+_rooms = cache(Rooms)
 
 
 def look(program: OpenProgram) -> Sight:
     """Look at a program, as `Rooms` does, with those that this process has seen before."""
-    return _rooms.look(program)
+    return _rooms().look(program)

@@ -26,6 +26,13 @@ message = {"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"proces
 create_server().protocol.structure_message(message)
 fields = [vars(each).get("__attrs_attrs__") for each in types.ALL_TYPES_MAP.values() if isinstance(each, type)]
 print(len(fields), sum(isinstance(each, tuple) for each in fields))
+"""
+CHECK = """
+lazy_types.load()
+from improv_ls import room_watch, settling
+from improv_ls.handlers import completion, hover, initialize, text_document_sync, workspace_diagnostic
+"""
+LOADED = """
 print(*(name for name in sys.modules if name.startswith("improv_core.")))
 """
 
@@ -42,10 +49,15 @@ def test_a_type_that_is_completed_later_is_the_usual_one() -> None:
 
 
 def test_an_editor_waits_for_few_types_and_for_no_compiler() -> None:
-    counts, loaded = printed(START)
+    counts, loaded = printed(START + LOADED)
     all_, complete = map(int, counts.split())
     assert all_ > 500
     assert complete < 40
     packages = {name.split(".")[1] for name in loaded.split()}
     assert packages == {"ide", "plain", "protocol", "safety", "score", "text", "slices", "values"}
     assert not {f"improv_core.score.{name}" for name in ("algebra", "path", "score")} & {*loaded.split()}
+
+
+def test_a_server_that_checks_programs_needs_no_player_and_no_simulator() -> None:
+    (loaded,) = printed(CHECK + LOADED)
+    assert not {"outputs", "player", "stage"} & {name.split(".")[1] for name in loaded.split()}

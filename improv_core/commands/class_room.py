@@ -22,7 +22,7 @@ from improv_core.commands.terminal import TerminalSession, first, performance, r
 from improv_core.page.own_machine import HOST
 from improv_core.program.files import ReadError, robots_in
 from improv_core.robots.config import Robots
-from improv_core.session.start import Options
+from improv_core.session.start import Options, usual_port
 
 NOWHERE = ("192.0.2.1", 9)
 """An address for examples (RFC 5737). A UDP socket that is connected to it sends nothing, but has a local address."""
@@ -68,7 +68,7 @@ def command(site: Path, address: str | None, port: int, folder: Path, file: Path
     except ChildrenError as problem:
         raise CommandError(str(problem)) from None
     try:
-        sys.exit(run(teach(children, options, robots)))
+        sys.exit(run(teach(children, options, robots, usual_port(str(folder.resolve())))))
     finally:
         children.close()
         gc.freeze()  # otherwise Python looks through all objects as it ends: up to half a second
@@ -115,25 +115,35 @@ def _own_address() -> str | None:
         return str(probe.getsockname()[0])
 
 
-async def teach(children: Children, options: Options, robots: Robots | None = None) -> int:
-    """Hold a class until interrupted, and return the exit code. Raises StageError, and CommandError if the children's
-    server ends."""
+async def teach(children: Children, options: Options, robots: Robots | None = None, port: int = 0) -> int:
+    """Hold a class until interrupted, with the teacher's page on this port if it is free. Return the exit code. Raises
+    StageError, and CommandError if the children's server ends."""
     async with performance(options, browser=False, hears_keys=False) as performing:
-        await Class(performing, children, robots).teach()
+        await Class(performing, children, robots, port).teach()
     return INTERRUPTED
+
+
+def _served_at(port: int) -> socket.socket:
+    """Listen on this machine: on the port if it is free, so that the browser knows the teacher's ticks again."""
+    try:
+        return socket.create_server((HOST, port))
+    except OSError:
+        return socket.create_server((HOST, 0))
 
 
 class Class:
     """A class: its children, and the desk and the page of its teacher."""
 
-    def __init__(self, performing: TerminalSession, children: Children, robots: Robots | None = None) -> None:
+    def __init__(
+        self, performing: TerminalSession, children: Children, robots: Robots | None = None, port: int = 0
+    ) -> None:
         from improv_core.classroom.teacher_server import TeacherPage  # only now: that takes long
 
         self._loop = asyncio.get_running_loop()
         self._performing, self.children = performing, children
         self._ended: asyncio.Future[str] = self._loop.create_future()
         self.desk = Desk(performing.playback, self._publish, children.remove, robots)
-        own = socket.create_server((HOST, 0))
+        own = _served_at(port)
         self.teacher = TeacherPage(
             own,
             lambda command: self._soon(self.desk.take, command, performing.stops.count),

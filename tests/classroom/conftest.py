@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -34,6 +35,13 @@ def running(tmp_path: Path) -> Iterator[Running]:
     build(site, pyodide)
     command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
     command += ["--folder", str(tmp_path / "dances")]
+    with started(command) as running:
+        yield running
+
+
+@contextmanager
+def started(command: Any) -> Iterator[Running]:
+    """Run a class until it is terminated."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         assert process.stdout
         said = ""

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from improv_core.classroom.roster import PERIOD
 from tests.axe import violations
-from tests.classroom.conftest import Running
+from tests.classroom.conftest import Running, started
 from tests.page.conftest import Keep
 
 
@@ -115,6 +115,7 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(running: Running, 
     page.get_by_role("button", name="Send out…", exact=True).click()
     page.get_by_role("button", name="Send out", exact=True).click()
     expect(page.locator("#children li")).to_have_count(1)
+    page.get_by_label("Choose Ada").uncheck()  # a tick outlives loading the page again, too
     page.get_by_role("button", name="Choose all").click()
     page.get_by_role("button", name="Send out the chosen").click()
     page.get_by_role("button", name="Send out", exact=True).click()
@@ -137,7 +138,7 @@ def test_a_problem_with_joining_is_gone_once_a_child_has_joined(running: Running
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
 def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Running, page: Page) -> None:
-    _, address, code, teacher = running
+    process, address, code, teacher = running
     page.goto(teacher)
     expect(page.get_by_role("img", name="QR code")).to_be_in_viewport(ratio=1)
     assert page.get_by_role("img", name="QR code").evaluate("(code) => code.clientWidth > innerHeight / 2")
@@ -165,6 +166,12 @@ def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Run
             "001-Анна.improv": b"r $ left",
             "001-Анна-latest.improv": b"r $ lft",
         }
+    process.terminate()
+    process.communicate(timeout=60)
+    with started(process.args) as again:  # the class continues
+        page.goto(again.teacher)
+        expect(page.get_by_label("Choose Анна")).to_be_checked()
+        expect(page.get_by_role("button", name="Play the chosen")).to_be_enabled()
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")

@@ -7,6 +7,8 @@
 /** @typedef {{ child: Child, since: number, item: HTMLLIElement, box: HTMLInputElement, show: () => void }} Card a child, and when this page has first shown it */
 
 const KEY = "improv.class.token"
+const TICKS = "improv.class.ticks"
+const SAME_LESSON = 3 * 3600_000 // milliseconds
 const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
 const TRIES = 50
 const SILENT = 300 // seconds without a dance after which a child may need help
@@ -21,6 +23,7 @@ if (location.search) history.replaceState(null, "", location.pathname)
 const cards = new Map()
 /** @type {Set<number>} */
 const chosen = new Set()
+const earlier = new Set(earlierTicks()) // of children who haven't appeared yet
 /** @type {{ child: Child, dance: Sent } | undefined} */
 let front // as it was looked at: another dance that the child sends meanwhile doesn't take its place
 /** @type {string | null} */
@@ -101,6 +104,7 @@ function newCard(child) {
   const [name, line, wrong, when] = ["name", "line", "wrong", "when"].map((className) => Object.assign(document.createElement("span"), { className }))
   look.append(image, name, line, wrong, when)
   const label = document.createElement("label")
+  if (earlier.delete(child.number)) chosen.add(child.number)
   const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: chosen.has(child.number) })
   label.append(box, "Choose")
   item.append(look, label)
@@ -166,7 +170,26 @@ const ORDERS = {
 /** The chosen children who have a dance that can be played. */
 const playable = () => [...chosen].filter((number) => cards.get(number)?.child.good)
 
+/** The ticks of a page of before, if it was open in this lesson: it may have been that of a class that has ended since. */
+function earlierTicks() {
+  try {
+    const { at, numbers } = JSON.parse(localStorage.getItem(TICKS) ?? "{}")
+    return /** @type {number[]} */ (Date.now() - at < SAME_LESSON ? numbers : [])
+  } catch {
+    return []
+  }
+}
+
+function keepTicks() {
+  try {
+    localStorage.setItem(TICKS, JSON.stringify({ at: Date.now(), numbers: [...chosen, ...earlier] }))
+  } catch {
+    // without storage, ticks end with this page
+  }
+}
+
 function showChosen() {
+  keepTicks()
   disable("play", playable().length === 0)
   disable("remove", chosen.size === 0)
   find("choose-all").textContent = cards.size && chosen.size === cards.size ? "Choose none" : "Choose all"

@@ -16,7 +16,7 @@ import { program } from "../score/program.js"
 import { readAnalysis } from "./analysis.js"
 import { Completions } from "./completions.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
-import { applyEdits, difference, marksAfter } from "./edits.js"
+import { applyEdits, difference, marksAfter, offsetsAfter, wellFormed } from "./edits.js"
 import { Highlight } from "./highlight.js"
 import { PendingChanges } from "./pending-changes.js"
 import { Saving } from "./saving.js"
@@ -318,14 +318,7 @@ export class Editor {
 
   /** Lights what plays, where the text is still as it was played. */
   #light() {
-    const { start, end, text } = difference(program.text, this.#text)
-    /** @type {Map<number, Light>} */
-    const lights = new Map()
-    for (const [offset, light] of this.#lights) {
-      if (offset < start) lights.set(offset, light)
-      else if (offset >= end) lights.set(offset + text.length - (end - start), light)
-    }
-    this.#highlight.light(lights)
+    this.#highlight.light(this.#lights.size ? offsetsAfter(this.#lights, difference(program.text, this.#text)) : this.#lights)
   }
 
   /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
@@ -429,9 +422,4 @@ export class Editor {
     if (place.top < top + CURSOR_MARGIN) paper.scrollTop -= top + CURSOR_MARGIN - place.top
     else if (place.bottom > bottom - CURSOR_MARGIN) paper.scrollTop += place.bottom - bottom + CURSOR_MARGIN
   }
-}
-
-/** Without halves of characters, which can't be saved. @param {string} text */
-function wellFormed(text) {
-  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
 }

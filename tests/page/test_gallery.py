@@ -29,6 +29,7 @@ def test_a_server_has_the_tutorial_its_pictures_and_dances_without_robots_of_the
     examples = json.loads(ask(viewer, "/examples.json").read())
     assert {"square", "puppets"} <= {example["name"] for example in examples}
     assert [example for example in examples if example["toml"] or not example["picture"].startswith("<svg")] == []
+    assert {each["name"]: len(each["bodies"]) for each in examples}["puppets"] == 2
     for name, content in guide_files().items():
         answer = ask(viewer, f"/{name}")
         assert (answer.status, answer.read()) == (200, content), name

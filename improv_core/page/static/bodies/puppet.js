@@ -36,7 +36,7 @@ const VIEWS = {
  * @returns {Picture}
  */
 export function puppet(body) {
-  const svg = svgElement("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE_VIEW_AT + 0.5 + 0.64} ${BAR + 0.08}`, "aria-hidden": "true" })
+  const svg = svgElement("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE_VIEW_AT + 0.5 + 0.64} ${BAR + 0.08}`, class: "puppet", "aria-hidden": "true" })
   const views = /** @type {const} */ (["front", "side"]).map((name, index) => {
     const group = svgElement("g", { class: name, transform: `translate(${index * SIDE_VIEW_AT} 0)` })
     svg.append(group)

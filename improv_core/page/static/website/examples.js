@@ -1,21 +1,25 @@
 // @ts-check
 // Dances to begin with.
 
+import { robotColor } from "../base/colors.js"
 import { button, element, find, findA, svgAddress } from "../base/elements.js"
+import { figureOf } from "../bodies/body.js"
+import { puppet } from "../bodies/puppet.js"
 
-/** @typedef {{ name: string, text: string, toml: string, picture: string }} Example with the picture of its paths, as SVG */
+/** @import { Body } from "../bodies/body.js" */
+/** @typedef {{ name: string, text: string, toml: string, picture: string, bodies: Body[] }} Example with the picture of its paths, as SVG */
 
 /** @param {(text: string, toml: string) => void} take takes the dance that somebody chooses */
 export function offerExamples(take) {
   const dialog = findA("examples", HTMLDialogElement)
   const list = find("examples-list")
   /** @param {Example} example */
-  const row = ({ name, text, toml, picture }) => {
+  const row = ({ name, text, toml, picture, bodies }) => {
     const choose = button({}, () => {
       dialog.close()
       take(text, toml)
     })
-    choose.append(element("img", { alt: "", src: svgAddress(picture) }), name)
+    choose.append(element("img", { alt: "", src: svgAddress(picture) }), ...bodies.slice(0, 1).flatMap(figure), name)
     return element("li", {}, choose)
   }
   find("show-examples").addEventListener("click", async () => {
@@ -30,4 +34,13 @@ export function offerExamples(take) {
       find("examples-line").textContent = "The examples can't be loaded: try again once there is a network."
     }
   })
+}
+
+/** The figure of the first robot at the start of the dance, if its body has one. @param {Body} body */
+function figure(body) {
+  if (!figureOf(body)) return []
+  const { svg, draw } = puppet(body)
+  draw({})
+  svg.style.setProperty("--robot", robotColor(0))
+  return [svg]
 }

@@ -24,9 +24,8 @@ PROGRAMS = [
 ]
 
 
-@pytest.mark.parametrize(("page", "program"), PROGRAMS)
-def test_programs_are_right(page: str, program: str) -> None:
-    assert analyze(program).diagnostics == ()
+def test_programs_are_right() -> None:
+    assert [(page, program) for page, program in PROGRAMS if analyze(program).diagnostics] == []
 
 
 def test_the_language_page_has_every_word() -> None:

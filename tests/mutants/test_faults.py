@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 import improv_core
 from tests.mutants.faults import FAULTS, Fault
 
 CORE = Path(improv_core.__file__).parent
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.breaks)
-def test_the_original_of_a_fault_occurs_once(fault: Fault) -> None:
-    assert (CORE / fault.file).read_text(encoding="utf-8").count(fault.original) == 1
+def test_the_original_of_each_fault_occurs_once() -> None:
+    assert [each for each in FAULTS if _source(each).count(each.original) != 1] == []
+
+
+def _source(fault: Fault) -> str:
+    return (CORE / fault.file).read_text(encoding="utf-8")

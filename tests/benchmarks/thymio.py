@@ -112,22 +112,25 @@ def run(quick: bool = False) -> None:
         with playground(folder, ROBOTS) as address:
             tap = Tap(address)
             approve(tap.address)
-            _list(folder, tap)
+            _list(folder, tap.address)
             print_head("what", "p50", "p99", "max", "number")
             _row("save → motor target, ms", _saves(folder, tap, 10 if quick else 60))
             seconds = 10 if quick else 30
             tap.heard.clear()
             squares = f"{' '.join(ROBOTS)} $ repeat {4 * max(seconds // 8, 1)} (forward left)\n"
-            ends, share = _dance(folder, address, squares)
+            ends, share, pace = _dance(folder, address, squares)
+            print(f"twelve robots were simulated at {pace:.0%} of real time")
             late = _late(tap)
             loop, plain = _loop(tap, seconds)
             _row("changes late, 12 robots, ms", late)
             _row("the same, a plain loop, ms", loop)
             print(f"CPU of 12 robots: {share:.1%} of a processor; of the plain loop {plain:.1%}")
             _row("12 robots' squares, from the ideal, cm", [100 * math.hypot(each.x, each.y) for each in ends])
-            print(f"a square after calibration ends {100 * _calibrated(folder, tap, address):.1f} cm from its start")
             for what, took, looks in _kills(folder, address):
                 print(f"{what} killed: motors at 0 after {took:.2f} s, {looks * PERIOD} ms of the robot's own")
+        with playground(folder, {"t0": (150, 150)}) as address:
+            off, pace = _calibrated(folder, address)
+            print(f"a square after calibration ends {100 * off:.1f} cm from its start, at {pace:.0%} of real time")
 
 
 def _row(what: str, values: Sequence[float]) -> None:
@@ -162,20 +165,21 @@ def _played(folder: Path, program: str) -> Iterator[subprocess.Popen[str]]:
         play.communicate()
 
 
-def _list(folder: Path, tap: Tap, **measured: float) -> None:
+def _list(folder: Path, address: str, **measured: float) -> None:
     """Write the improv.toml of the robots, whose profile has these measures."""
-    about = f'output = "thymio"\nprofile = "measured"\naddress = "{tap.address}"\n'
+    about = f'output = "thymio"\nprofile = "measured"\naddress = "{address}"\n'
     listed = [f"[robots.{robot}]\n{about}node = {node}\n" for node, robot in enumerate(ROBOTS, 1)]
     keys = [f"{key} = {value}\n" for key, value in measured.items()]
     text = "".join([*listed, '[profiles.measured]\nbase = "thymio2"\n', *keys])
     (folder / "improv.toml").write_text(text, encoding="utf-8")
 
 
-def _dance(folder: Path, address: str, program: str) -> tuple[list[Pose], float]:
-    """Play a program. Return the pose at which each robot ends, as its wheels report, and the share of a processor that
-    the stage took."""
+def _dance(folder: Path, address: str, program: str, count: int = len(ROBOTS)) -> tuple[list[Pose], float, float]:
+    """Play a program. Return the pose at which each robot ends, as its wheels report, the share of a processor that the
+    stage took, and that of real time in which the robots were simulated."""
     bus = Bus("odometry", wire_to(address))
-    odometers = [Odometer(bus, node) for node in range(1, len(ROBOTS) + 1)]
+    odometers = [Odometer(bus, node) for node in range(1, count + 1)]
+    at = time.monotonic()
     with _played(folder, program) as play:
         stage = next(pid for pid in descendants(play.pid) if b"devices" in command_of(pid))
         before, began = processor_time(stage), time.monotonic()
@@ -184,17 +188,20 @@ def _dance(folder: Path, address: str, program: str) -> tuple[list[Pose], float]
         play.communicate(timeout=3 * LIMIT)
     time.sleep(1)
     bus.close()
-    return [each.pose for each in odometers], share
+    return [each.pose for each in odometers], share, odometers[0].seconds / (time.monotonic() - at)
 
 
-def _calibrated(folder: Path, tap: Tap, address: str) -> float:
-    """Return how far from its start a square ends, in meters, after its steps and turns were measured."""
-    (ahead, *_), _ = _dance(folder, address, "t0 $ repeat 4 forward\n")
-    (turned, *_), _ = _dance(folder, address, "t0 $ repeat 4 left\n")
+def _calibrated(folder: Path, address: str) -> tuple[float, float]:
+    """Return how far from its start a square ends, in meters, after a robot's steps and turns were measured, and the
+    share of real time."""
+    approve(address)
+    _list(folder, address)
+    (ahead,), _, _ = _dance(folder, address, "t0 $ repeat 4 forward\n", 1)
+    (turned,), _, _ = _dance(folder, address, "t0 $ repeat 4 left\n", 1)
     step, turn = STEP * 4 * STEP / ahead.x, 90 * math.tau / turned.heading
-    _list(folder, tap, commanded_step=step, commanded_quarter_turn=turn)
-    (end, *_), _ = _dance(folder, address, "t0 $ repeat 4 (forward left)\n")
-    return math.hypot(end.x, end.y)
+    _list(folder, address, commanded_step=step, commanded_quarter_turn=turn)
+    (end,), _, pace = _dance(folder, address, "t0 $ repeat 4 (forward left)\n", 1)
+    return math.hypot(end.x, end.y), pace
 
 
 class Odometer:
@@ -202,6 +209,7 @@ class Odometer:
 
     def __init__(self, bus: Bus, node: int) -> None:
         self.pose = Pose()
+        self.seconds = 0.0
         self._looks: int | None = None
         self._before = Twist()
         bus.listen(bus.find("", node), self._take)
@@ -211,6 +219,7 @@ class Odometer:
         if self._looks is not None:
             seconds = (words[0] - self._looks) % 65536 * PERIOD / 1000
             self.pose = self.pose.after(self._before.plus(rolled).times(0.5), seconds)
+            self.seconds += seconds
         self._looks, self._before = words[0], rolled
 
 

@@ -381,7 +381,7 @@ def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
 
 def _drawn(part: Part, tempo: Fraction) -> str:
     """Return the path of a part as SVG; empty if the robot stays in place."""
-    peak = part.movement.peak
+    peak = part.movement.bounds.peak
     return picture(Score(tempo, {part.robot: part}), SIZE, MOST_MOMENTS) if peak.x or peak.y else ""
 
 

@@ -257,7 +257,7 @@ def _with_ghost(config: Robots, ghost: str, movements: Sequence[Movement]) -> Ro
     able = (
         robot
         for robot in config.robots.values()
-        if not any(unsupported(movement.peak, robot.profile) for movement in movements)
+        if not any(unsupported(movement.bounds.peak, robot.profile) for movement in movements)
     )
     like = next(able, config.robot(ghost))
     return replace(config, robots={**config.robots, ghost: replace(like, start=None, reset=None)})

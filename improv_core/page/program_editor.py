@@ -93,7 +93,7 @@ class PageEditor:
     def analysis(self, text: str) -> Analysis:
         """Analyze a text, starting from the latest analysis."""
         if self._latest.config is not self.robots:
-            self._latest = self._latest.with_robots(self.robots)
+            self._latest = self._latest.with_robots(self.robots).settled()
         if text != self._latest.text:
             self._latest = self._latest.edited(*difference(self._latest.text, text)).settled()
         return self._latest

@@ -149,7 +149,10 @@ class Analysis(Program):
             checkpoint()
         rest = [offset + growth for offset in self.offsets[after:]] if growth else self.offsets[after:]
         all_offsets = [*self.offsets[:first], *offsets, *rest]
-        statements = _parsed(pieces)
+        statements = []
+        for piece in pieces:
+            checkpoint()
+            statements.append(parse_statement(piece))
         while statements and first < after and statements[0] is self.statements[first]:
             del statements[0]
             first += 1
@@ -243,12 +246,8 @@ class Analysis(Program):
         return problems
 
     def with_robots(self, robots: Robots) -> Analysis:
-        """Return the same program for other robots."""
-        return self.given(robots).settled()
-
-    def given(self, robots: Robots) -> Analysis:
-        """Do the same, but let everything that robots play wait for `settled`."""
-        made = dataclasses.replace(self.cast_with(robots), earlier=self.earlier and self.earlier.given(robots))
+        """Return the same program for other robots. Everything that robots play waits for `settled`."""
+        made = dataclasses.replace(self.cast_with(robots), earlier=self.earlier and self.earlier.with_robots(robots))
         words = {*self.predefined, *made.predefined}
         return made._doubted(index for word in words for index in self.bindings.used.get(word, ()))
 
@@ -284,14 +283,6 @@ def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
 def _begun(lines: LineIndex, config: Robots) -> Analysis:
     """Return the analysis of a text without its statements."""
     return Analysis(lines, (), (), (), (), bind(()), (), (), (), frozenset(), config, Opening(config), {})
-
-
-def _parsed(pieces: Iterable[str]) -> list[Statement]:
-    found = []
-    for piece in pieces:
-        checkpoint()
-        found.append(parse_statement(piece))
-    return found
 
 
 def _assembled(

@@ -10,13 +10,14 @@ from itertools import islice
 from typing import Any
 
 from improv_core.program.analysis import Analysis
+from improv_core.program.timing import brief
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import exactly, excess
 from improv_core.robots.start_poses import start_poses
 from improv_core.score.joints import Limb, limbs_of
 from improv_core.score.measured import Measure
 from improv_core.score.motion import Pose, wrapped
-from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity
 from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read

@@ -53,7 +53,7 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
         if head.text not in parts or head.span in wrong:
             continue
         profile = robots.profile_of(head.text)
-        if _may_be_too_much(parts[head.text].peak, profile, tempo):
+        if _may_be_too_much(parts[head.text].bounds.peak, profile, tempo):
             for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
         for diagnostic in _too_far_back(head.text, parts[head.text], profile):
@@ -83,7 +83,7 @@ def check_names(statement: Statement, named: Collection[str], robots: Robots) ->
 
 def impossible(part: Movement, profile: Profile) -> str | None:
     """Return a motion that a robot with this profile can't make, such as `move sideways`; None if it can make all."""
-    if not _may_be_impossible(part.peak, profile):
+    if not _may_be_impossible(part.bounds.peak, profile):
         return None
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if lacking := _lacking(moment.velocity, profile):
@@ -243,7 +243,7 @@ def _too_far_back(robot: str, part: Movement, profile: Profile) -> Iterator[Diag
     """Report the first movement in which a base has driven backward so far that it stops by itself. Driving forward
     gives the distance back (create3_sim, motion_control_node)."""
     limit = profile.backward_limit
-    if limit is None or not part.peak.x or not _may_go_back(part):
+    if limit is None or not part.bounds.peak.x or not _may_go_back(part):
         return
     room = limit
     for moment in islice(walk(with_all_sides(base_of(part))), _FIRST_MOMENTS):

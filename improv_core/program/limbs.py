@@ -142,7 +142,7 @@ def _asks(made: Movement, asked: Asked) -> bool:
     """Return whether a movement asks this of whichever body part performs it."""
     if asked.pose:
         return asked.pose in made.body_words.loose_poses
-    bound = getattr(made.peak, asked.direction) if asked.direction else 0
+    bound = getattr(made.bounds.peak, asked.direction) if asked.direction else 0
     return asked.unit in units_in(bound) if asked.unit else bool(bound)
 
 
@@ -167,7 +167,7 @@ def _wrong_units(movement: Movement, profiles: Iterable[Profile]) -> dict[Asked,
     base = [
         (direction, Asked("", False, direction, unit=unit))
         for direction in COMPONENTS
-        for unit in units_in(getattr(movement.peak, direction))
+        for unit in units_in(getattr(movement.bounds.peak, direction))
     ]
     of_parts = [each for each in movement.body_words.asked if each.unit]
     found = dict[Asked, str]()
@@ -238,7 +238,7 @@ def _moved(
     words = movement.body_words
     asked = {each._replace(mirrored=each.mirrored != flipped) for each in words.asked if each.part}
     asked |= {Asked(word, mirrored, pose=pose) for pose in words.loose_poses}
-    asked |= {Asked(word, mirrored, direction) for direction in _WORDS if getattr(movement.peak, direction)}
+    asked |= {Asked(word, mirrored, direction) for direction in _WORDS if getattr(movement.bounds.peak, direction)}
     moved, posed = set[str](), set[str]()
     for each in asked:
         for name in body.performers(each.part, each.mirrored):

@@ -55,7 +55,7 @@ def _missing(name: str, without: list[str], span: Span) -> Diagnostic:
 def _looks_ahead(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     """Report a robot that relies on `near`, which looks ahead, while it only goes backward or sideways, whatever dice
     choose."""
-    if condition.is_negated or body.open or body.dice or not (body.peak.x or body.peak.y):
+    if condition.is_negated or body.open or body.dice or not (body.bounds.peak.x or body.bounds.peak.y):
         return
     while isinstance(body, (Repeat, FromStatement)):
         body = body.body  # each round is like the first

@@ -8,10 +8,13 @@ from fractions import Fraction
 from itertools import islice
 
 from improv_core.robots.limits import top_speed
-from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, brief
+from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Lengths, Movement, bits, exact
 from improv_core.score.path import MOST_MEASURED_THROWS, displacement, extent
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import reactions
+
+LONGEST_WRITTEN = 4096
+"""The most bits of a number that is written in full."""
 
 
 def in_beats(length: Duration | Lengths) -> str:
@@ -40,6 +43,12 @@ def written(value: Fraction) -> str:
     if 1000 % value.denominator:
         return str(brief(value))
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
+
+
+def brief(number: Exact) -> Exact:
+    """Return a number short enough to write: itself, or the nearest with a denominator up to `FINEST`. The statements
+    of one robot may add up to fractions of any length, and Python writes integers of at most 4,300 digits."""
+    return number if bits(number) <= LONGEST_WRITTEN else exact(Fraction(number).limit_denominator(FINEST))
 
 
 def decimal(value: float, digits: int = 2) -> str:

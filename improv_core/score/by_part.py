@@ -12,11 +12,11 @@ from improv_core.score import fields
 from improv_core.score.algebra import Hold
 from improv_core.score.bounds import held, under_part
 from improv_core.score.movement import (
-    SILENT,
     STILL,
     Around,
     Asked,
     BodyWords,
+    Factors,
     Movement,
     Single,
     Through,
@@ -24,6 +24,8 @@ from improv_core.score.movement import (
 )
 from improv_core.text import Span
 from improv_core.values import value
+
+_SILENT = Factors(0, 0, 0, 0)
 
 
 @value(frozen=True, slots=True, eq=False)
@@ -36,7 +38,7 @@ class ByPart(Single, Through):
     FIELDS = (("part", fields.TEXT),)
 
     def within(self, around: Around) -> Around:
-        return around._replace(gain=SILENT)
+        return around._replace(gain=_SILENT)
 
 
 @value(frozen=True, slots=True, eq=False)

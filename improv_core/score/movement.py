@@ -68,8 +68,6 @@ class Velocity(NamedTuple):
 
 STILL = Velocity()
 SAME = Factors()
-SILENT = Factors(0, 0, 0, 0)
-"""The gain of a movement that stands still."""
 DIRECTIONS = Velocity._fields
 
 
@@ -78,21 +76,11 @@ def exact(number: Fraction) -> Exact:
     return number if number.denominator != 1 else number.numerator
 
 
-def quotient(number: Exact, divisor: Fraction) -> Exact:
-    """Return an exact number divided by a fraction, in half of the time that its own operator takes."""
-    above, below = number.as_integer_ratio()
-    over, under = divisor.as_integer_ratio()
-    whole, rest = divmod(above * under, below * over)
-    return Fraction(above * under, below * over) if rest else whole
-
-
 FINEST = 1_000_000
 """Positions in beats are rounded to this many parts of a beat."""
 LARGEST = 10**100
-"""The most beats, steps per beat, quarter turns per beat, and items per beat of a movement.
-
-With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
-"""
+"""The most beats, steps per beat, quarter turns per beat, and items per beat of a movement. With any tempo and step,
+the product of any two of them stays below the largest float (1.8e308)."""
 MOST_BITS = 4096
 """The most bits of the exact fractions of a movement: nested odd factors multiply."""
 MOST_VOICES = 250
@@ -101,21 +89,11 @@ MOST_DEPTH = 250
 """The deepest nesting of walks. Each level costs two of Python's levels of recursion."""
 MOST_THROWS = 2**MOST_BITS
 """The most throws of one stream: their number is written into each throw's key."""
-LONGEST_WRITTEN = 4096
-"""The most bits of a number that is written in full: Python refuses to write integers of more than 4,300 digits."""
 
 
 def near(beat: float) -> Exact:
     """Return a beat rounded to an exact number with few digits."""
     return exact(Fraction(round(beat * FINEST), FINEST))
-
-
-def brief(number: Exact) -> Exact:
-    """Return a number short enough to write: itself, or the nearest with a denominator up to `FINEST`.
-
-    The statements of one robot may add up to fractions of any length.
-    """
-    return number if bits(number) <= LONGEST_WRITTEN else exact(Fraction(number).limit_denominator(FINEST))
 
 
 def all_by(factor: Exact) -> Factors:
@@ -176,11 +154,10 @@ NO_BODY_WORDS = BodyWords(frozenset(), Peak(0.0, 0.0, 0.0, 0.0, math.inf))
 class Bounds:
     """The bounds of a movement. Thousands of movements share a few, so they are compared by identity.
 
-    `peak` bounds all moments. `width` is the number of voices that may play at once. `bits` is the number of bits that
-    the factors around its moments may add to their fractions. `depth` is the depth to which walks are nested (in
-    voices, ramps, and open movements). `dice` is true if it contains a word of dice, even one that is never reached.
-    `throws` is the number of throws of its stream that it takes. `open` is true if senses decide what is performed (see
-    `reactions`). All of this is about the base; `body` is about the words for body parts.
+    `peak` bounds all moments. `width` is the number of voices that may play at once, `bits` that of the bits that the
+    factors around its moments may add to their fractions, and `depth` that of nested walks (in voices, ramps, and open
+    movements). With `dice`, it contains a word of dice, even one that is never reached, and takes so many `throws` of
+    its stream. If it is `open`, senses decide what is performed. `body` is about the words for body parts.
     """
 
     peak: Peak
@@ -326,10 +303,6 @@ class Movement:
         except AttributeError:
             object.__setattr__(self, "_lengths", KnownLengths())  # a movement is frozen
             return self._lengths
-
-    @property
-    def peak(self) -> Peak:
-        return self.bounds.peak
 
     @property
     def dice(self) -> bool:

@@ -42,7 +42,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
         for document in list(ls.documents.values()):
             uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
             if uri not in ls.documents:
-                add(ls, Document(uri, document.version, document.analysis.given(robots_of(uri))))
+                add(ls, Document(uri, document.version, document.analysis.with_robots(robots_of(uri))))
                 did_close(ls, types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(document.uri)))
         for file in list(ls.robots_files.values()):
             uri = moved(file.uri, renamed.old_uri, renamed.new_uri)
@@ -66,7 +66,7 @@ def refresh_robots(ls: Session) -> None:
         if robots != document.analysis.config:
             if robots.path != document.analysis.config.path:
                 publish_robots(ls, replace(document.analysis.config, diagnostics=()))
-            add(ls, replace(document, analysis=document.analysis.given(robots)))
+            add(ls, replace(document, analysis=document.analysis.with_robots(robots)))
             different = True
     if different and ls.editor.pulls_diagnostics:
         ls.editor.refresh("diagnostics")

@@ -15,7 +15,7 @@ PLANES = of_kind(Kind.PLANE)
 
 def offered(program: str, robots: str = "") -> Completion:
     analysis, offset = at_cursor(program)
-    found = complete(analysis.with_robots(read_robots(robots)), offset)
+    found = complete(analysis.with_robots(read_robots(robots)).settled(), offset)
     assert found
     begun = analysis.text[found.span.start : found.span.end]
     assert found.span.end == offset

@@ -15,7 +15,7 @@ from tests.ide.cursor import at_cursor
 def check(program: str, marked: str, *said: str, robots: str = "") -> None:
     """Check that hovering at the cursor marks a text and shows each of these."""
     analysis, offset = at_cursor(program)
-    analysis = analysis.with_robots(read_robots(robots))
+    analysis = analysis.with_robots(read_robots(robots)).settled()
     found = hover(analysis, offset)
     assert found
     assert analysis.text[found.span.start : found.span.end] == marked
@@ -114,7 +114,7 @@ def test_the_top_speed_against_the_robots_limit() -> None:
 
 def said(program: str, robots: str = "") -> str:
     analysis, offset = at_cursor(program)
-    found = hover(analysis.with_robots(read_robots(robots)), offset)
+    found = hover(analysis.with_robots(read_robots(robots)).settled(), offset)
     assert found
     return found.plain
 

@@ -11,8 +11,9 @@ from improv_core.ide.rehearsal import SENSED, rehearse, scenes_named
 from improv_core.ide.selection import UnplayableError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.program.timing import brief
 from improv_core.robots.config import read_robots
-from improv_core.score.movement import ENDLESS, Exact, brief
+from improv_core.score.movement import ENDLESS, Exact
 from improv_core.score.music import Music
 from improv_core.score.path import pose_at
 from improv_core.score.walk import walk

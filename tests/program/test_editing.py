@@ -120,7 +120,7 @@ def test_waiting_statements_are_read_in_the_order_of_the_text() -> None:
 def test_a_line_still_waits_for_its_check_after_a_line_is_added() -> None:
     """The same happens if improv.toml and the program change at the same time."""
     robots = read_robots("[robots.anna]\n", Path("improv.toml"))
-    waiting = analyze("anna $ left\nbert $ right\n").given(robots)
+    waiting = analyze("anna $ left\nbert $ right\n").with_robots(robots)
     edited = waiting.touched(0, 0, "anna $ forward\n").settled()
     assert [each.code for each in edited.diagnostics] == ["unknown-robot"]
     assert edited.diagnostics == analyze(edited.text, robots).diagnostics

@@ -172,9 +172,9 @@ def test_a_change_of_improv_toml_changes_the_meaning_of_words() -> None:
     robots = read_robots(FAST.replace("body.head", "body.tail"))
     before = analyze(text)
     assert [each.code for each in before.diagnostics] == ["unknown-name"]
-    after = before.with_robots(robots)
+    after = before.with_robots(robots).settled()
     assert after.diagnostics == analyze(text, robots).diagnostics == ()
-    assert [each.code for each in after.with_robots(read_robots("")).diagnostics] == ["unknown-name"]
+    assert [each.code for each in after.with_robots(read_robots("")).settled().diagnostics] == ["unknown-name"]
 
 
 def test_senses_decide_for_the_base_and_for_body_parts_alike() -> None:

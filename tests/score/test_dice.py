@@ -243,9 +243,9 @@ def test_equal_items_are_not_merged_where_dice_decide() -> None:
 
 def test_steps_are_no_items() -> None:
     """The shortest item of a ramp is an item of its body."""
-    assert ramp(F, 1, 1).peak.shortest == 1
-    assert ease(series([F, F])).peak.shortest == 0.75
-    assert ease(F).peak.x == pytest.approx(4 / 3)
+    assert ramp(F, 1, 1).bounds.peak.shortest == 1
+    assert ease(series([F, F])).bounds.peak.shortest == 0.75
+    assert ease(F).bounds.peak.x == pytest.approx(4 / 3)
 
 
 BILLION = 10**9

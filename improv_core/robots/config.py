@@ -30,14 +30,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.music import Music
 from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, Profile
-from improv_core.score.score import (
-    BASE_FRAME,
-    DeviceAddress,
-    Host,
-    OdomFrame,
-    OutsideClock,
-    Safety,
-)
+from improv_core.score.score import BASE_FRAME, DeviceAddress, Host, OdomFrame, OutsideClock, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache, partial
 from itertools import chain, islice
 from typing import NamedTuple
 
@@ -169,7 +170,11 @@ def _word_at(analysis: Analysis, offset: int) -> tuple[Span, Word, Iterator[_Per
     if uniform is None or not (uniform.x or uniform.y or uniform.yaw):
         return None
     source = Source(analysis.statement_ids[found.placed.index], primitive.span)
-    played = _performances(score_of(analysis), source, lambda profile: Twist(*in_axes(uniform, profile)))
+    score, line = score_of(analysis), analysis.played.get(found.placed.index)
+    if line:  # others don't play its words
+        robots = dict(line.parts)
+        score = replace(score, parts={name: part for name, part in score.parts.items() if name in robots})
+    played = _performances(score, source, lambda profile: Twist(*in_axes(uniform, profile)))
     first = next(played, None)
     return (node.span.shifted(found.placed.start), node, chain([first], played)) if first else None
 
@@ -182,10 +187,11 @@ def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist])
         pose = start = part.start
         legs: list[tuple[Twist, float]] = []
         done = 0.0
+        moving_at = cache(partial(twist, profile=part.profile, tempo=score.tempo))  # most moments have few velocities
         for moment in islice(walk(part.movement), MOST_MOMENTS):
             if moment.duration == ENDLESS:
                 break
-            moving, seconds = twist(moment.velocity, part.profile, score.tempo), score.seconds(moment.duration)
+            moving, seconds = moving_at(moment.velocity), score.seconds(moment.duration)
             start = start if legs else pose
             pose = pose.after(moving, seconds)
             if word not in moment.sources:

@@ -7,7 +7,8 @@ from typing import Any
 
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome
-from improv_core.protocol.messages import Measured, MeasuredRobot, MisplacedRobot, Poses, State, TransportMessage
+from improv_core.protocol.messages import MisplacedRobot, Poses, State, TransportMessage
+from improv_core.protocol.robot_messages import Measured, MeasuredRobot
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 

@@ -25,7 +25,8 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
-from improv_core.protocol.messages import Decided, Measured, Misplaced, Ready, Sensed, Sent, TransportMessage
+from improv_core.protocol.messages import Decided, Misplaced, Ready, Sensed, Sent, TransportMessage
+from improv_core.protocol.robot_messages import Measured
 from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening

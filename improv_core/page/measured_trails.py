@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from improv_core.protocol.fields import PoseJson
-from improv_core.protocol.messages import SIMULATED, MeasuredRobot
+from improv_core.protocol.messages import SIMULATED
+from improv_core.protocol.robot_messages import MeasuredRobot
 from improv_core.score.motion import Pose
 
 MOST_PLACES = 20_000

@@ -11,8 +11,9 @@ from collections.abc import Callable
 from improv_core.page.measured_trails import MeasuredTrail, measured_place
 from improv_core.page.outbox import PageOutbox, bumps_message
 from improv_core.protocol.drawn import Bump, Lengthening, Snapshot
-from improv_core.protocol.messages import SIMULATED, Measured
+from improv_core.protocol.messages import SIMULATED
 from improv_core.protocol.page_messages import DrawnPoses, DrawnRobot, DrawnRobots, ServerTime
+from improv_core.protocol.robot_messages import Measured
 
 FRAME = 1 / 60
 

@@ -8,11 +8,12 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from improv_core.player.run import Run
 from improv_core.protocol.commands import AUTOMATIONS
 from improv_core.protocol.fields import PoseJson, to_pose_json
-from improv_core.protocol.messages import Decided, MeasuredRobot, Poses, Sensed, TransportMessage
+from improv_core.protocol.messages import Decided, Poses, Sensed, TransportMessage
 from improv_core.protocol.output import RawJoints
 from improv_core.protocol.robot_messages import (
     FaultMessage,
     JointPositions,
+    MeasuredRobot,
     RobotInstant,
     Vitals,
     VitalsRobot,

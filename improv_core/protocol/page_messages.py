@@ -15,7 +15,6 @@ from improv_core.protocol.host_messages import Link
 from improv_core.protocol.messages import (
     Armed,
     Decided,
-    Measured,
     Misplaced,
     Obeyed,
     PageMessage,
@@ -24,7 +23,7 @@ from improv_core.protocol.messages import (
     Stopped,
     TransportMessage,
 )
-from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Vitals, WhyStill
+from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Measured, Vitals, WhyStill
 
 
 class ServerTime(TypedDict):

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
-from improv_core.protocol.messages import ErrorLine, Measured, Sensed, TransportMessage, WarningLine
-from improv_core.protocol.robot_messages import FaultMessage
+from improv_core.protocol.messages import ErrorLine, Sensed, TransportMessage, WarningLine
+from improv_core.protocol.robot_messages import FaultMessage, Measured
 
 
 class Plays(TypedDict):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
+from improv_core.protocol.fields import PoseJson
 from improv_core.score.faults import Fault, Response
 from improv_core.score.fits import NotRequired, UnixNanoseconds
 
@@ -100,3 +101,30 @@ class Vitals(TypedDict):
     type: Literal["vitals"]
     generation: int
     robots: Mapping[str, VitalsRobot]
+
+
+class MeasuredRobot(Instant):
+    """A robot's measured pose, and its ideal pose then.
+
+    `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
+    source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
+    of that frame, and `origin` is the pose of the world's origin in it. `follows` is true if corrections pull the robot
+    back to its ideal path.
+    """
+
+    source: str
+    frame: str
+    origin: PoseJson
+    pose: PoseJson
+    ideal: PoseJson
+    aligned: int
+    follows: bool
+
+
+class Measured(TypedDict):
+    """The places where robots with `odom`, and simulated ones with motors, really were, and ideally would have been, in
+    the world of the score: at most twenty times a second while robots play, and for a second after."""
+
+    type: Literal["measured"]
+    generation: int
+    robots: Mapping[str, MeasuredRobot]

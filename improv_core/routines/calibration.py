@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, replace
 from fractions import Fraction
 from statistics import fmean, stdev
 
-from improv_core.protocol.messages import MeasuredRobot
+from improv_core.protocol.robot_messages import MeasuredRobot
 from improv_core.robots.limits import excess
 from improv_core.score.motion import Pose
 from improv_core.score.primitives import PRIMITIVES

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
 from improv_core.protocol.fields import to_pose_json
-from improv_core.protocol.messages import MeasuredRobot
+from improv_core.protocol.robot_messages import MeasuredRobot
 from improv_core.robots.config import read_robots
 from improv_core.routines.calibration import (
     MOST_ROUNDS,

@@ -20,8 +20,9 @@ from improv_core.outputs.cdr import (
     string_of,
     twist_message,
 )
-from improv_core.protocol.messages import Decided, Measured, Sensed, Sent, read_from_stage
+from improv_core.protocol.messages import Decided, Sensed, Sent, read_from_stage
 from improv_core.protocol.output import Sink
+from improv_core.protocol.robot_messages import Measured
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile

@@ -110,11 +110,18 @@ def wait_until_full(pid: int, limit: float) -> None:
 def wait_until_written(process: subprocess.Popen[str], folder: Path, limit: float) -> None:
     """Wait until a process has written into a file that it has open in a folder, also one that has no name yet."""
     end = time.monotonic() + limit
-    while not any(
-        file.readlink().is_relative_to(folder) and file.stat().st_size
-        for file in Path(f"/proc/{process.pid}/fd").iterdir()
-        if file.is_symlink()
-    ):
+    while not any(_has_written(file, folder) for file in Path(f"/proc/{process.pid}/fd").iterdir()):
         assert process.poll() is None
         assert time.monotonic() < end, f"process {process.pid} has written nothing into {folder} within {limit} s"
         time.sleep(0.01)  # nothing tells of a file without a name
+
+
+def _has_written(file: Path, folder: Path) -> bool:
+    """Return whether an open file of a process is in a folder, open for writing, and not empty; it may be closed
+    meanwhile."""
+    try:
+        about = (file.parent.parent / "fdinfo" / file.name).read_text("ascii")
+        is_written = int(about.partition("flags:")[2].split()[0], 8) & os.O_ACCMODE != os.O_RDONLY
+        return is_written and file.readlink().is_relative_to(folder) and file.stat().st_size > 0
+    except FileNotFoundError:
+        return False

@@ -13,7 +13,7 @@ from improv_core.commands.terminal import TerminalSession, first, performance
 from improv_core.page.program_editor import PageEditor
 from improv_core.program.files import ReadError, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
-from improv_core.protocol.editing import Analyze, AskPreview, EditorAnswer, Write
+from improv_core.protocol.editing import Analyze, AskHandle, AskPreview, EditorAnswer, Write
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options
 from improv_core.storage.program_file import Version, WriteError, read_version, write_text
@@ -55,7 +55,7 @@ class _Desk:
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots, lambda value: write_first_beat(path.parent, value))
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
-        self._unseen: asyncio.Queue[tuple[int, AskPreview]] = asyncio.Queue()
+        self._unseen: asyncio.Queue[tuple[int, AskPreview | AskHandle]] = asyncio.Queue()
         performing.present(path)
         self._show()
 
@@ -67,7 +67,7 @@ class _Desk:
             if ask["type"] == "write":
                 await self._write(page, ask, asked)
                 continue
-            if ask["type"] == "preview":
+            if ask["type"] == "preview" or ask["type"] == "handle":
                 self._unseen.put_nowait((page, ask))
                 continue
             self._answer(page, self._editor.answer(page, ask, rehearses=self._performing.rehearses))
@@ -75,9 +75,12 @@ class _Desk:
                 self._unchecked.put_nowait((page, ask))
 
     async def preview(self) -> None:
-        """Send the paths of the pages' texts, forever."""
+        """Send the paths of the pages' texts, and the handles of their movements, forever."""
         while True:
             page, ask = await self._unseen.get()
+            if ask["type"] == "handle":
+                await self._apart(page, partial(self._editor.handle, page, ask))
+                continue
             answers = self._editor.previews(page, ask)
             while await self._apart(page, partial(next, answers, None)):
                 pass

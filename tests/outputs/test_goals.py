@@ -109,11 +109,12 @@ def test_a_refused_trajectory_is_a_problem_for_a_while(server: Server) -> None:
         (1, ABORTED, "", "has aborted what it got: its code is -4"),
         (1, SUCCEEDED, "", ""),
         (0, ABORTED, "a new goal replaces it", ""),
+        (1, ABORTED, "a new goal replaces it", ""),
         (0, ABORTED, "yaw is too far away", "has aborted what it got: yaw is too far away"),
     ],
 )
 def test_the_latest_goal_says_why_it_was_aborted(server: Server, goal: int, status: int, why: str, told: str) -> None:
-    """A controller that replaces a goal may abort it, but accepts the other one before."""
+    """A controller that replaces a goal may abort it, and that may be heard before its answer about the other one."""
     goals = sent(server, count=2)
     goals.send(b"")
     end(server, goal, status, why, code=-1 if "replaces" in why else -4)

@@ -100,8 +100,9 @@ def test_a_page_can_be_opened_again_in_its_browser_and_its_address_opens_nothing
     expect(again.locator("#notice")).to_contain_text("Improv was started again", timeout=LIMIT * 1000)
     assert not again.evaluate("improv.connected")
     other = window.new_page()
-    other.goto(f"{viewer.address}?ticket={issue('another token')}")
-    wait(again, "window.improv?.connected")  # it takes the token that this browser was given
+    with again.expect_event("load"):  # it takes the token that this browser was given
+        other.goto(f"{viewer.address}?ticket={issue('another token')}")
+    wait(again, "window.improv?.connected")
     for each in (again, other):
         each.close()
     next_server.close()

@@ -135,7 +135,7 @@ const HANDLERS = {
   },
   source: takeSource,
   analyze: (message) => editor.takeAnalysis(message),
-  complete: (message) => editor.takeWords(message),
+  complete: (message) => editor.offer.take(message),
   handle: (message) => handle.take(message),
   preview: (message) => editor.takePreview(message),
   draft: ({ text, paths }) => {

@@ -126,7 +126,9 @@ class Goals:
         if self._latest is None or response.cancelled() or response.exception():
             return
         status, result = response.result().status, response.result().result
-        if status == ABORTED and (goal == self._accepted or result.error_code in VIOLATED):
+        # The end of a goal that is replaced may arrive before the answer about the one that replaces it.
+        is_latest = goal == self._accepted and self._asked == math.inf
+        if status == ABORTED and (is_latest or result.error_code in VIOLATED):
             why = printed(result.error_string) or f"its code is {result.error_code}"
             self._problem, self._since = f"has aborted what it got: {why}", self._now()
 

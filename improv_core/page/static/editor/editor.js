@@ -14,10 +14,10 @@ import { send } from "../net/send.js"
 import { showProblem } from "../score/changes.js"
 import { program } from "../score/program.js"
 import { readAnalysis } from "./analysis.js"
-import { Completions } from "./completions.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
 import { applyEdits, difference, marksAfter, offsetsAfter, wellFormed } from "./edits.js"
 import { Highlight } from "./highlight.js"
+import { Offer } from "./offer.js"
 import { PendingChanges } from "./pending-changes.js"
 import { Saving } from "./saving.js"
 import { Tooltip } from "./tooltip.js"
@@ -29,12 +29,16 @@ import { Tooltip } from "./tooltip.js"
 
 const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
 const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
-const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
 
 export class Editor {
   #control = findA("text", HTMLTextAreaElement)
   #highlight = new Highlight(find("highlight"), find("paper"))
-  #completions = new Completions(this.#control, (word) => this.#pick(word))
+  offer = new Offer(this.#control, {
+    known: () => this.#known,
+    codePoints: () => this.#codePoints,
+    place: (offset) => this.#highlight.place(offset),
+    replace: (text) => this.#replace(text),
+  })
   #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
   #text = ""
   #codePoints = new CodePoints("")
@@ -52,23 +56,19 @@ export class Editor {
   /** @type {Diagnostic[]} */
   #shown = [] // of the diagnostics
   #listed = "" // the problems in the list, and their text
-  /** @type {{ start: number, end: number, asked: boolean } | null} */
-  #offering = null // for what is written here
   /** @type {Map<number, Light>} */
   #lights = new Map() // on the words that play, by their offsets in the played text
 
   handle = new Handle(() => this.#cursor, (change) => this.pendingChanges.add(change))
-  preview = new Preview(() => this.#analyzed === this.#number && this.#preview())
+  preview = new Preview(() => this.#known !== null && this.#preview())
 
   constructor() {
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
-    control.addEventListener("compositionstart", () => this.#endOffer())
     for (const kind of ["focus", "blur"]) control.addEventListener(kind, () => setTimeout(() => whenReleased(() => this.#showFocus())))
-    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
     find("paper").addEventListener("scroll", () => {
-      this.#moveOffer()
+      this.offer.move()
       this.#draw()
     })
     listenForArrows()
@@ -88,7 +88,7 @@ export class Editor {
       },
     })
     this.pendingChanges = new PendingChanges({
-      known: () => (this.#analyzed === this.#number ? this.#number : null),
+      known: () => this.#known,
       edit: (edits, again) => this.#edit(edits, again),
       say: (problem) => {
         showProblem(problem)
@@ -103,9 +103,14 @@ export class Editor {
     return this.saving.open
   }
 
+  /** The number of the text, once the server has it. */
+  get #known() {
+    return this.#analyzed === this.#number ? this.#number : null
+  }
+
   /** The cursor, once the server has the text. */
   get #cursor() {
-    return this.#analyzed === this.#number ? { number: this.#number, offset: this.writtenAt ?? 0 } : null
+    return this.#known === null ? null : { number: this.#known, offset: this.writtenAt ?? 0 }
   }
 
   /** The place of the cursor, in code points, if the program can be written here. */
@@ -154,8 +159,8 @@ export class Editor {
     this.#refresh()
     // A phone's keyboard composes every word.
     const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")
-    if (typed) this.#complete(false)
-    else this.#endOffer()
+    if (typed) this.offer.begin(false)
+    else this.offer.end()
     this.#reveal()
   }
 
@@ -165,10 +170,10 @@ export class Editor {
     this.#tooltip.hide()
     if (event.key === " " && event.ctrlKey) {
       event.preventDefault()
-      this.#complete(true)
+      this.offer.begin(true)
     } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
-      if (this.#completions.takes(event)) event.preventDefault()
-      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
+      if (this.offer.takes(event)) event.preventDefault()
+      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.offer.end()
     }
   }
 
@@ -181,7 +186,7 @@ export class Editor {
     )
     this.#put(edit, text)
     this.#control.setSelectionRange(start, end)
-    this.#endOffer() // it was about the text before
+    this.offer.end() // it was about the text before
     this.#refresh()
   }
 
@@ -205,7 +210,7 @@ export class Editor {
     this.#replacing = false
     score.classList.remove("changing")
     score.hidden = hidden
-    this.#endOffer() // nobody has typed
+    this.offer.end() // nobody has typed
     this.#refresh()
     this.#reveal()
   }
@@ -279,7 +284,7 @@ export class Editor {
       return
     }
     this.#analyzed = this.#number
-    if (this.#offering) this.#askForWords()
+    this.offer.ask()
     this.pendingChanges.ask()
     this.handle.look()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
@@ -319,68 +324,6 @@ export class Editor {
   /** Lights what plays, where the text is still as it was played. */
   #light() {
     this.#highlight.light(this.#lights.size ? offsetsAfter(this.#lights, difference(program.text, this.#text)) : this.#lights)
-  }
-
-  /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
-  #complete(asked) {
-    const { value, selectionStart, selectionEnd: end } = this.#control
-    if (selectionStart !== end) {
-      this.#offering = null
-      return
-    }
-    // Until the server answers, a word that is shown also takes the place of what has been typed since.
-    let start = Math.min(this.#offering?.start ?? end, end)
-    if (!PART_OF_WORD.test(value.slice(start, end))) {
-      this.#endOffer()
-      start = end
-    }
-    this.#offering = { start, end, asked }
-    if (this.#analyzed === this.#number) this.#askForWords()
-  }
-
-  /** Only once the server has the text. */
-  #askForWords() {
-    const offset = this.#codePoints.toPoints(this.#control.selectionEnd)
-    send({ type: "complete", number: this.#number, offset })
-  }
-
-  /** @param {Messages["complete"]} message */
-  takeWords(message) {
-    if (message.number !== this.#number) return
-    const { words } = message
-    const { start: from, end: to } = this.#codePoints.inUnits(message)
-    const offering = this.#offering
-    if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
-    const begun = this.#text.slice(from, to)
-    const complete = words.some(({ word }) => word === begun)
-    const isListed = words.length > 0 && (offering.asked || (begun !== "" && !complete))
-    if (!isListed) this.#endOffer()
-    this.#offering = { ...offering, start: from }
-    this.#completions.tap(complete ? [] : words, begun)
-    if (isListed) this.#completions.show(words, this.#highlight.place(from))
-  }
-
-  /** The text has scrolled: the words go along, as long as what they belong to is in view. */
-  #moveOffer() {
-    if (!this.#offering || !this.#completions.open) return
-    const { top, bottom } = find("paper").getBoundingClientRect()
-    const place = this.#highlight.place(this.#offering.start)
-    if (place.bottom < top || place.top > bottom) this.#endOffer()
-    else this.#completions.move(place)
-  }
-
-  #endOffer() {
-    this.#offering = null
-    this.#completions.hide()
-  }
-
-  /** @param {string} word */
-  #pick(word) {
-    if (!this.#offering) return
-    const { start, end } = this.#offering
-    this.#offering = null
-    this.#replace(this.#text.slice(0, start) + word + this.#text.slice(end))
-    this.#control.setSelectionRange(start + word.length, start + word.length)
   }
 
   /**

@@ -3,7 +3,7 @@
 
 import { colors, mix, robotColor } from "../base/colors.js"
 import { find } from "../base/elements.js"
-import { redraw } from "../base/frames.js"
+import { redraw, wake } from "../base/frames.js"
 import { pointsAlong, trace, velocityBetween } from "../base/path.js"
 import { setting } from "../base/setting.js"
 import { program } from "../score/program.js"
@@ -94,7 +94,7 @@ export class Preview {
   /** The text is another one now. @param {string} text */
   edit(text) {
     this.#now = text
-    redraw()
+    wake() // its button may change
   }
 
   /** Shows the button, and on it what is missing, unless the text plays or was played last. */

@@ -94,7 +94,7 @@ class _Desk:
             await self._apart(page, partial(self._editor.check_room, page, ask))
 
     async def _apart(self, page: int, answer: Callable[[], EditorAnswer | None]) -> EditorAnswer | None:
-        """Send a page an answer that may take a second, so another thread computes it, and return it."""
+        """Compute an answer on another thread, since it may take a second, send it to a page, and return it."""
         found = None
         try:
             found = await asyncio.to_thread(answer)

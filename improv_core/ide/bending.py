@@ -106,14 +106,9 @@ def handle_at(analysis: Analysis, offset: int) -> Handle | None:
     if not (found := _word_at(analysis, offset)):
         return None
     span, _, played = found
-    first, *others = played
-    return Handle(
-        first.robot,
-        span,
-        analysis.text[slice(*span)],
-        first.place(),
-        [other.place() for other in islice(others, MOST_GHOSTS)],
-    )
+    first = next(played)
+    others = [other.place() for other in islice(played, MOST_GHOSTS)]
+    return Handle(first.robot, span, analysis.text[slice(*span)], first.place(), others)
 
 
 def bent(analysis: Analysis, offset: int, to: tuple[float, float], freely: bool) -> tuple[Edit, ...]:

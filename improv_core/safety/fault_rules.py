@@ -27,8 +27,9 @@ limit is reported once."""
 STUCK = 0.7
 """Seconds for which a robot that is sent a velocity may stand. One that speeds up by 0.9 m/s², and whose poses come 80
 ms late, has moved by `MOVES` after 0.34 s; at 0.2 m/s, with poses 0.3 s late, after 0.6 s."""
-TOLD, TOLD_TURN = 0.1, math.radians(15)
-"""Meters and radians that it should have moved meanwhile: a robot that should only tremble on the spot is not stuck."""
+TOLD, TOLD_TURN = 0.05, math.radians(6)
+"""Meters and radians that it should have moved meanwhile, even if it lags: a robot that should only tremble on the spot
+is not stuck. With `MOVES`, a lag of 0.4 s at any speed leaves it unblamed."""
 MOVES, MOVES_TURN = 0.03, math.radians(3)
 """Meters and radians from which a robot really moves. Measured poses tremble by less."""
 FRESH = 0.5
@@ -232,7 +233,7 @@ def _find_standstill(watch: RobotWatch, known: RobotFacts, found: dict[Fault, Wo
         found["stuck"] = None
         return
     stood = latest.raw.at - max(anchor.raw.at, known.moves)
-    far, turn = latest.ideal.apart(anchor.ideal)
+    far, turn = (latest.recent or (latest.ideal,))[0].apart((anchor.recent or (anchor.ideal,))[0])
     if known.now - latest.raw.at <= FRESH and stood >= STUCK and (far >= TOLD or turn >= TOLD_TURN):
         found["stuck"] = Worst(seconds=stood)
 

@@ -74,6 +74,10 @@ def rests(at: float) -> Pose:
     return Pose(SPEED * (at if at < 2 else max(at - 2, 2)))
 
 
+def starting(speed: float) -> Callable[[float], Pose]:
+    return lambda at: Pose(speed * max(at - 0.12, 0))
+
+
 def turning(by: float, seconds: float) -> Iterable[RobotFacts]:
     """A robot whose heading is off by an angle and that turns on the spot in every other second; its poses are late."""
 
@@ -107,7 +111,11 @@ def test_turns_neither_bring_a_robot_back_on_its_path_nor_take_it_off() -> None:
         (driving(lambda at: on_path(at) if at < 3 else None, 8, every=0.8), ["4.9 +silent"]),
         # It is blocked at 2 s.
         (driving(halts, 3.1), ["2.7 +stuck"]),
-        (driving(lambda at: Pose(SPEED * max(at - 0.12, 0)), 3, late=0.3), []),
+        # The wheels of a slow robot are held from 2 s on, or from the start.
+        (driving(lambda at: Pose(0.05 * min(at, 2.0)), 3.5, speed=0.05), ["2.8 +stuck"]),
+        (driving(lambda at: Pose(), 1.5, speed=0.05), ["1.3 +stuck"]),
+        # It moves, but its poses come 0.3 s late, and it takes 0.12 s to get up to speed.
+        *((driving(starting(speed), 3, speed, late=0.3), []) for speed in (0.05, 0.1, 0.11, SPEED)),
         (driving(rests, 4.3), ["2.7 +stuck", "3.6 +off_path", "4.2 -stuck"]),
         # Wheels 20% off: after 6.25 s it is 0.25 m behind, and after 7.5 s also behind its ideal pose of 0.25 s ago.
         (driving(lambda at: Pose(0.8 * SPEED * at), 8), ["7.6 +off_path"]),

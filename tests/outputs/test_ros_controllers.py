@@ -238,6 +238,16 @@ def test_a_controller_whose_joints_do_not_follow_is_named() -> None:
     assert robot.controllers.unfollowed()["ada"].why.startswith("no position of pitch comes on /ada/joint_states")
 
 
+def test_repeats_that_are_left_out_pass_no_time_twice() -> None:
+    """Two body parts ask for repeats at different times, and one of them too often."""
+    robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)
+    for tick in range(22):
+        for share, told in ((0, {"yaw": 1.0}), (1, {"pitch": 0.2}), (2, {"yaw": 1.0})):
+            robot.now = 100.0 + (tick + share / 4) * PERIOD
+            robot.send(robot.now, **told)
+    assert robot.controllers.unfollowed() == {}
+
+
 def test_a_controller_that_leaves_improv_toml_is_stopped() -> None:
     """A save takes over while joints move."""
     robot = Robot(part(HEAD), pitch=0.0, yaw=0.0)

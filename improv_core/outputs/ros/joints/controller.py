@@ -35,7 +35,7 @@ SETTLED = 0.5
 PERIOD = 0.05
 """Seconds between two messages to joints that move to their starts."""
 LONGEST_GAP = 0.2
-"""Seconds between two messages for which a joint counts as told to move, at most: the last one may be long ago."""
+"""Seconds between two commands for which a joint counts as told to move, at most: the last one may be long ago."""
 OFTEN = 0.75
 """Repeat a command only after this share of its period. Each body part asks for its own repeats, and a controller that
 moves several gets all of them."""
@@ -79,6 +79,7 @@ class RosController:
         self._from_measured = True  # True if its next course starts at the measured positions of its joints
         self._homing_tried = False  # True after it has tried to bring its joints to their starts
         self._watches: dict[str, JointWatch] = {}  # the joints that it was told to move
+        self._told: dict[str, float] = {}  # when each joint last got a command, sent or left out
         self._off: Mapping[str, float] = {}  # the joints that stand off the program, and how far, when that was told
 
     @property
@@ -208,18 +209,19 @@ class RosController:
         return [each for each in found if each.left is None or each.joint.name not in self.channel.held]
 
     def _watch(self, before: Course, told: Mapping[str, JointMotion]) -> None:
-        """Watch whether joints follow that were told to move with the last message."""
+        """Watch whether joints follow that were told to move since the last command to each."""
         if not joint_states_of(self._part):
             return
-        seconds, measured = min(self._around.now() - self._sent, LONGEST_GAP), self._fresh()
+        at, measured = self._around.now(), self._fresh()
         for joint, motion in zip(self.channel.joints, before.motions, strict=True):
-            now = told.get(joint.name)
-            if now and (now.velocity or motion.velocity):
-                watch = self._watches.get(joint.name, JointWatch())
-                passed = seconds if motion.velocity else 0.0
-                self._watches[joint.name] = watched(
-                    watch, joint, passed, *now, measured.get(joint.name), self.channel.window
-                )
+            if now := told.get(joint.name):
+                seconds = min(at - self._told.get(joint.name, at), LONGEST_GAP) if motion.velocity else 0.0
+                self._told[joint.name] = at
+                if now.velocity or motion.velocity:
+                    watch = self._watches.get(joint.name, JointWatch())
+                    self._watches[joint.name] = watched(
+                        watch, joint, seconds, *now, measured.get(joint.name), self.channel.window
+                    )
 
     def _off_line(self, course: Course, told: Mapping[str, JointMotion]) -> str:
         """Return a line about the joints that rest elsewhere than the program has them, unless they did so before."""

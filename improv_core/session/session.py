@@ -195,6 +195,8 @@ class Playback:
         """Stop the robots and end the stages."""
         self._ends += 1
         self._osc.close()
+        if self._replacing:  # a new stage takes its time to start, even if it only shows what others play
+            self.send({"type": "stop"})
         await asyncio.gather(*self._replacing)
         async with self._opening:
             lost = await self._end_stages()

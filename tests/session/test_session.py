@@ -202,6 +202,17 @@ async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fak
 
 
 @performed
+async def test_an_end_stops_robots_before_the_new_stage_of_their_page_has_started(fakes: Fakes) -> None:
+    leader, twin = await fakes.play()
+    fakes.held = {"simulator"}
+    twin.die()
+    closing = asyncio.ensure_future(fakes.playback.close())
+    await fakes.until(lambda: leader.kinds == ["load", "stop"])
+    fakes.released.set()
+    await asyncio.wait_for(closing, LIMIT)
+
+
+@performed
 async def test_a_stop_that_stages_have_obeyed_first_still_names_the_dance(fakes: Fakes) -> None:
     leader, _ = await fakes.play()
     asked = time.monotonic()

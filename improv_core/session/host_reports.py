@@ -19,7 +19,7 @@ from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, w
 from improv_core.session.halting import halted, has_halted
 from improv_core.session.on_hosts import CONFIRM_LIMIT, admit, join, pass_on_seen
 from improv_core.session.state import SessionState, StageKey
-from improv_core.session.together import begin, resume_at
+from improv_core.session.together import SPARE, begin, resume_at
 
 T = TypeVar("T")
 
@@ -58,7 +58,7 @@ def reported(state: SessionState, host: str, message: Heard, now: Now) -> Decide
             ours = _ours(state, host, message["robots"])
             return pass_on_seen(replace(state, seen={**state.seen, **ours}), now)
         case "link":
-            return together.with_all(state, [host], lag=message["lag"]), [Announce(message)]
+            return together.with_all(state, [host], lag=message["lag"] + SPARE), [Announce(message)]
         case "warning" if "too_near" in message and together.repeats(state, host):
             return state, []
         case "warning" | "error":

@@ -35,7 +35,7 @@ from improv_core.session.on_report import on_clock, on_close, on_report, on_time
 from improv_core.session.on_request import Mistake, Request, on_request, program_message
 from improv_core.session.start import Options, RunningStage, StartStage, keep_reaching, start_stage, wait_for_stages
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
-from improv_core.session.together import host_of
+from improv_core.session.together import HANDED, SPARE, host_of
 
 LOST = "the stage ended before it had stopped its robots"
 """The reason why another one has to stop them."""
@@ -124,9 +124,9 @@ class Playback:
                 outputs.append("simulator")
             elif self.options.page:
                 outputs.append("page")
-            away = sorted(host.name for host in hosts)
-            self.state = self.state.opening([HERE, *away] if away else [])
-            keys = [*(StageKey(HERE, output) for output in outputs), *(StageKey(host, "ros") for host in away)]
+            away = {host.name: HANDED if host.output else SPARE for host in hosts}
+            self.state = self.state.opening({HERE: HANDED, **away} if away else {})
+            keys = [*(StageKey(HERE, output) for output in outputs), *(StageKey(host, "ros") for host in sorted(away))]
             self.starting = starting = {key: asyncio.create_task(self._start_stage(key)) for key in keys}
             try:
                 # Wait for all even if one fails, so that no stage is left running unnoticed.

@@ -71,10 +71,10 @@ class StageState:
     """A stage, by its reports.
 
     `ready` is its first message (None: it has yet to start), and `transport` its latest position. It is `armed` if it
-    is ready for beat 0, and a message takes at most `lag` seconds to reach it. `misplaced` are its robots that are not
-    in their places. It `may_move` until it has confirmed a stop. If it `died_moving`, its robots may move until another
-    one has stopped them; that one `only_halts` until it is sent a score to play. `pressed` is its latest report about
-    emergency stops, and `vitals` are the states of its robots.
+    is ready for beat 0, and gets a message in time that is sent `lag` seconds ahead. `misplaced` are its robots that
+    are not in their places. It `may_move` until it has confirmed a stop. If it `died_moving`, its robots may move until
+    another one has stopped them; that one `only_halts` until it is sent a score to play. `pressed` is its latest report
+    about emergency stops, and `vitals` are the states of its robots.
     """
 
     ready: Ready | None = None
@@ -343,9 +343,10 @@ class SessionState:
     def keeping(self, message: Kept) -> SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
-    def opening(self, hosts: Iterable[str]) -> SessionState:
-        """Return it before the stages start, also those of these hosts."""
-        stages = {StageKey(host, "ros"): StageState(alive=False) for host in hosts}
+    def opening(self, hosts: Mapping[str, float]) -> SessionState:
+        """Return it before the stages start, also those of these hosts, each with its `lag` until its link has measured
+        that."""
+        stages = {StageKey(host, "ros"): StageState(alive=False, lag=lag) for host, lag in hosts.items()}
         return replace(self, stages={**self.stages, **stages})
 
     def opened(self, outputs: Iterable[Output]) -> SessionState:

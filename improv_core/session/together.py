@@ -17,7 +17,9 @@ from improv_core.session.acts import Act, Decided, Now, send
 from improv_core.session.state import HERE, SessionState, StageKey
 
 SPARE = 0.03
-"""Seconds by which a message that is sent ahead should arrive early."""
+"""Seconds by which a message that is sent ahead over a network should arrive early."""
+HANDED = 0.01
+"""Seconds in which a stage on this machine gets a message, unless the machine is overloaded."""
 EDGE = 0.01
 """Seconds around a beat in which no instant is chosen, since two stages might take it for another beat."""
 DRIFT_PERIOD = 10.0
@@ -62,7 +64,7 @@ def robots_of(state: SessionState, host: str) -> list[str]:
 
 def ahead(state: SessionState) -> float:
     """Return the seconds by which all must get a command early in order to obey it at the same instant."""
-    return min(max((stage.lag for stage in state.robots.values() if stage.alive), default=0.0) + SPARE, MOST_AHEAD)
+    return min(max((stage.lag for stage in state.robots.values() if stage.alive), default=0.0), MOST_AHEAD)
 
 
 def bar(state: SessionState) -> int:

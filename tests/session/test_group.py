@@ -69,7 +69,7 @@ class Story:
         self.now = NOW
         self.acts: list[View] = []
         self.loads = Loads()
-        self.state = replace(SessionState().opening(hosts or (HERE, PI, PAD)), leader="ros")
+        self.state = replace(SessionState().opening(dict.fromkeys(hosts or (HERE, PI, PAD), SPARE)), leader="ros")
         self.reports(PAGE, READY["page"])
         for host in self.state.robots:
             assert self.starts(host) == []
@@ -682,7 +682,7 @@ def test_messages_for_pages_go_to_the_stage_here_which_has_them() -> None:
 def test_stages_that_start_later_get_the_kept_messages() -> None:
     story = Story(HERE)
     story.told("silence", muted=["a"], soloed=[])
-    story.state = story.state.opening([PI])
+    story.state = story.state.opening({PI: SPARE})
     story.starts(PI)
     assert story.words == [f"{PI}: silence"]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,11 +13,13 @@ import pytest
 from improv_core.ipc.stage_process import StageError
 from improv_core.safety.stage_stops import socket_of
 from improv_core.safety.stops import Stops
+from improv_core.score.score import Host
 from improv_core.session import on_hosts as hosts
 from improv_core.session import start as starting
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import PlayScore
+from improv_core.session.together import HANDED, SPARE, ahead
 from tests.session.fakes import Fake, Fakes, performed
 from tests.session.story import DANCE, at
 from tests.session.test_group import PI, on_hosts
@@ -59,6 +62,16 @@ async def test_stages_are_one_backend_of_real_robots(fakes: Fakes) -> None:
     await play(fakes)
     state = fakes.playback.state
     assert (state.status, state.is_real) == (f"ros; ros on {PI}, with the simulator alongside", True)
+
+
+@pytest.mark.parametrize(("host", "lead"), [(Host("thymio", output=True), HANDED), (Host(PI), SPARE)])
+@performed
+async def test_commands_are_sent_as_far_ahead_as_the_farthest_stage_needs(
+    fakes: Fakes, host: Host, lead: float
+) -> None:
+    parts = {robot: replace(part, host=part.host and host) for robot, part in SCORE.parts.items()}
+    assert await fakes.playback.play(PlayScore(replace(SCORE, parts=parts), "dance.improv", fakes.stops.count))
+    assert ahead(fakes.playback.state) == lead
 
 
 @performed

@@ -51,6 +51,8 @@ class Editor:
         """Errors in the latest settings."""
         self.pulls = self.pulled = 0
         """Times that we have asked the client for its settings, and the latest question that it has answered."""
+        self.refusals = 0
+        """The number of programs that were shown to be refused, by the editor's own checks or by the stages."""
         self._read = -math.inf  # the time at which a person has read the last warning, on the clock of `time.monotonic`
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps no reference to them
 
@@ -172,4 +174,5 @@ class Editor:
 
     def _show(self, message: str, kind: types.MessageType, stays: bool = True) -> None:
         self._read = time.monotonic() + READING if stays else -math.inf
+        self.refusals += message.startswith("✗")
         self.server.window_show_message(types.ShowMessageParams(kind, message_without_links(message)))

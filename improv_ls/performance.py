@@ -168,8 +168,10 @@ class Performance:
             self.live.evaluated(document, only.span)
         if keep:
             self._records.played(document)
+        refusals = self._editor.refusals
         line = await self._settling.run(prepared.line)  # not before, since robots would wait for it
-        self._editor.say(f"▶ {line}, {playback.state.status}")
+        if refusals == self._editor.refusals:  # otherwise, this line would hide that it, or a later one, is refused
+            self._editor.say(f"▶ {line}, {playback.state.status}")
         if only.note:
             self._editor.say(only.note)
         if self._editor.settings.page_open and playback.state.page and not self._page_shown:

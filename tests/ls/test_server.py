@@ -184,10 +184,10 @@ def test_the_saved_text_plays_and_not_later_edits() -> None:
     with Client(QUIET, {"experimental": {"improv": True}}) as client:
         client.open(URI, "# 🐢\r\nr $ repeat left\r\ns $ repeat (lef\r\n")
         client.save(URI, "r $ repeat left\r\n")
+        assert diagnostics(client, 1)[0][0] == 2
         assert client.wait_for_line("▶").startswith("▶ r ∞, endless")
         lit = client.wait("improv/lit")
         assert (lit["version"], lit["ranges"]) == (1, [[1, 11, 1, 15]])  # its place by now
-        assert diagnostics(client, 1)[0][0] == 2
         client.save(URI, "r $ repeat (\r\n")
         client.wait_for_line("✗ line 1")
 

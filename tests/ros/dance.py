@@ -73,9 +73,11 @@ class Server:
         """Save, and again as a person would, while that counts as older than the latest stop."""
         plays = False
         while not plays:
+            kept = [each for each in self.client.notifications if each["method"] != TRANSPORT]
+            self.client.notifications[:] = kept  # what played before is no answer
             self.type(program)
             self.client.save(self.uri)
-            line = self.client.wait("window/showMessage", lambda shown: shown["message"][0] in "▶■")["message"]
+            line = self.client.wait("window/showMessage", lambda shown: shown["message"][0] in "▶■✗")["message"]
             if "▶" in line:  # otherwise it was stopped before it began
                 told = self.client.wait(TRANSPORT, lambda told: told["state"] in ("playing", "stopped"))
                 plays = told["state"] == "playing"

@@ -110,6 +110,9 @@ def test_a_server_that_hangs_stops_the_robots_and_what_was_saved_meanwhile_moves
     server.wait_for_line(OLDER)
     server.save_until_it_plays(BEFORE)
     assert at_speed(BEFORE_SPEED)(turtle.wait(moving)), "the save from before the stop moves nothing"
+    said = [str(each.message) for each in server.client.log if "showMessage" in str(each.message.get("method"))]
+    refused = next(place for place, line in enumerate(said) if OLDER in line)
+    assert not any("beat 90" in line for line in said[refused:]), "a refused program counts as started"
     assert players(server.pid).keys() == ours.keys()
 
 

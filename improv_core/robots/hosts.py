@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from improv_core.diagnostics import likely
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.installed import Value, outputs_installed, settings_of
@@ -36,7 +37,7 @@ def host_of(
     if output := reading.text((*keys, "output"), table):
         if name is not None:
             reading.at_key((*keys, "host"), "`output` moves this robot from here: remove one of the two")
-        return _output(reading, keys, table, output)
+        return _output(reading, keys, output)
     if name is None:
         if "link_patience" in table:
             reading.at_key(
@@ -83,8 +84,14 @@ def _settings(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> dic
     return found
 
 
-def _output(reading: TomlReading, keys: Keys, table: Mapping[str, Any], name: str) -> Host | None:
+def _output(reading: TomlReading, keys: Keys, name: str) -> Host | None:
     known = outputs_installed()
-    if known and reading.one_of((*keys, "output"), table, known) is None:
+    if known and name not in known:
+        near = likely(name, known)
+        hint = f"did you mean `{near}`? If not, " if near else ""
+        message = f"no output `{name}` is installed: {hint}install its package with `pip`"
+        if name in ("ros", "simulator"):
+            message = "ROS 2 and the simulator need no `output`: remove it"
+        reading.at_value((*keys, "output"), message, (near and f'"{near}"') or "")
         return None
     return Host(name, output=True)

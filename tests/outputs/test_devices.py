@@ -74,7 +74,7 @@ class Stand:
         self.warned: list[str] = []
         self.sink = DeviceSink("fake", self.kind, self.heard.put, self.warned.append, lambda: self.now)
 
-    def play(self, *robots: str, profile: Profile = SLOW, senses: Senses | None = None, scenes: Any = None) -> None:
+    def play(self, *robots: str, profile: Profile = SLOW, senses: Senses | None = None, first: int = 0) -> None:
         parts = {
             robot: Part(
                 robot,
@@ -88,7 +88,7 @@ class Stand:
                 host=Host("fake", output=True),
                 device=DeviceAddress(ADDRESS, node),
             )
-            for node, robot in enumerate(robots)
+            for node, robot in enumerate(robots, first)
         }
         self.sink.prepare(Score(Fraction(60), parts), restart=True)
 
@@ -258,6 +258,21 @@ def test_one_that_hangs_or_fails_delays_no_other(stand: Stand) -> None:
     assert "connect" in seen
     until(lambda: not stand.kind.calls.empty())
     assert stand.next() == Twist(0.2)
+
+
+def test_a_robot_at_another_address_is_connected_once_its_device_before_has_closed(stand: Stand) -> None:
+    stand.play("ada")
+    device = stand.connected()
+    close = device.close
+
+    def slowly() -> None:
+        with pytest.raises(queue.Empty):
+            stand.kind.devices.get(timeout=0.3)
+        close()
+
+    device.close = slowly  # type: ignore[method-assign]
+    stand.play("ada", first=7)
+    assert [stand.next() for _ in range(4)] == [STILL, "close", "connect", STILL]
 
 
 def test_the_last_zero_comes_before_the_end(stand: Stand) -> None:

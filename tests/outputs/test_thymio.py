@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import fcntl
 import os
 import queue
-import re
 import socket
+import struct
 import subprocess
 import sys
 import threading
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
@@ -21,14 +23,18 @@ import pytest
 from improv_core.commands.output_check import Row, checks
 from improv_core.commands.output_subjects import subject_for
 from improv_core.outputs.devices.device import DeviceRobot
+from improv_core.outputs.devices.sink import DeviceSink
 from improv_core.outputs.thymio import bus as bus_module
-from improv_core.outputs.thymio.bus import Bus, Wire, wire_to
+from improv_core.outputs.thymio.bus import DESCRIBE, DESCRIPTION, LIST_NODES, PRESENT, Bus, wire_to
 from improv_core.outputs.thymio.program import FED, NEEDED, RobotMemory, program
 from improv_core.outputs.thymio.thymio import MOST, UNITS, WHEELS, Thymio, targets
 from improv_core.program.files import robots_in
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import THYMIO2
+from improv_core.score.score import DeviceAddress, Part, Score
 from tests.outputs.playground import LIMIT, Watch, playground
+from tests.outputs.test_devices import until
 from tests.processes import lines_until
 
 ROBOTS = {"ada": (100, 100), "bob": (255, 150), "carla": (100, 200)}
@@ -82,68 +88,90 @@ def test_a_program_fits_into_a_robot() -> None:
     assert all(0 <= word <= 0xFFFF for word in words)
 
 
-class Pieces:
-    """A connection that brings bytes in pieces of the wrong length, and then ends."""
+class Robots:
+    """Robots at one address that answer, and have nothing but a name in their memory."""
 
-    def __init__(self, *pieces: bytes) -> None:
-        self.pieces = [*pieces]
-        self.ends = True
-        self.read, self.closed = threading.Event(), threading.Event()
-
-    def recv(self) -> bytes:
-        if self.pieces:
-            return self.pieces.pop(0)
-        self.read.set()
-        if not self.ends:
-            self.closed.wait(LIMIT)
-        raise OSError("it was closed there")
+    def __init__(self, *numbers: int) -> None:
+        self.numbers = numbers
+        self.sent: list[int] = []
+        self._answers: queue.SimpleQueue[bytes] = queue.SimpleQueue()
 
     def send(self, data: bytes) -> None:
-        pass
+        (kind,) = struct.unpack_from("<H", data, 4)
+        self.sent.append(kind)
+        if kind == LIST_NODES:
+            for number in self.numbers:
+                self._answers.put(struct.pack("<HHHH", 2, number, PRESENT, 5))
+        elif kind == DESCRIBE:
+            self._answers.put(struct.pack("<HHHx8xHHH", 15, *struct.unpack_from("<H", data, 6), DESCRIPTION, 0, 0, 0))
+
+    def recv(self) -> bytes:
+        return self._answers.get()
 
     def close(self) -> None:
-        self.closed.set()
+        self._answers.put(b"")
 
 
 def test_messages_in_pieces_are_read_and_the_end_of_a_connection_is_no_silence() -> None:
-    present = b"\x02\x00\x05\x00\x0c\x90\x05\x00"
-    wire: Wire = Pieces(present[:3], present[3:7], present[7:] + b"\x02")
+    pieces = iter([b"\x02\x00\x05", b"\x00\x0c\x90\x05", b"\x00\x02"])
+    wire = Robots()
+
+    def recv() -> bytes:
+        for piece in pieces:
+            return piece
+        raise OSError("it was closed there")
+
+    wire.recv = recv  # type: ignore[method-assign]
     bus = Bus("tcp:x:1", wire)
     with pytest.raises(OSError, match=r"the connection to tcp:x:1 is lost \(it was closed there\)"):
         bus.find("ada", 6)
 
 
 @pytest.mark.parametrize(
-    ("address", "why"),
+    ("address", "node", "why"),
     [
-        ("tcp:127.0.0.1:1", "nothing answers at tcp:127.0.0.1:1"),
-        ("ble:ada", "write the `address` of a Thymio as `serial:PORT` or `tcp:HOST:PORT`"),
-        ("tcp:127.0.0.1", "write the `address` of a Thymio"),
+        ("tcp:127.0.0.1:1", 1, "nothing answers at tcp:127.0.0.1:1 (Connection refused)"),
+        ("tcp:127.0.0.1:0", 1, "write the `address` of a Thymio as `serial:PORT` or `tcp:HOST:PORT`"),
+        ("serial:/dev/ttyACM77", 1, "/dev/ttyACM77 can't be opened: plug the robot or its dongle in, and {allow}"),
+        ("serial:{taken}", 1, "another program uses {taken}: end it"),
+        ("tcp:x:1", 7, "no Thymio 7 is at tcp:x:1: only 5, 6"),
+        ("tcp:x:1", None, "several Thymios are at tcp:x:1: add `node`, one of 5, 6"),
+        ("tcp:x:1", 6, "another robot here is the Thymio 6, too: give each its own `node`"),
+        ("tcp:x:1", 5, "its firmware is too old, it has no `motor.left.target`: update it with Thymio Suite"),
     ],
 )
-def test_an_address_without_a_robot_is_named(address: str, why: str) -> None:
-    with pytest.raises(OSError, match=why):
-        Bus.join(address)
+def test_a_robot_that_cannot_be_driven_is_named_in_one_line_and_nothing_moves(
+    address: str, node: int | None, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    if node in (7, None):
+        monkeypatch.setattr(bus_module, "ANSWER_LIMIT", 0.0)
+    wire = Robots(5, 6)
+    monkeypatch.setattr(bus_module, "wire_to", lambda at: wire if at == "tcp:x:1" else wire_to(at))
+    other = Bus.join("tcp:x:1")  # of a robot that is the Thymio 6
+    other.listen(other.find("", 6), lambda words: None)
+    with taken_port() as taken:
+        address, why = address.format(taken=taken), why.format(taken=taken, allow="allow yourself to use it")
+        approve(address)
+        sink = DeviceSink("thymio", Thymio, lambda heard: None, lambda line: None)
+        part = Part("ada", (), THYMIO2, Pose(), "/ada/cmd_vel", device=DeviceAddress(address, node))
+        sink.prepare(Score(Fraction(60), {"ada": part}), restart=True)
+        until(lambda: bool(sink.missing().get("ada")))
+        sink.send("ada", Twist(0.1), 0.0)
+        assert sink.missing() == {"ada": f"ada: {why}"}
+        sink.close()
+    other.leave()
+    assert {*wire.sent} <= {LIST_NODES, DESCRIBE}, "they were asked, and not driven"
 
 
-@pytest.mark.parametrize(
-    ("node", "why"),
-    [
-        (7, "no Thymio 7 is at tcp:x:1: only 5, 6"),
-        (None, "several Thymios are at tcp:x:1: add `node`, one of 5, 6"),
-    ],
-)
-def test_a_robot_that_is_not_there_is_named(node: int | None, why: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bus_module, "ANSWER_LIMIT", 0.0)
-    monkeypatch.setattr(bus_module, "ASK_PERIOD", 0.01)
-    present = b"\x02\x00%c\x00\x0c\x90\x05\x00"
-    wire = Pieces(present % 5, present % 6)
-    wire.ends = False
-    bus = Bus("tcp:x:1", wire)
-    wire.read.wait(LIMIT)
-    with pytest.raises(OSError, match=re.escape(why)):
-        bus.find("ada", node)
-    bus.close()
+@contextmanager
+def taken_port() -> Iterator[str]:
+    """Yield the name of a serial port that another program uses."""
+    master, slave = os.openpty()
+    fcntl.flock(slave, fcntl.LOCK_EX)
+    yield os.ttyname(slave)
+    os.close(slave)
+    os.close(master)
 
 
 def listed(folder: Path, robot: str, address: str) -> None:
@@ -209,7 +237,7 @@ def serial_port(address: str) -> Iterator[str]:
 
 
 @pytest.mark.slow("starts the simulator")
-def test_a_thymio_at_a_serial_port_is_driven_by_one_program_at_a_time(address: str) -> None:
+def test_a_thymio_at_a_serial_port_drives(address: str) -> None:
     with serial_port(address) as port:
         memory = Memory()
         thymio = Thymio(DeviceRobot("ada", f"serial:{port}", 1, (0, 1, 0)), memory)
@@ -219,14 +247,7 @@ def test_a_thymio_at_a_serial_port_is_driven_by_one_program_at_a_time(address: s
         thymio.drive(STILL)
         while not thymio.stands():
             memory.posed.get(timeout=LIMIT)
-        with pytest.raises(OSError, match=f"another program uses {port}"):
-            wire_to(f"serial:{port}")
         thymio.close()
-
-
-def test_a_serial_port_that_is_gone_is_named() -> None:
-    with pytest.raises(OSError, match="/dev/ttyACM77 can't be opened: plug the robot or its dongle in"):
-        wire_to("serial:/dev/ttyACM77")
 
 
 DRIVES = """

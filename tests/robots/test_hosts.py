@@ -74,11 +74,12 @@ def test_an_output_moves_a_robot_at_its_address() -> None:
 
 def test_errors_in_outputs_are_reported() -> None:
     needs = "an `output` needs an `address`, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`"
+    install = "install its package with `pip`"
     twice = "`dora` is the robot at this address, too: give each its own `address` or `node`"
     check(f"""
         [robots.ada]
         output = "thimyo"
-                 ^^^^^^^^ robots: `thimyo` is not valid here: did you mean `thymio`?
+                 ^^^^^^^^ robots: no output `thimyo` is installed: did you mean `thymio`? If not, {install}
         address = "tcp:localhost:33333"
         [robots.bob]
         output = "thymio"
@@ -99,6 +100,14 @@ def test_errors_in_outputs_are_reported() -> None:
         [robots.fred]
         node = 3
         ^^^^ robots: `node` is about a robot with an `output`: add it
+        [robots.gina]
+        output = "sphero"
+                 ^^^^^^^^ robots: no output `sphero` is installed: {install}
+        address = "tcp:localhost:33336"
+        [robots.hans]
+        output = "ros"
+                 ^^^^^ robots: ROS 2 and the simulator need no `output`: remove it
+        address = "tcp:localhost:33337"
     """)
 
 

@@ -96,7 +96,7 @@ class DeviceSink(Sink):
             if before:
                 before.command(STILL, self._now())
                 before.end()
-            self._links[name] = DeviceLink(robot, self._kind, self._hear, self._now)
+            self._links[name] = DeviceLink(robot, self._kind, self._hear, self._now, before)
             yield
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -190,8 +190,10 @@ class DeviceLink:
         kind: type[Device],
         hear: Callable[[Edge | RawPoses], None],
         now: Callable[[], float],
+        before: DeviceLink | None = None,
     ) -> None:
         self.robot = robot
+        self._before = before  # it may drive the same robot until it has ended
         self.part: Part
         self.problem: str | None = ""
         self._kind = kind
@@ -275,6 +277,9 @@ class DeviceLink:
                 self._hear(Edge(what, holds, self._now()))
 
     def _run(self) -> None:
+        if self._before:
+            self._before.wait(END)
+            self._before = None
         while not self._closing:
             device = None
             try:

@@ -142,8 +142,10 @@ class Bus:
             return RobotMemory(node.variables, node.free, events, natives)
 
     def listen(self, number: int, report: Report) -> None:
-        """Have `report` get what the program of a robot emits, on the thread that reads."""
-        self._reports[number] = report
+        """Have `report` get what the program of a robot emits, on the thread that reads. Raises OSError if another
+        device drives that robot."""
+        if self._reports.setdefault(number, report) != report:
+            raise OSError(f"another robot here is the Thymio {number}, too: give each its own `node`")
 
     def run(self, number: int, words: Sequence[int]) -> None:
         """Have a robot run a program. Raises OSError."""
@@ -155,9 +157,10 @@ class Bus:
         """Set variables of a robot, from these addresses on, in this order. Raises OSError."""
         self._write(b"".join(_message(SET_VARIABLES, number, address, *words) for address, words in values))
 
-    def forget(self, number: int) -> None:
-        """Take no more reports of a robot."""
-        self._reports.pop(number, None)
+    def forget(self, number: int, report: Report) -> None:
+        """Take no more reports of a robot, if they went to `report`."""
+        if self._reports.get(number) == report:
+            del self._reports[number]
 
     def _send(self, kind: int, *words: int) -> None:
         self._write(_message(kind, *words))

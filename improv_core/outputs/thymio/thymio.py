@@ -56,12 +56,12 @@ class Thymio(Device):
     def connect(self) -> None:
         self._bus = bus = Bus.join(self.robot.address)
         self._number = bus.find(self.robot.name, self.robot.node)
+        bus.listen(self._number, self._report)
         memory = bus.describe(self._number)
         if memory.lacks:
             raise OSError(f"its firmware is too old, it has no `{memory.lacks}`: update it with Thymio Suite")
         self._fed, self._targets = memory.fed, memory.variables["motor.left.target"]
         bus.set(self._number, (self._targets, (0, 0)))
-        bus.listen(self._number, self._report)
         bus.run(self._number, program(memory, self.robot.color))
         if not self._reported.wait(START_LIMIT):
             bus.check()
@@ -91,7 +91,7 @@ class Thymio(Device):
 
     def close(self) -> None:
         if self._bus:
-            self._bus.forget(self._number)
+            self._bus.forget(self._number, self._report)
             self._bus.leave()
             self._bus = None
 

@@ -6,19 +6,32 @@ the work waits there while messages are read.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 T = TypeVar("T")
 FEW = 100
 """Items between two checkpoints of `in_slices`: work on each takes a few microseconds, up to a hundred."""
-_interrupt: Callable[[], None] | None = None
+
+
+class _Here(threading.local):
+    """The function that each checkpoint of this thread calls."""
+
+    interrupt: Callable[[], None] | None = None
+
+
+class _OverError(BaseException):
+    """Nobody waits for the result of work any more."""
+
+
+_here = _Here()
 
 
 def checkpoint() -> None:
     """Let other work interrupt this one, which may never continue."""
-    if _interrupt:
-        _interrupt()
+    if _here.interrupt:
+        _here.interrupt()
 
 
 def in_slices(items: Iterable[T]) -> Iterator[T]:
@@ -30,6 +43,25 @@ def in_slices(items: Iterable[T]) -> Iterator[T]:
 
 
 def on_checkpoint(interrupt: Callable[[], None] | None) -> None:
-    """Set the function that each checkpoint calls, on whichever thread; None for nothing."""
-    global _interrupt
-    _interrupt = interrupt
+    """Set the function that each checkpoint of this thread calls; None for nothing."""
+    _here.interrupt = interrupt
+
+
+def unless(is_over: Callable[[], bool], work: Callable[[], T]) -> T | None:
+    """Return the result of work, or None as soon as it `is_over` at one of its checkpoints. Others may interrupt it,
+    too."""
+    before = _here.interrupt
+
+    def look() -> None:
+        if before:
+            before()
+        if is_over():
+            raise _OverError
+
+    on_checkpoint(look)
+    try:
+        return work()
+    except _OverError:
+        return None
+    finally:
+        on_checkpoint(before)

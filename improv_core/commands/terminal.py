@@ -86,7 +86,7 @@ async def performance(
     reached = listening(performing.playback.stop, performing.stops, STARTED)
     if performing.stops.unreachable:
         performing.screen.complain(f"improv: `improv stop` won't work: {performing.stops.unreachable}")
-    loop, ours = asyncio.get_running_loop(), threading.get_ident()
+    loop = asyncio.get_running_loop()
     interrupts: list[int] = []
 
     def interrupt(number: int, _: object) -> None:
@@ -98,7 +98,7 @@ async def performance(
             loop.call_soon_threadsafe(performing.interrupted.set)
 
     def give_up() -> None:
-        if interrupts and threading.get_ident() == ours:
+        if interrupts:
             raise asyncio.CancelledError  # nobody waits for the analysis
 
     on_checkpoint(give_up)

@@ -6,6 +6,7 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
+from typing import TypeVar
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
 from improv_core.ide.bending import handle_at
@@ -40,11 +41,12 @@ from improv_core.protocol.editing import (
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import RoomResults
-from improv_core.score.prediction import Predict
 from improv_core.score.world import World
+from improv_core.slices import unless
 from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
 
+T = TypeVar("T")
 MOST_PAGES = 64
 """Pages whose texts are kept: as many as there can be."""
 MOST_PROBLEMS = 100
@@ -72,7 +74,7 @@ class PageEditor:
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
-        self._predictions = dry_run.Predictions(touches)
+        self._predict = dry_run.Predictions(touches)
 
     def answer(
         self, page: int, ask: Analyze | Complete | Explain | AskHandle | Change, *, rehearses: bool = False
@@ -111,9 +113,9 @@ class PageEditor:
         """Yield the paths of a page's text, and all again once it is known what robots sense: that may take a second.
         None follow once the page has another text."""
         if analysis := self._text(page, ask["number"]):
-            for preview in self._preview.answers(ask["number"], analysis, self._predict(page, ask["number"])):
-                if self.has(page, ask["number"]):
-                    yield preview
+            answers = self._preview.answers(ask["number"], analysis, self._predict)
+            while preview := self._unless_edited(page, ask["number"], partial(next, answers, None)):
+                yield preview
 
     def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
         """Return the answer of `analyze` with meetings, collisions, and motions that joints can't make.
@@ -123,12 +125,19 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        report = room.check(analysis, self._known, self._predict(page, ask["number"]))
+        answer = partial(self._check_room, analysis, ask["number"])
+        return self._unless_edited(page, ask["number"], answer)
+
+    def _check_room(self, analysis: Analysis, number: int) -> Analyzed | None:
+        report = room.check(analysis, self._known, self._predict)
         found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
         self._known = report.known if report else self._known
-        if not found or not self.has(page, ask["number"]):
-            return None
-        return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *found])
+        return self._analyzed(number, analysis, [*analysis.diagnostics, *found]) if found else None
+
+    def _unless_edited(self, page: int, number: int, work: Callable[[], T | None]) -> T | None:
+        """Return the result of work on a page's text; None as soon as the page has another one."""
+        found = unless(lambda: not self.has(page, number), work)
+        return found if self.has(page, number) else None
 
     def complete(self, page: int, ask: Complete) -> Completed | None:
         """Return the words that fit at an offset: those that begin with the letters there, or if none does, contain
@@ -181,10 +190,6 @@ class PageEditor:
             "place": found and _millimeters(found.place),
             "others": [_millimeters(each) for each in found.others] if found else [],
         }
-
-    def _predict(self, page: int, number: int) -> Predict:
-        """Return the function that finds out what robots sense as long as a page has this text."""
-        return partial(self._predictions, wanted=lambda: self.has(page, number))
 
     def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
         return {

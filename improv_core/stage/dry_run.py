@@ -37,12 +37,11 @@ def perform(
     seconds: float | None = None,
     tell: Callable[[FromStage], None] = lambda message: None,
     senses: Sequence[Sensed] | None = None,
-    wanted: Callable[[], bool] = lambda: True,
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
 
     With `senses`, robots sense these and nothing else. The player follows no clock from outside and counts no bar,
-    because nobody waits for a beat. It stops as soon as the performance is no longer `wanted`.
+    because nobody waits for a beat.
     """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
@@ -50,7 +49,7 @@ def perform(
     if senses is not None:
         load["senses"] = senses
     player.take(Play(load, replace(score, clock=None, count_in=False)), now)
-    while wanted() and (deadline := player.deadline(now)) is not None:
+    while (deadline := player.deadline(now)) is not None:
         checkpoint()
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.run.mode == "playing":
@@ -60,14 +59,11 @@ def perform(
             player.advance(now)
 
 
-def predict(
-    score: Score, touches: Callable[[World], NoCollisions] = Touches, wanted: Callable[[], bool] = lambda: True
-) -> Prediction | None:
+def predict(score: Score, touches: Callable[[World], NoCollisions] = Touches) -> Prediction | None:
     """Predict what the simulator's senses decide, with robots on their ideal paths: nobody pushes them, and they have
     no motors. All other senses never hold. None if the score reads no sense that the simulator computes.
 
-    After 1,000 beats, two minutes of the dance, or `MOST_STEPS`, the score is cut off. It gives up as soon as the
-    prediction is no longer `wanted`.
+    After 1,000 beats, two minutes of the dance, or `MOST_STEPS`, the score is cut off.
     """
     senses = {name: part.senses.values() for name, part in score.parts.items() if score.open}
     if not any(is_simulated(each) for sources in senses.values() for each in sources):
@@ -78,9 +74,7 @@ def predict(
         for name, part in score.parts.items()
     }
     felt = _Felt()
-    perform(replace(score, parts=ideal), Simulator(PERIOD, touches), seconds, felt.take, wanted=wanted)
-    if not wanted():
-        return None
+    perform(replace(score, parts=ideal), Simulator(PERIOD, touches), seconds, felt.take)
     assuming = {name for name, sources in senses.items() if not all(map(is_simulated, sources))}
     return predicted(score, felt.spans(), near(seconds * float(score.tempo) / 60), frozenset(assuming))
 
@@ -92,13 +86,12 @@ class Predictions:
         self._touches = touches
         self._latest: tuple[object, Prediction | None] | None = None
 
-    def __call__(self, score: Score, wanted: Callable[[], bool] = lambda: True) -> Prediction | None:
+    def __call__(self, score: Score) -> Prediction | None:
         plays = [(part.scenes, part.start, part.profile) for part in score.parts.values()]  # the same movements
         if self._latest and self._latest[0] == (score.tempo, score.world, plays):
             return self._latest[1]
-        found = predict(score, self._touches, wanted)
-        if wanted():
-            self._latest = (score.tempo, score.world, plays), found
+        found = predict(score, self._touches)
+        self._latest = (score.tempo, score.world, plays), found
         return found
 
 

@@ -28,7 +28,7 @@ from improv_core.safety.stops import Stops
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import Output, PlayScore
-from improv_core.slices import on_checkpoint
+from improv_core.slices import unless
 from improv_core.website.in_process_stage import Hear, InProcessStage
 
 PROGRAM = Path("dance.improv")
@@ -151,18 +151,7 @@ class BrowserBackend:
     def _unless_slow(self, limit: float, answer: Callable[[], EditorAnswer | None]) -> EditorAnswer | None:
         """Send an answer and return it, unless it takes more than `limit` seconds."""
         end = time.monotonic() + limit
-
-        def give_up() -> None:
-            if time.monotonic() > end:
-                raise TimeoutError
-
-        on_checkpoint(give_up)
-        try:
-            found = answer()
-        except TimeoutError:
-            return None
-        finally:
-            on_checkpoint(None)
+        found = unless(lambda: time.monotonic() > end, answer)
         self._answer(found)
         return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
 from improv_core.protocol.editing import Analyzed, ArrangeRobots, PlaceRobots, TuneMusic
 from improv_core.robots.config import read_robots
+from improv_core.slices import on_checkpoint
 from improv_core.storage.program_file import TEMPLATE
 
 PAGE, OTHER = 1, 2
@@ -54,6 +56,27 @@ HEAD_ON = "ada at -2 0\nbo at 2 0 facing 180\nada bo $ forward\n"
 
 def in_room(editor: PageEditor, text: str, number: int = 1) -> Analyzed | None:
     return editor.check_room(PAGE, {"type": "analyze", "number": number, "text": text})
+
+
+def test_a_check_of_the_room_ends_once_somebody_types(editor: PageEditor) -> None:
+    """It shares its interpreter with the answers to keys."""
+    text = f"{HEAD_ON}ada bo $ repeat choose (left right forward)\n"
+    ask(editor, text)
+    passed: list[None] = []
+
+    def types() -> None:
+        passed.append(None)
+        if len(passed) == 100:
+            key = Thread(target=ask, args=(editor, f"{text} ", 2))
+            key.start()
+            key.join()
+
+    on_checkpoint(types)
+    try:
+        assert in_room(editor, text) is None
+    finally:
+        on_checkpoint(None)
+    assert len(passed) == 100
 
 
 def test_meetings_come_later_with_all_other_problems(editor: PageEditor) -> None:

@@ -13,6 +13,7 @@ from improv_core.score.path import pose_at
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
 from improv_core.score.walk import walk
+from improv_core.slices import unless
 from improv_core.stage.dry_run import LONGEST, perform, predict
 
 SENSES = """
@@ -109,12 +110,12 @@ def test_the_words_that_move_a_robot_stay_known() -> None:
     assert words == ["walk", "forward"]
 
 
-def test_a_prediction_that_nobody_wants_any_more_is_dropped() -> None:
+def test_a_prediction_that_nobody_waits_for_any_more_is_dropped() -> None:
     score, asked = scored("room 6 4\nada $ repeat (until near (repeat forward) left)"), []
 
-    def wanted() -> bool:
+    def is_over() -> bool:
         asked.append(True)
-        return len(asked) < 10
+        return len(asked) > 10
 
-    assert predict(score, wanted=wanted) is None
+    assert unless(is_over, lambda: predict(score)) is None
     assert len(asked) == 11

@@ -257,6 +257,7 @@ export class Editor {
       this.saving.edited()
     }
     this.#draw()
+    this.#control.scrollTop = 0
   }
 
   #analyze() {
@@ -316,8 +317,9 @@ export class Editor {
 
   #draw() {
     this.#highlight.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
-    find("sheet").style.setProperty("--digits", String(Math.max(String(this.#highlight.lines).length, 2)))
-    this.#control.scrollTop = 0
+    const { style } = find("sheet")
+    const digits = String(Math.max(String(this.#highlight.lines).length, 2))
+    if (style.getPropertyValue("--digits") !== digits) style.setProperty("--digits", digits) // that lays all out again
     this.#light()
   }
 

@@ -57,8 +57,8 @@ export class Handle {
     if (message.number !== number || message.offset !== offset) return
     if (this.#changed && message.text && message.text !== this.shown?.text) announce(message.text)
     this.#changed &&= this.#held
+    if (drawing(message) !== drawing(this.shown)) redraw()
     this.shown = message
-    redraw()
   }
 
   /**
@@ -111,6 +111,11 @@ export class Handle {
     this.#changed = true
     this.#change({ type: "lengthen", offset: this.shown.offset, steps, freely: event.shiftKey })
   }
+}
+
+/** All that is drawn of a handle. @param {Messages["handle"] | null} handle */
+function drawing(handle) {
+  return handle?.place ? JSON.stringify([handle.robot, handle.place, handle.others]) : ""
 }
 
 /** @param {Pen} pen @param {Point} place @param {number} size @param {string} color @param {number} width */

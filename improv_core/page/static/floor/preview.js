@@ -14,7 +14,8 @@ import { bounds } from "./camera.js"
 /** @import { Pose } from "../base/path.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @typedef {{ start: Pose, strokes: [from: Pose, to: Pose][], certain: number }} PreviewedPath */
+/** @typedef {Messages["preview"]["robots"][string]} Sent */
+/** @typedef {{ start: Pose, strokes: [from: Pose, to: Pose][], certain: number, sent: Sent }} PreviewedPath */
 
 const CALM = 400 // milliseconds without a key after which an error counts: half a word is one
 const WIDTH = 2 // pixels
@@ -34,7 +35,8 @@ export class Preview {
   #room = [] // corners around all of them
   #problem = ""
   version = 0 // changes with the paths
-  painted = 0 // the latest version that was painted
+  #texts = 0 // whose paths were taken
+  painted = 0 // so many of these texts have their paths on the stage
 
   /** @param {() => void} ask has the server asked for the paths */
   constructor(ask) {
@@ -74,14 +76,22 @@ export class Preview {
    * @param {string} text
    */
   #show({ robots, problem, waits_for }, text) {
+    const wasShown = this.isShown
     this.#text = text
     this.#problem = problem
+    const wasPainted = this.painted === this.#texts++
     const before = waits_for.flatMap((name) => /** @type {[string, PreviewedPath][]} */ (this.#paths.has(name) ? [[name, this.#paths.get(name)]] : []))
-    const now = Object.entries(robots).map(([name, { start, strokes, certain }]) => {
-      const ends = strokes.map((stroke) => /** @type {[Pose, Pose]} */ ([pose(stroke), pose(stroke.slice(3))]))
-      return /** @type {[string, PreviewedPath]} */ ([name, { start: pose(start), strokes: ends, certain }])
+    const now = Object.entries(robots).map(([name, sent]) => {
+      const known = this.#paths.get(name)
+      return /** @type {[string, PreviewedPath]} */ ([name, known && isSame(known.sent, sent) ? known : made(sent)])
     })
-    this.#paths = new Map([...before, ...now])
+    const paths = new Map([...before, ...now])
+    // A key in a comment or in a word that nobody plays draws nothing.
+    if (wasPainted && wasShown === this.isShown && isSameMap(paths, this.#paths)) {
+      this.painted = this.#texts
+      return wake()
+    }
+    this.#paths = paths
     const points = [...this.#paths.values()].map(({ start, strokes, certain }) => [
       start,
       ...strokes.slice(0, certain).flatMap(([from, to]) => pointsAlong(from, velocityBetween(from, to), 1)),
@@ -125,7 +135,7 @@ export class Preview {
       pen.setLineDash([])
       yield
     }
-    this.painted = this.version
+    this.painted = this.#texts
   }
 }
 
@@ -146,6 +156,24 @@ function draw(pen, strokes, dashes, scale) {
     last = to
   }
   pen.stroke()
+}
+
+/** @param {Sent} sent @returns {PreviewedPath} */
+function made(sent) {
+  const strokes = sent.strokes.map((stroke) => /** @type {[Pose, Pose]} */ ([pose(stroke), pose(stroke.slice(3))]))
+  return { start: pose(sent.start), strokes, certain: sent.certain, sent }
+}
+
+/** @param {Sent} one @param {Sent} other */
+function isSame(one, other) {
+  const numbers = (/** @type {Sent} */ { start, strokes, certain }) => [certain, ...start, ...strokes.flat()].join()
+  return one.strokes.length === other.strokes.length && numbers(one) === numbers(other)
+}
+
+/** @template T @param {Map<string, T>} one @param {Map<string, T>} other */
+function isSameMap(one, other) {
+  const there = [...other]
+  return one.size === other.size && [...one].every(([name, each], i) => name === there[i][0] && each === there[i][1])
 }
 
 /** @param {number[]} numbers @returns {Pose} */

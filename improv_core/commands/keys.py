@@ -34,7 +34,8 @@ class Keyboard:
     def __init__(self, playback: Callable[[], Playback], screen: Screen) -> None:
         self._playback = playback
         self._screen = screen
-        self._hears = False
+        self.hears = False
+        """True if the terminal hears keys."""
         self._opening: set[asyncio.Task[None]] = set()
         self.resumes: Resumes | None = None
         """The beats from which a key has robots continue."""
@@ -52,7 +53,7 @@ class Keyboard:
 
     def show(self, hears: bool) -> None:
         """Show how to open the page, if the terminal `hears` keys."""
-        self._hears = hears
+        self.hears = hears
         if hears and self._usual:
             self._screen.hint(HINT)
 
@@ -92,7 +93,7 @@ class Keyboard:
     def take_armed(self, message: Armed) -> None:
         """Print that everything is ready, and how to begin."""
         state = self._playback().state
-        if self._hears:
+        if self.hears:
             self._screen.hint(HINT_ARMED if message["armed"] else self._usual)
         if not message["armed"]:
             return
@@ -101,7 +102,7 @@ class Keyboard:
             self._screen.count_down(begins, count)
             return
         ways = [
-            *(["Space or Enter"] if self._hears else []),
+            *(["Space or Enter"] if self.hears else []),
             *(["Play on the page"] if state.page else []),
             *(["the service ~/play"] if state.is_real else []),
         ]
@@ -114,7 +115,7 @@ class Keyboard:
     def offer(self, transport: TransportMessage, *, stays: bool) -> None:
         """Print from where keys have robots continue, after a stop that nobody asked for, if the performance `stays`
         then."""
-        offered, self.resumes = self.resumes, transport.get("resumes") if stays and self._hears else None
+        offered, self.resumes = self.resumes, transport.get("resumes") if stays and self.hears else None
         if self.resumes and self.resumes != offered:
             scene, beat = (counted(transport, self.resumes[place]) for place in ("scene", "beat"))
             self._screen.say(f"press r to resume from this scene ({scene}), or b from this beat ({beat})")

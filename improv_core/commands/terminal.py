@@ -269,10 +269,13 @@ class TerminalSession:
                 self.results.errors.take_link(message)
             case "warning" | "error":
                 self._complain(message["message"])
+                if message["type"] == "error" and self.broken.is_set():  # no other stage could be started
+                    self.finished.set()
             case "gone":
                 self._complain(message["message"])
                 self.broken.set()
-                self.finished.set()
+                if not self._is_offered:
+                    self.finished.set()
             case _ if not leads:
                 pass
             case "measured":
@@ -316,8 +319,15 @@ class TerminalSession:
         if leads:
             self.screen.count(transport)
             self.keyboard.offer(transport, stays=self.stays and not self.interrupted.is_set())
-        if transport["state"] in ("ended", "stopped") and self.results.is_over and not self.keyboard.resumes:
+            if self.keyboard.resumes:
+                self.broken.clear()  # another stage can have robots continue
+        if transport["state"] in ("ended", "stopped") and self.results.is_over and not self._is_offered:
             self.finished.set()
+
+    @property
+    def _is_offered(self) -> bool:
+        """True if a key has robots continue, or will once another stage has replaced a dead one."""
+        return bool(self.keyboard.resumes) or (self.stays and self.keyboard.hears and bool(self.playback.state.stood))
 
     def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:

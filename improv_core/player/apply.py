@@ -75,7 +75,7 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     performed, both = tracks.run.transport.performed(now), {*old, *new}
     _send_still(tracks, old.keys() - new.keys(), performed)
     tracks.queue.leave_topics(old, new, performed)
-    tracks.sink.prepare(score, True)
+    tracks.sink.prepare(score, act.play.stood is None)
     tracks.start_poses = reports.as_json(tracks.sink.poses())
     tracks.queue.restart(both, performed)
     tracks.paths = Paths()

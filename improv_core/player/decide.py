@@ -121,6 +121,8 @@ def _play(run: Run, play: Play, facts: Facts) -> Decided:
     One that an automation requests is refused after a stop that wasn't its own.
     """
     load, score, performed, by = play.load, play.score, run.transport.performed(facts.now), play.load.get("by")
+    if play.stood:
+        return run, [PrepareRestart(play), Then(events.Restarted(play))]
     if play.moves and facts.real and (line := run.stops.refusal(score.safety, load.get("stops"))):
         return run, [error_line(line), Report()]
     if play.moves and not run.may_start(by):

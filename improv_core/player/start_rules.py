@@ -25,6 +25,7 @@ from improv_core.player.acts import (
     StartMeasuring,
     Still,
     Tell,
+    Zero,
 )
 from improv_core.player.events import Facts
 from improv_core.player.run import ONE, Run
@@ -66,6 +67,8 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         next=None,
     )
     run = in_time(run, play.entry, facts)
+    if play.stood:
+        return _standing(run, play.score, play.stood, facts)
     if run.clock and run.clock.is_music:
         clock = replace(run.clock, ours=0.0, theirs=0.0, slope=Fraction(0), warned=False)
         run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.moves else None))
@@ -77,6 +80,14 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
     beat = near(play.entry["beat"])  # another stage may have begun long ago
     run, acts = play_from(run.at_scene_of(joined(play.score, play.entry), beat), beat, 0.0, facts)
     return run, [Dismiss(), ForgetEdges(), *([Place(beat)] if beat else []), *acts]
+
+
+def _standing(run: Run, score: Score, stood: Takeover, facts: Facts) -> Decided:
+    """Stand where another stage stood when it died. Nobody has asked for that, so only a person has robots continue."""
+    beat = near(stood["beat"])
+    run = replace(run.at_scene_of(joined(score, stood), beat), mode="stopped", unasked=True, startable_by=frozenset())
+    run = replace(run, transport=Transport(facts.now, 0.0, beat, run.tempo))
+    return run, [Zero(), Dismiss(), ForgetEdges(), Place(beat), Report()]
 
 
 def awaited(run: Run, event: events.Awaited, facts: Facts) -> Decided:
@@ -235,7 +246,7 @@ def _wait(run: Run, facts: Facts) -> Decided:
     if run.stops.on:
         line = refused_by(run.stops.on, run.score.safety.stop)
         run, acts = leave(run, "stopped", facts)
-        return run, [*acts, error_line(line)]
+        return run, [*acts, error_line(line)] if run.moves else acts
     first = waits(run, facts)[0]
     run, acts = leave(run, "paused", facts)
     if first in facts.away:

@@ -123,6 +123,7 @@ class Load(_Timed, _Asked):
     here: NotRequired[str]
     patience: NotRequired[Patience]
     senses: NotRequired[Sequence[Sensed]]
+    stood: NotRequired[Takeover]
     stops: NotRequired[int]
 
 
@@ -142,6 +143,11 @@ class Play:
     def entry(self) -> Takeover | None:
         """The time of the takeover, if another stage has decided it."""
         return self.load.get("entry")
+
+    @property
+    def stood(self) -> Takeover | None:
+        """The place in the score where a stage died, if its robots only stand there until a person has them resume."""
+        return self.load.get("stood")
 
     @property
     def beats_per_bar(self) -> int:

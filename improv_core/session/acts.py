@@ -49,7 +49,8 @@ class Send:
 class SendScore:
     """Have stages play a score: the `whole` score, or the parts that they lack. With `entry`, they follow another
     stage; they take over `at` a monotonic time or later. `stops` are the presses of emergency stops that each stage may
-    have received before somebody asked for the score. With `gathers`, beat 0 waits until all are ready.
+    have received before somebody asked for the score. With `gathers`, beat 0 waits until all are ready. Robots of a
+    stage that died `stood` there, and only stand now.
 
     If it is `asked` for, `Loaded` comes back, unless a stop has come since somebody asked: then it is not sent.
     """
@@ -62,6 +63,7 @@ class SendScore:
     asked: bool = False
     whole: bool = False
     gathers: bool = False
+    stood: Takeover | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,6 +48,8 @@ def _load(state: SessionState, act: SendScore, stage: StageKey, score: Mapping[s
     }
     if act.entry:
         load["entry"] = act.entry
+    if act.stood:
+        load["stood"] = act.stood
     if act.at is not None:
         load["at"] = act.at
     if stage in act.stops:

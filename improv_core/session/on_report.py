@@ -14,11 +14,12 @@ from improv_core.protocol.messages import Decided as SenseDecided
 from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
-from improv_core.protocol.transport import stop_of
+from improv_core.protocol.transport import beat_at, stop_of
+from improv_core.score.takeover import Takeover
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
 from improv_core.session.halting import halt, halted, has_halted, obeyed, tell_obeyed
-from improv_core.session.on_request import on_request
+from improv_core.session.on_request import on_request, send_score
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
 from improv_core.session.together import entry_at, others, stopped, without
 
@@ -44,7 +45,7 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
         case "obeyed":
             return _obeyed(state, stage, message)
         case "gone" if stage.output != "ros" or not others(state, stage.host):
-            return _gone(state, stage, message)
+            return _gone(state, stage, message, now)
         case _ if stage.output == "ros" and state.is_spread:
             return _as_one(host_reports.reported(state, stage.host, message, now), stage)
         case "lacks":
@@ -54,7 +55,7 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
         case "transport" if has_halted(state, stage, message):
             state, acts = _reported(state, stage, message)
             state, told = halted(state, stage)
-            return state, [*acts, *told]
+            return state, [*acts, *told, *_stand(state, stage, now)]
         case _:
             return _reported(state, stage, message)
 
@@ -155,7 +156,8 @@ def _followed(state: SessionState, output: Output, transport: TransportMessage) 
     mode, waited, latest = transport["state"], state.waits_for, state.latest
     state, acts = _explained(state, _why_still(state, transport), transport.get("resumes"))
     state = replace(
-        state,
+        state.with_stage(StageKey(HERE, output), transport=transport) if not state.is_spread else state,
+        stood=None if "resumes" in transport else state.stood,
         is_on=mode in ("waiting", "playing", "paused"),
         waits_for=transport.get("waits_for", transport.get("too_near", ())),
         editions=state.editions.plays(transport["generation"]),
@@ -246,6 +248,7 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     listens: list[Act] = [HearClock(wanted, float(play.score.tempo))] if wanted != state.clock else []
     pages = [key for key in state.stages if key.output == "page"]
     state = replace(state, played=play, latest=play, generation=play.generation, is_on=True, entered=None, clock=wanted)
+    state = replace(state, stood=None)
     if state.is_real:
         state = on_hosts.plays(state, play, now) if state.is_spread else replace(state, on_robots=play)
     for key, stage in state.stages.items():
@@ -254,15 +257,16 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     return state, [*([SendScore(pages, _shown(play))] if pages else []), *listens]
 
 
-def _gone(state: SessionState, stage: StageKey, gone: Gone) -> Decided:
+def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided:
     """Replace a stage that has died, and report that. A new stage of real robots first stops them, even if a standby
-    should have: that one may have failed too."""
+    should have: that one may have failed too. Then people may have them resume from where they were."""
     leads, idles = stage.output == state.leader, stage.output == state.idle
     shown = not leads and not idles
     before = state.stages.get(stage, StageState())
     acts: list[Act] = []
     if leads:
         acts += _to(state.twin, {"type": "stop"})
+        state = replace(state, stood=_stood(state, before, now))
         if state.armed:
             acts += _show(state, {"type": "armed", "generation": state.generation, "armed": False, "begins": None})
         state = replace(state, is_on=False, waits_for=())
@@ -280,6 +284,21 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone) -> Decided:
     return state, [*acts, Announce({**gone, "message": f"{gone['message']}{what}"}, leads)]
 
 
+def _stood(state: SessionState, dead: StageState, now: Now) -> Takeover | None:
+    """Return where a stage was in the score when it died; None if it played none, or an emergency stop is on."""
+    last = dead.transport
+    if not last or last["state"] not in ("playing", "paused") or state.is_spread or now.pressed["topics"]:
+        return None
+    return entry_at(last, beat_at(last, now.at), now.at)
+
+
+def _stand(state: SessionState, stage: StageKey, now: Now) -> list[Act]:
+    """Send a stage that has stopped the robots of a dead one the score from which people may have them resume."""
+    if not state.stood or not state.played or stage.output != state.leader:
+        return []
+    return [SendScore([stage], replace(state.played, by=None), stops={stage: now.known}, whole=True, stood=state.stood)]
+
+
 def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> Decided:
     """Send a new stage all that it has to know. In place of a dead one, it stops the robots, or joins the others."""
     real, halts = stage.output == "ros", state.halts(stage)
@@ -295,7 +314,11 @@ def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> De
     if real and now.pressed["count"] and not (state.is_spread and before.ready):
         acts.append(Send(stage, on_hosts.pressed_of(state, stage.host, now.pressed)))
     if halts:
-        return state, [*acts, halt(state, stage)]
+        acts.append(halt(state, stage))
+        if state.pending and stage.output == state.leader:
+            state, more = send_score(replace(state, pending=None), state.pending, now)
+            acts += more
+        return state, acts
     state, told = obeyed(state, stage.host, state.unobeyed) if real else (state, [])
     state, joins = _as_one(on_hosts.join(state, stage.host, now), stage) if real else (state, [])
     return state, [*acts, *told, *joins]
@@ -307,4 +330,6 @@ def _not_started(state: SessionState, stage: StageKey, why: str) -> Decided:
     if idles:
         return state, [told]  # after a dead stage, the next play starts all stages
     stages = {other: each for other, each in state.stages.items() if other != stage}
-    return replace(state, stages=stages, leader=None if leads else state.leader), [told]
+    if leads:
+        state = replace(state, leader=None, stood=None, pending=None)
+    return replace(state, stages=stages), [told]

@@ -11,6 +11,7 @@ from improv_core.protocol.commands import COMMANDS, PageOpened, PageRequest, Res
 from improv_core.protocol.editing import Answer, Draft, ProgramSource
 from improv_core.protocol.messages import Pressed, Problem, ProgramMessage
 from improv_core.protocol.page_messages import for_pages
+from improv_core.protocol.play_again import STOPPED
 from improv_core.safety.interlocks import refused_by
 from improv_core.score.takeover import amid
 from improv_core.score.transport import BEATS_PER_BAR
@@ -50,7 +51,7 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
             again = replace(
                 state.played, when="restart", beats_per_bar=BEATS_PER_BAR, stops=now.stops, arming=None, by=by
             )
-            return _send_score(state, again, now)
+            return send_score(state, again, now)
         case "resume":
             return _resume(state, request, now)
         case "stop":
@@ -85,7 +86,7 @@ def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:
 
 
 def _stop(state: SessionState, stop: Stop, now: Now) -> Decided:
-    state, acts = on_hosts.stop(state, now)
+    state, acts = on_hosts.stop(replace(state, stood=None, pending=None), now)
     state, more = await_obeyed(state, stop["mark"]) if "mark" in stop else (state, [])
     return state, [*acts, *more]
 
@@ -114,7 +115,7 @@ def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
         return state, [*tell_pressed(state, now.pressed), Announce({"type": "error", "message": line})]
     play = _joined(state, play, now)
     state, acts = _let_lead(state, play.simulated, now)
-    state, more = _send_score(state, play, now)
+    state, more = send_score(state, play, now)
     return state, [*acts, *more]
 
 
@@ -148,9 +149,13 @@ def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
     return state, []
 
 
-def _send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
+def send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
+    """Send the leading stages a score. One that has died gets it once it has been replaced, unless an automation asks:
+    after such a stop, only a person may."""
     leader = state.leader
     assert leader
+    if state.is_gone(leader):
+        return (state, [warning(STOPPED)]) if play.by else (replace(state, pending=play), [])
     generation = state.generation + 1
     editions, score = state.editions.number(play.score, generation)
     play = replace(play, score=score, generation=generation, joins=False, stopped=now.stopped)

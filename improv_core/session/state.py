@@ -40,6 +40,7 @@ from improv_core.score.equality import same
 from improv_core.score.movement import Movement
 from improv_core.score.outside_clock import Following
 from improv_core.score.score import UNNUMBERED, OutsideClock, Part, Score
+from improv_core.score.takeover import Takeover
 from improv_core.score.transport import BEATS_PER_BAR
 
 HERE = ""
@@ -210,6 +211,10 @@ class SessionState:
     """The reason why real robots stand, for pages."""
     resumes: Resumes | None = None
     """The beats from which people may have real robots continue, after a stop that nobody asked for."""
+    stood: Takeover | None = None
+    """The place in the score where the leading stage died, until another stage has robots resume from there."""
+    pending: PlayScore | None = None
+    """The score that somebody asked for before that stage was replaced."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
     unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     clock: OutsideClock | None = None

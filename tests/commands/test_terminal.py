@@ -97,6 +97,34 @@ def test_a_key_resumes_after_a_stop_that_nobody_asked_for_and_the_session_stays(
     assert line in capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.parametrize("stays", [True, False])
+@pytest.mark.parametrize("replaced", [True, False])
+def test_a_terminal_that_stays_waits_for_the_stage_that_replaces_a_dead_one(stays: bool, replaced: bool) -> None:
+    async def run() -> tuple[bool, bool, bool]:
+        fakes, session = Fakes(), TerminalSession(Options("both"))
+        fakes.playback._listen = session._hear
+        session.playback, session.stays = fakes.playback, stays
+        session.keyboard.show(hears=True)
+        await session.open(browser=False)
+        await session.play(analyze("r $ forward\n"), Path("dance.improv"))
+        ros = fakes.stages[0]
+        ros.tell("playing", 0.5, time.monotonic())
+        fakes.fails = set() if replaced else {"ros"}
+        ros.die()
+        ended = session.finished.is_set()
+        await asyncio.gather(*fakes.playback._replacing)
+        if replaced:
+            fakes.stages[-1].tell("ended")
+            (stood,) = [load["stood"] for load in fakes.stages[-1].loads if "stood" in load]
+            fakes.stages[-1].say(at("stopped", 1, stood["beat"], resumes={"scene": 0.0, "beat": stood["beat"]}))
+        assert bool(session.keyboard.resumes) is (stays and replaced)
+        await fakes.playback.close()
+        return ended, session.finished.is_set(), session.broken.is_set()
+
+    lost = not (stays and replaced)
+    assert asyncio.run(run()) == (not stays, lost, lost)
+
+
 def test_after_an_interrupt_only_robots_that_may_still_move_are_named(
     session: TerminalSession, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,13 +21,18 @@ STOP = "/e_stop"
 SILENT = events.Faults([RobotNews("r", FaultBegan("silent", Worst(seconds=1.0)))])
 
 
-def playing(seconds: float = 3.5) -> Stage:
+def playing(seconds: float = 3.5, **rest: Any) -> Stage:
     """A real robot in the middle of the second movement of its second scene."""
     stage = Stage()
     stage.sink.real = True
-    stage.perform(replace(score(PROGRAM), safety=Safety(stop=STOP, faults=FaultRules({"silent": "stop"}))))
+    stage.perform(replace(score(PROGRAM), safety=Safety(stop=STOP, faults=FaultRules({"silent": "stop"}))), **rest)
     stage.run(seconds)
     return stage
+
+
+def replaced() -> Stage:
+    """A new stage after the stage of that robot has died there."""
+    return playing(stood={"beat": 3.5, "monotonic": 1000.0})
 
 
 def offered(stage: Stage) -> Any:
@@ -37,6 +42,7 @@ def offered(stage: Stage) -> Any:
 @pytest.mark.parametrize(
     "event",
     [
+        None,
         {"type": "stop", "unasked": True},
         events.Halted(),
         events.Halted(counts=True),
@@ -44,12 +50,13 @@ def offered(stage: Stage) -> Any:
         events.Overloaded(),
         SILENT,
     ],
-    ids=["another stage", "machine slept", "parent hung", "late", "too slow", "fault"],
+    ids=["dead stage", "another stage", "machine slept", "parent hung", "late", "too slow", "fault"],
 )
 @pytest.mark.parametrize(("place", "beat"), [("scene", 2.0), ("beat", 3.5)])
 def test_after_a_stop_that_nobody_asked_for_a_person_has_robots_continue(event: Any, place: str, beat: float) -> None:
-    stage = playing()
-    stage.player.take(event, stage.now)
+    stage = playing() if event else replaced()
+    if event:
+        stage.player.take(event, stage.now)
     assert stage.states[-1] == "stopped"
     assert offered(stage) == {"scene": 2.0, "beat": 3.5}
     stage.sink.sent.clear()
@@ -86,16 +93,28 @@ def test_a_stop_that_somebody_asked_for_offers_nothing(ask: Asked, before: bool)
 
 
 @pytest.mark.parametrize("asked", [{"by": "ros"}, {"by": "osc"}, {"pressed": True}])
-def test_only_a_person_continues_and_only_once_emergency_stops_are_released(asked: dict[str, Any]) -> None:
-    stage = playing()
+@pytest.mark.parametrize("died", [False, True])
+def test_only_a_person_continues_and_only_once_emergency_stops_are_released(asked: dict[str, Any], died: bool) -> None:
+    stage = replaced() if died else playing()
     stage.player.take(events.Halted(), stage.now)
-    if asked.pop("pressed", False):
+    if asked.get("pressed"):
         stage.player.take(events.EmergencyStop(STOP, True), stage.now)
     stage.sink.sent.clear()
-    stage.ask("resume", beat=3.5, **asked)
+    stage.ask("resume", beat=3.5, **({"by": asked["by"]} if "by" in asked else {}))
     stage.run(5)
     assert stage.states[-1] == "stopped"
     assert {twist for _, _, twist in stage.sink.sent} <= {Twist()}
+
+
+def test_a_new_stage_that_only_stops_robots_blames_no_emergency_stop_that_is_on() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    stage.ask("pressed", topics=[STOP], count=1)
+    dance = score(PROGRAM)
+    stage.perform(replace(dance, parts={"r": replace(dance.parts["r"], scenes=())}))
+    stage.run(5)
+    assert (stage.states[-1], stage.lines) == ("stopped", [])
+    assert {twist for _, _, twist in stage.sink.sent} == {Twist()}
 
 
 def test_a_dance_that_has_yet_to_begin_is_not_continued() -> None:

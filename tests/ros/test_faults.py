@@ -134,13 +134,15 @@ def test_an_unreachable_robot_stops_the_others(server: Server, turtles: list[Lis
     assert server.complaints() == []
 
 
-def test_without_a_standby_a_new_stage_finds_the_robots_and_stops_them(
+def test_without_a_standby_a_new_stage_stops_the_robots_and_a_button_has_them_resume(
     env: Mapping[str, str], turtles: list[Listener]
 ) -> None:
     turtle = turtles[0]
     with Server(env, standby=False) as server:
         dances(server, turtle)
         (stage,) = players(server.pid)
+        server.client.presses = "From beat 1/∞"
         os.kill(stage, signal.SIGKILL)
         server.wait_for_line(ENDED)
         turtle.wait(still)
+        turtle.wait(at_speed(BEFORE_SPEED))

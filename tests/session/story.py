@@ -115,6 +115,8 @@ def in_words(act: Act) -> str:
     match act:
         case Send(to, message, after):
             return f"{to.output}: {unpacked(message)['type']}" + (f" {after} s later" if after else "")
+        case SendScore([to], sent, stood=stood) if stood:
+            return f"{to.output}: score {sent.generation} stands at beat {stood['beat']:g}"
         case SendScore([to], sent, entry, whole=whole):
             stands = not any(part.scenes for part in sent.score.parts.values())
             how = " stop" if stands else " whole" if whole else ""

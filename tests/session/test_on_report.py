@@ -11,6 +11,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import Armed, Decided, Obeyed, Pressed, Sensed
+from improv_core.protocol.play_again import STOPPED
 from improv_core.score.score import OutsideClock
 from improv_core.session.on_report import BEHIND
 from improv_core.session.state import Output
@@ -25,6 +26,7 @@ DISARMED: Armed = {"type": "armed", "generation": 1, "armed": False, "begins": N
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 MUSIC = replace(DANCE, clock=OutsideClock("midi"))
 GHOST = score_of(analyze("ghost $ repeat forward\n"))
+OFFER: dict[str, Any] = {"resumes": {"scene": 0.0, "beat": 5.0}}
 BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
 
 STOPPING = "it exited: a new one is stopping the robots; save to play again"
@@ -35,14 +37,34 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 1"]),
         (("ros", at("waiting", 1)), ["transport"]),
         (("ros", at("playing", 1, 3.0)), ["simulator: score 1 from beat 3", "transport"]),
-        (("ros", at("playing", 1, 4.0)), ["transport"]),
+        (("ros", at("playing", 1, 4.0, monotonic=999.5)), ["transport"]),
         (("simulator", at("playing", 1)), ["transport (the other)"]),
         (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (("ros", at("stopped", 0)), ["transport (the other)"]),  # the new one is starting
         (ROS, ["ros: score 1 stop"]),
         (("ros", at("playing", 1)), ["transport"]),  # the twin does not show how robots stop
-        (("ros", at("ended", 1)), ["transport"]),
+        (("ros", at("ended", 1)), ["transport", "ros: score 1 stands at beat 5"]),
+        (("ros", at("stopped", 1, 5.0, **OFFER)), ["simulator: stop", "simulator: why_still", "transport"]),
+        ({"type": "resume", "beat": 5.0}, ["ros: resume", "simulator: resume"]),
         (play(), ["ros: score 2"]),
+        (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "simulator: why_still", "transport"]),
+    ],
+    "somebody stops robots before their new stage has": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
+        ({"type": "restart"}, []),
+        ({"type": "stop"}, []),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("ended", 1)), ["transport"]),
+    ],
+    "somebody plays again before the new stage has started, and an automation can't": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
+        ({"type": "restart", "by": "osc"}, [STOPPED]),
+        ({"type": "restart"}, []),
+        (ROS, ["ros: score 1 stop", "ros: score 2"]),
         (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "transport"]),
     ],
     "the simulator bends with the leading stage, which follows a clock": [

@@ -57,7 +57,8 @@ def variants(value: Any) -> Iterator[Any]:
 def test_no_wrong_value_keeps_a_robot_moving() -> None:
     """The stage refuses any bad value, or plays it and ends; and every robot has received zeros at the end."""
     seen = {Play: 0, Unreadable: 0}
-    for wrong in variants(copy.deepcopy(LOAD)):
+    stood = {"beat": 0.0, "monotonic": 1000.0, "scene": {"index": 0, "begins": 0.0}}
+    for wrong in [*variants(copy.deepcopy(LOAD)), *({**LOAD, "stood": each} for each in (stood, *variants(stood)))]:
         came = arrival(json.dumps(wrong).encode() + b"\n", RowsRead())
         if isinstance(came, (Play, Unreadable)):
             seen[type(came)] += 1

@@ -165,17 +165,26 @@ class Eyes:
         self.lost = asyncio.Event()
         """Set if the stage says that something is wrong with the robot."""
         self._loop = asyncio.get_running_loop()
-        self._seen: asyncio.Queue[Twist] = asyncio.Queue()
+        self._zero: float | None = None  # when a clock of the robot's own began
+        self._at: float | None = None  # the latest time on it
+        self._seen: asyncio.Queue[tuple[Twist, float]] = asyncio.Queue()
         self._pose: tuple[int, float, PoseJson] | None = None
 
-    def see(self, twist: Twist) -> None:
-        """Take a velocity, on any thread."""
+    def see(self, twist: Twist, at: float | None = None) -> None:
+        """Take a velocity at a time on a clock of the robot's own, if it has one, on any thread."""
         with suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(self._take, twist)
+            self._loop.call_soon_threadsafe(self._take, twist, at)
 
-    def _take(self, twist: Twist) -> None:
+    def _take(self, twist: Twist, at: float | None = None) -> None:
         self.fastest = max(self.fastest, abs(twist.yaw))
-        self._seen.put_nowait(twist)
+        if at is not None:
+            self._zero = time.monotonic() - at if self._zero is None else self._zero
+            self._at = self._zero + at
+        self._seen.put_nowait((twist, self._now()))
+
+    def _now(self) -> float:
+        """Return the time of the robot: a simulated one may be slower than the real one, or stand still for a while."""
+        return time.monotonic() if self._at is None else self._at
 
     def hear(self, stage: RunningStage, message: Heard, stops: int) -> None:
         """Take a message of the stage. Of a simulated robot, it has the poses."""
@@ -197,12 +206,14 @@ class Eyes:
         """Wait until the robot is seen to move, perhaps turning faster, or to stand. Returns whether it was in time."""
         while not self._seen.empty():
             self._seen.get_nowait()
-        began = time.monotonic()
-        while (left := began + limit - time.monotonic()) > 0:
+        began, end = self._now(), time.monotonic() + (limit if self._at is None else PATIENCE)
+        while (left := end - time.monotonic()) > 0:
             with suppress(asyncio.TimeoutError):
-                twist = await asyncio.wait_for(self._seen.get(), left)
+                twist, at = await asyncio.wait_for(self._seen.get(), left)
+                self.took = at - began
+                if self.took > limit:
+                    break
                 if (twist != STILL) == moves and abs(twist.yaw) >= above:
-                    self.took = time.monotonic() - began
                     return True
         return False
 

@@ -12,7 +12,7 @@ from functools import partial
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.ipc.child import Child, Policy
-from improv_core.outputs.devices.device import Device
+from improv_core.outputs.devices.device import Device, ReportMotion
 from improv_core.outputs.devices.opening import device_class
 from improv_core.outputs.devices.sink import robot_for
 from improv_core.program.analysis import analyze
@@ -23,8 +23,6 @@ from improv_core.score.motion import Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import DeviceAddress, Host, Score
 
-Report = Callable[[Twist], None]
-"""Gets each velocity at which a robot is seen to be driven, on any thread."""
 ROBOT = "improv_check"
 VIRTUAL = f'[robots.{ROBOT}]\nprofile = "check"\n[profiles.check]\nbase = "thymio2"\ndynamics = "motors"\n'
 """The robot for ROS 2 and the simulator: only we listen on its topic."""
@@ -42,7 +40,7 @@ class Subject:
     fast: Score | None
     profile: Profile
     host: Host | None
-    watch: Callable[[Report], AbstractContextManager[None]]
+    watch: Callable[[ReportMotion], AbstractContextManager[None]]
 
     @property
     def device(self) -> DeviceAddress | None:
@@ -84,7 +82,7 @@ def _subject(
     robot: str,
     robots: Robots,
     host: Host | None,
-    watch: Callable[[Report], AbstractContextManager[None]],
+    watch: Callable[[ReportMotion], AbstractContextManager[None]],
 ) -> Subject:
     profile = robots.profile_of(robot)
     turns = "turn" in profile.motions and not profile.turning_radius
@@ -99,13 +97,13 @@ def _subject(
 
 
 @contextmanager
-def _watch_nothing(report: Report) -> Iterator[None]:
+def _watch_nothing(report: ReportMotion) -> Iterator[None]:
     """Watch no robot: the simulator's stage itself reports how it moves."""
     yield
 
 
 @contextmanager
-def _watch_device(device: Device, report: Report) -> Iterator[None]:
+def _watch_device(device: Device, report: ReportMotion) -> Iterator[None]:
     with closing(device):
         device.watch(report)
         yield
@@ -120,7 +118,7 @@ class _Deaf:
 
 
 @contextmanager
-def _watch_topic(report: Report) -> Iterator[None]:
+def _watch_topic(report: ReportMotion) -> Iterator[None]:
     from improv_core.outputs.ros.discovery import limited
     from improv_core.outputs.ros.setup.interpreter import find_ros_python
 
@@ -136,7 +134,7 @@ def _watch_topic(report: Report) -> Iterator[None]:
         child.kill()
 
 
-def _read_twists(child: Child, report: Report) -> None:
+def _read_twists(child: Child, report: ReportMotion) -> None:
     try:
         while True:
             for velocity in map(json.loads, child.read()):

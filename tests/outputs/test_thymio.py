@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.commands import output
 from improv_core.commands.output_check import Row, checks
 from improv_core.commands.output_subjects import subject_for
 from improv_core.outputs.devices.device import DeviceRobot
@@ -188,7 +189,8 @@ def test_a_thymio_keeps_what_outputs_promise(address: str, tmp_path: Path, monke
     listed(tmp_path, "ada", address)
 
     async def rows() -> list[Row]:
-        return [row async for row in checks(subject_for("thymio", None, robots_in(tmp_path / "improv.toml")), LIMIT)]
+        subject = subject_for("thymio", None, robots_in(tmp_path / "improv.toml"))
+        return [row async for row in checks(subject, output.LIMIT)]
 
     found = asyncio.run(rows())
     assert [row for row in found if not row.passed] == []

@@ -7,7 +7,7 @@ retries, and approval.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
@@ -37,6 +37,12 @@ class Readings(Protocol):
         """Report where the robot is by its odometry, in meters and radians from where it was when it connected."""
 
 
+class ReportMotion(Protocol):
+    """Takes a velocity, and its time in seconds on the robot's clock, if there is one: a simulator's may be slow."""
+
+    def __call__(self, twist: Twist, at: float | None = None) -> None: ...
+
+
 class Device:
     """One robot. Its methods raise OSError with one line for people if they fail; Improv then closes the device, and
     makes another one a second later."""
@@ -64,7 +70,7 @@ class Device:
         """Return whether the robot has confirmed the latest STILL. By default, to send it is enough."""
         return True
 
-    def watch(self, report: Callable[[Twist], None]) -> None:
+    def watch(self, report: ReportMotion) -> None:
         """Connect beside another process that drives the robot, and report each velocity at which its motors are set,
         on any thread: `improv output check` needs eyes of its own. It asks a person if this raises OSError."""
         raise OSError(f"nothing sees {self.robot.name} move")

@@ -6,11 +6,11 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from improv_core.outputs.devices.device import Device, DeviceRobot, Readings
+from improv_core.outputs.devices.device import Device, DeviceRobot, Readings, ReportMotion
 from improv_core.outputs.thymio.bus import Bus
-from improv_core.outputs.thymio.program import FED, program
+from improv_core.outputs.thymio.program import FED, PERIOD, program
 from improv_core.score.motion import STILL, Pose, Twist
 
 UNITS = 500 / 0.166
@@ -78,10 +78,17 @@ class Thymio(Device):
     def stands(self) -> bool:
         return self._stood > self._zeroed
 
-    def watch(self, report: Callable[[Twist], None]) -> None:
+    def watch(self, report: ReportMotion) -> None:
         self._bus = bus = Bus.join(self.robot.address)
         self._number = bus.find(self.robot.name, self.robot.node)
-        bus.listen(self._number, lambda words: report(rolling(words[2], words[3])))
+        looks = 0
+
+        def see(words: Sequence[int]) -> None:
+            nonlocal looks
+            looks += (words[0] - looks) % 65_536  # it counts in 16 bits
+            report(rolling(words[2], words[3]), looks * PERIOD / 1000)
+
+        bus.listen(self._number, see)
 
     def check(self) -> None:
         if self._bus:

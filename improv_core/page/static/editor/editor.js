@@ -59,7 +59,7 @@ export class Editor {
   /** @type {Map<number, Light>} */
   #lights = new Map() // on the words that play, by their offsets in the played text
 
-  handle = new Handle(() => this.#cursor, (change) => this.pendingChanges.add(change))
+  handle = new Handle(() => ({ number: this.#known, offset: this.writtenAt ?? 0 }), (change) => this.pendingChanges.add(change))
   preview = new Preview(() => this.#known !== null && this.#preview())
 
   constructor() {
@@ -106,11 +106,6 @@ export class Editor {
   /** The number of the text, once the server has it. */
   get #known() {
     return this.#analyzed === this.#number ? this.#number : null
-  }
-
-  /** The cursor, once the server has the text. */
-  get #cursor() {
-    return this.#known === null ? null : { number: this.#known, offset: this.writtenAt ?? 0 }
   }
 
   /** The place of the cursor, in code points, if the program can be written here. */

@@ -12,7 +12,7 @@ import { robotList } from "../score/robot-list.js"
 /** @import { Change } from "../score/changes.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
-/** @typedef {{ number: number, offset: number }} Cursor the number of a text that the server has, and an offset in code points */
+/** @typedef {{ number: number | null, offset: number }} Cursor the number of the text, once the server has it, and an offset in code points */
 
 const SIZE = 9 // pixels: the handle's radius,
 const GHOST_SIZE = 5 // and that of the places where the same words end
@@ -30,7 +30,7 @@ export class Handle {
   #changed = false // by a hand or a key, so that the new words are read out
 
   /**
-   * @param {() => Cursor | null} cursor once the server has the text
+   * @param {() => Cursor} cursor
    * @param {(change: Change) => void} change
    */
   constructor(cursor, change) {
@@ -43,17 +43,16 @@ export class Handle {
 
   /** Asks for the handle at the cursor, if it may be another one. */
   look() {
-    const cursor = this.#isWanted ? this.#cursor() : null
-    if (!cursor) return
-    const asked = JSON.stringify(cursor)
-    if (asked === this.#asked) return
+    const { number, offset } = this.#cursor()
+    const asked = JSON.stringify([number, offset])
+    if (!this.#isWanted || number === null || asked === this.#asked) return
     this.#asked = asked
-    send({ type: "handle", ...cursor })
+    send({ type: "handle", number, offset })
   }
 
   /** @param {Messages["handle"]} message */
   take(message) {
-    const { number, offset } = this.#cursor() ?? {}
+    const { number, offset } = this.#cursor()
     if (message.number !== number || message.offset !== offset) return
     if (this.#changed && message.text && message.text !== this.shown?.text) announce(message.text)
     this.#changed &&= this.#held
@@ -109,7 +108,7 @@ export class Handle {
     if (!steps || !event.altKey || event.ctrlKey || event.metaKey || !this.shown?.place) return
     event.preventDefault()
     this.#changed = true
-    this.#change({ type: "lengthen", offset: this.shown.offset, steps, freely: event.shiftKey })
+    this.#change({ type: "lengthen", offset: this.#cursor().offset, steps, freely: event.shiftKey })
   }
 }
 

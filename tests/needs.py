@@ -20,6 +20,11 @@ def need(program: str) -> str:
     return path
 
 
+def need_headless_chromium() -> str:
+    """Return the path of Debian's Chromium without windows, which needs less CPU, or of Chromium, or skip the test."""
+    return shutil.which("chromium-headless-shell") or need("chromium")
+
+
 def need_extension() -> Path:
     """Return the folder of VS Code's extension, with the modules from npm, or skip the test."""
     need("node")

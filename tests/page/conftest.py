@@ -34,7 +34,7 @@ from improv_core.score.score import Part
 from improv_core.session.session import Playback
 from improv_core.session.start import Options, StartStage, start_stage
 from improv_core.session.state import HERE, PlayScore, StageKey
-from tests.needs import need
+from tests.needs import need_headless_chromium
 from tests.open_page import CALMLY
 from tests.session import story
 from tests.stage_on_thread import start_on_thread
@@ -188,7 +188,7 @@ def chromium() -> Iterator[Chromium]:
     That loop runs as long as the browser does. While no test uses the browser, it is hidden: `asyncio.run` of another
     test would refuse to run beside it.
     """
-    path = need("chromium")
+    path = need_headless_chromium()
     with sync_playwright() as playwright:
         browser, loop = playwright.chromium.launch(executable_path=path, args=FLAGS), asyncio.get_running_loop()
         window = browser.new_context(viewport={"width": 1280, "height": 800})

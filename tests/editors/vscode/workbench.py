@@ -142,7 +142,7 @@ def _browser() -> Iterator[Page]:
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="null")
         page.set_default_timeout(PATIENCE * 1000)
         expect.set_options(timeout=PATIENCE * 1000)
-        page.add_init_script(f"if (self !== top && location.pathname === '/') {CALMLY}")
+        page.add_init_script(f"if (location.pathname.startsWith('/proxy/')) {CALMLY}")
         yield page
         browser.close()
 

@@ -74,7 +74,7 @@ def times_in(value: Any, path: str = "") -> dict[str, Any]:
 @pytest.mark.parametrize(("union", "cross", "sign"), [(ToStage, to_remote, 1), (FromStage, to_local, -1)])
 def test_every_time_in_every_message_is_translated(union: Any, cross: Any, sign: int) -> None:
     """`begins` of parts and scenes is in beats. Only `wall` may be in whole nanoseconds."""
-    in_beats = {".begins.r", ".scene.begins", ".entry.begins.r", ".entry.scene.begins"}
+    in_beats = {f"{at}{place}" for at in ("", ".entry", ".stood") for place in (".begins.r", ".scene.begins")}
     for kind, message in by_type(union).items():
         before = example(message)
         after = None if kind == "request" else cross(before, TRANSLATION)

@@ -14,7 +14,7 @@ from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.messages import RobotsSeen, SeenRobot
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_texts import different_frames, in_one_phrase
-from improv_core.safety.odometry import Odometry
+from improv_core.safety.odometry import FROM_ELSEWHERE, Odometry
 from improv_core.safety.separation import LOOK_PERIOD, Proximity
 from improv_core.safety.stopping_distance import Base
 from improv_core.score.braking import braking
@@ -22,8 +22,8 @@ from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Part, Score
 
-FROM_ELSEWHERE = "another stage"
-"""The source of poses of robots that stages elsewhere move."""
+FRAMES_PERIOD = 1.0
+"""Seconds between two messages about poses to stages elsewhere if only their frames matter."""
 QUIET = 10.0
 """Seconds for which a robot's poses from elsewhere must come in time before people read again that they don't: on a bad
 link, that changes all the time."""
@@ -35,7 +35,7 @@ class SeparationMonitor:
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._proximity = Proximity()
-        self._looked = -math.inf
+        self._looked = self._shared = -math.inf
         self.due = math.inf
         """The time on the clock of the next look if no pose comes."""
         self._told: set[str] = set()  # robots that people know are not guarded
@@ -64,20 +64,27 @@ class SeparationMonitor:
             self.due = min(self.due, max(at, self._looked + LOOK_PERIOD))
 
     def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
-        """Return the message about these poses, measured here, by which stages elsewhere keep robots apart."""
+        """Return the message about these poses, measured here, by which stages elsewhere keep robots apart, and compare
+        frames."""
         parts = run.score.parts
-        if not self._sink.real or run.score.world.keep_apart is None or run.mode in ("stopped", "ended"):
+        if not self._sink.real or run.mode in ("stopped", "ended"):
             return None
         if not any(part.elsewhere for part in parts.values()):
             return None
         ours = _guarded(run).keys() & _ours(run)
         robots = {raw.robot: self._seen(raw) for raw in poses if raw.robot in ours}
+        latest = max((each["at"] for each in robots.values()), default=-math.inf)
+        if run.score.world.keep_apart is None and latest < self._shared + FRAMES_PERIOD:
+            return None
+        self._shared = latest
         return {"type": "seen", "robots": robots} if robots else None
 
     def _seen(self, raw: RawPose) -> SeenRobot:
         seen: SeenRobot = {"at": raw.at, "pose": to_pose_json(raw.pose)}
-        if told := self._proximity.tracks[raw.robot].told:
-            twist = told[-1].twist
+        if raw.frame:
+            seen["frame"] = raw.frame
+        if (track := self._proximity.tracks.get(raw.robot)) and track.told:
+            twist = track.told[-1].twist
             seen["told"] = twist.x, twist.y, twist.z, twist.yaw
         return seen
 
@@ -112,7 +119,8 @@ class SeparationMonitor:
         ages = odometry.ages()
         strays, self._strays = self._strays, odometry.strays
         if self._sink.real and run.mode == "playing":
-            if odometry.strays - strays:
+            # If the first of them is elsewhere, its stage has the line.
+            if odometry.strays - strays and min(odometry.strays) in _ours(run):
                 yield different_frames(odometry.frames, odometry.strays)
             yield from self._unguarded(run, now)
             yield from self._other_clocks(run, odometry.clocks())
@@ -170,7 +178,7 @@ def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
     """Return the poses and velocities of robots that other stages move, as these report them. None was measured later
     than now."""
     return [
-        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now), told=told)
+        RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now), each.get("frame", ""), told=told)
         for robot, each in seen["robots"].items()
         if robot in score.parts and score.parts[robot].elsewhere
         for told in [Twist(*each["told"]) if "told" in each else None]

@@ -326,8 +326,8 @@ class Tracks:
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         strays = self.odometry.strays
-        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses if raw.robot not in strays]
-        self.separation.hear(run, taken)
+        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
+        self.separation.hear(run, [raw for raw in taken if raw.robot not in strays])
         if seen := self.separation.shared(run, taken):
             self.tell(seen)
         for comparison in found if self.sink.real else ():

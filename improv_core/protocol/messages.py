@@ -49,17 +49,18 @@ class Sensed(RobotInstant):
 
 
 class SeenRobot(TypedDict):
-    """A robot's pose in the world that all share, `at` a monotonic time, and the velocity it is `told`, if any: m/s
-    ahead, to the left, and up, and rad/s."""
+    """A robot's pose in the world that all share, `at` a monotonic time, its `frame` by name, and the velocity it is
+    `told`, if any: m/s ahead, to the left, and up, and rad/s."""
 
     at: Monotonic
     pose: PoseJson
+    frame: NotRequired[str]
     told: NotRequired[Annotated[Sequence[Annotated[float, Between(-1000, 1000)]], Long(4, 4)]]
 
 
 class RobotsSeen(TypedDict):
     """The poses of one stage's real robots, from which stages elsewhere have to keep theirs apart: at most twenty times
-    a second. They count for 0.5 s from each `at`."""
+    a second, or once a second if only their frames matter. They count for 0.5 s from each `at`."""
 
     type: Literal["seen"]
     robots: Mapping[str, SeenRobot]

@@ -44,6 +44,8 @@ FRESH = 1.0
 """Seconds for which a pose still shows where a robot stands without commands."""
 AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
 """The source that sends a pose only after a robot has moved: localization on a map, such as AMCL."""
+FROM_ELSEWHERE = "another stage"
+"""The source of poses of robots that stages elsewhere move."""
 CONTINUOUS = "nav_msgs/Odometry"
 """The source whose frame never jumps (REP 105): if it does, the source has started over. Others may correct
 themselves."""
@@ -76,6 +78,7 @@ class Odometry:
 
     def __init__(self) -> None:
         self._tracks: dict[str, _Track] = {}
+        self._elsewhere: dict[str, str] = {}  # the frames of robots that other stages move
         self.frames: dict[str, str] = {}
         """The frames of poses in the world, by robot."""
         self.strays: frozenset[str] = frozenset()
@@ -94,6 +97,8 @@ class Odometry:
         another one begins at that one's ideal pose."""
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
+        there = {robot for robot, part in parts.items() if part.elsewhere}
+        self._elsewhere = {robot: frame for robot, frame in self._elsewhere.items() if robot in there}
         for robot, part in parts.items():
             if part.elsewhere or (not part.odom and part.profile.dynamics == "ideal"):
                 self._tracks.pop(robot, None)
@@ -162,7 +167,11 @@ class Odometry:
         """Take a pose and compare it with the ideal one. Returns None if it can't be compared."""
         track = self._tracks.get(raw.robot)
         found = track.take(raw) if track else None
-        if track and track.in_world and self.frames.get(raw.robot) != _frame(raw):
+        if raw.source == FROM_ELSEWHERE:
+            self._elsewhere[raw.robot] = _frame(raw)
+        elif not (track and track.in_world):
+            return found
+        if self.frames.get(raw.robot) != _frame(raw):
             self._compare_frames()
         return found
 
@@ -173,7 +182,7 @@ class Odometry:
         if not self.strays:
             return places
         why = "its poses are in the frame {!r}, unlike those of others: publish all in one frame"
-        where = {robot: self.frames[robot] for robot in self.strays}
+        where = {robot: self.frames[robot] for robot in self.strays & places.keys()}
         return places | {robot: Standing(places[robot].ideal, None, why.format(where[robot])) for robot in where}
 
     @property
@@ -183,7 +192,8 @@ class Odometry:
 
     def _compare_frames(self) -> None:
         latest = {robot: track.latest for robot, track in self._tracks.items() if track.in_world}
-        self.frames = {robot: _frame(raw) for robot, raw in latest.items() if raw and raw.source != SIMULATED}
+        here = {robot: _frame(raw) for robot, raw in latest.items() if raw and raw.source != SIMULATED}
+        self.frames = {**self._elsewhere, **here}
         self.strays = strays(self.frames)
 
 

@@ -136,6 +136,7 @@ def playing(
     keep_apart: float | None = KEEP_APART,
     poses: bool = True,
     elsewhere: bool = False,
+    host: str = "",
     sight: bool = False,
     real: bool = True,
     seconds: float = 1.0,
@@ -159,7 +160,7 @@ def playing(
     dance = replace(read, parts=parts, world=World(keep_apart=keep_apart), safety=Safety(sight=sight))
     if sight:
         see(stage, 3)
-    stage.perform(dance.on("") if elsewhere else dance, anyway=True)
+    stage.perform(dance.on(host) if elsewhere else dance, anyway=True)
     stage.run(seconds)
     if elsewhere:
         see_here(stage)
@@ -362,11 +363,38 @@ def test_stages_elsewhere_get_the_poses_of_robots_here_while_they_play_or_pause(
     assert len(told_elsewhere(stage)) == 2
 
 
-@pytest.mark.parametrize(
-    "stage", [playing(), playing(elsewhere=True, keep_apart=None)], ids=["nobody is elsewhere", "not kept apart"]
-)
-def test_otherwise_no_stage_gets_them(stage: Stage) -> None:
-    assert told_elsewhere(stage) == []
+def test_if_nobody_is_elsewhere_no_stage_gets_them_and_if_nobody_keeps_apart_once_a_second() -> None:
+    assert told_elsewhere(playing()) == []
+    stage = playing(elsewhere=True, keep_apart=None)
+    for _ in range(29):
+        stage.run(0.1)
+        see_here(stage)
+    assert [round(each["robots"]["a"]["at"] - 1001) for each in told_elsewhere(stage)] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("keep_apart", [None, KEEP_APART])
+@pytest.mark.parametrize(("frames", "differ"), [(("map", "odom"), True), (("map", "/map"), False)])
+def test_one_stage_has_a_line_about_robots_on_several_hosts_with_different_frames(
+    keep_apart: float | None, frames: tuple[str, str], differ: bool
+) -> None:
+    stages = {
+        robot: playing(elsewhere=True, host=host, keep_apart=keep_apart) for robot, host in (("a", ""), ("b", "pad"))
+    }
+    for _ in range(12):
+        for (robot, stage), frame in zip(stages.items(), frames, strict=True):
+            stage.run(0.1)
+            here = RawPose(robot, CONTINUOUS, Pose(3.0 if robot == "b" else 0.0), stage.now, frame)
+            stage.player.measure([here], stage.now)
+        for robot, stage in stages.items():
+            (other,) = (each for name, each in stages.items() if name != robot)
+            for seen_there in told_elsewhere(other)[-1:]:
+                stage.player.measure(from_elsewhere(seen_there, stage.player.run.score, stage.now), stage.now)
+    lines = [[line for line in stage.lines if "different frames" in line] for stage in stages.values()]
+    line = (
+        "poses in the world have different frames: a in 'map' and b in 'odom'; no check and no correction uses those "
+        "of a and b: publish all in one frame"
+    )
+    assert lines == [[line] if differ else [], []]
 
 
 # Robots that must be seen

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 OnSave = Literal["continue", "restart"]
 SETTINGS = "improv/settings"
 OFFER = "this save started the dance over; saves can also continue it, so that robots you don't edit keep dancing"
-HINT = f"{OFFER}: set improv.onSave to continue, or use the code action"
+HINT = "saves can also continue a dance, not start it over: see the code actions"
+"""As much as a status line of 80 columns shows."""
 
 
 class Offers:
@@ -69,7 +70,7 @@ class Offers:
             return
         self._records.keep_on_save("offered")
         if not self._editor.keeps_settings:
-            self._editor.say(HINT)
+            self._editor.say(HINT, stays=True)
         elif await self._editor.offer(OFFER, "Continue from Now On", kind=types.MessageType.Info):
             self.set_on_save("continue")
 

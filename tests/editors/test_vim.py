@@ -33,17 +33,17 @@ def test_session(tmp_path: Path) -> None:
     (tmp_path / "vimrc").write_text(
         f"set nocompatible runtimepath^={ALE}\n"
         + dedent(blocks).replace("/path/to/improv/editors/vim", str(FOLDER))
-        + f"let g:ale_improv_executable = '{tmp_path}/server'\n"
         + "let g:ale_improv_config = {'improv': {'backend': 'sim'}}\n"
     )
     page = tmp_path / "page"
     noting_browser(tmp_path / "browser", page)
-    (tmp_path / "server").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m improv_ls\n')
-    (tmp_path / "server").chmod(0o755)
+    (tmp_path / "improv-ls").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m improv_ls\n')
+    (tmp_path / "improv-ls").chmod(0o755)
     (tmp_path / "dance.improv").write_text("beat 120\n\nturtle1 $ repeat (forward lft)\n")
     command = [vim, "-u", str(tmp_path / "vimrc"), "-i", "NONE", "-n", str(tmp_path / "dance.improv")]
     with nothing_left() as env:
         env |= {"LANG": "C.UTF-8", "DISPLAY": ":none", "BROWSER": f"{tmp_path}/browser"}
+        env["PATH"] = f"{tmp_path}:{env['PATH']}"
         with Terminal(tmp_path / "tmux", command, env) as terminal:
             terminal.see("`lft` is not defined: did you mean `left`?")
             terminal.type(

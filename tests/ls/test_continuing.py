@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from improv_ls.offers import OFFER
+from improv_ls import editor
+from improv_ls.offers import HINT, OFFER
 from tests.ls.client import QUIET, TOLD, Client
 
 URI = "file:///dance.improv"
@@ -50,9 +51,24 @@ def test_the_first_save_that_restarts_a_dance_mentions_continue(state: Path, giv
         assert offers(client) == (0 if session else hints)  # it is remembered
 
 
+def test_the_beat_leaves_the_hint_where_both_share_a_line(monkeypatch: pytest.MonkeyPatch, state: Path) -> None:
+    monkeypatch.setattr(editor, "READING", 60.0)
+    with Client(QUIET, {**TOLD, "window": {"workDoneProgress": True}}) as client:
+        client.open(URI, BEFORE)
+        client.save(URI)
+        client.wait("$/progress", lambda params: params["value"]["kind"] == "report")
+        client.save(URI)
+        client.wait_for_line(HINT)
+        client.wait("improv/transport", lambda params: params["generation"] == 2 and params["beat"] > 4)
+        sent = [each.message for each in client.log if each.by_server]
+        hint = next(at for at, each in enumerate(sent) if HINT in str(each))
+        kinds = [each["params"]["value"]["kind"] for each in sent[hint:] if each.get("method") == "$/progress"]
+        assert set(kinds) <= {"end"}
+
+
 def offers(client: Client) -> int:
     shown = [each.message for each in client.log if each.by_server and "method" in each.message]
-    return sum(OFFER in str(each.get("params")) for each in shown)
+    return sum(text in str(each.get("params")) for each in shown for text in (HINT, OFFER))
 
 
 def actions(client: Client) -> list[Any]:

@@ -3,12 +3,13 @@ if exists('b:did_ftplugin')
 endif
 let b:did_ftplugin = 1
 let b:undo_ftplugin = 'setlocal commentstring< comments< omnifunc<'
-\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovStop | delcommand -buffer ImprovHush | delcommand -buffer ImprovPage'
+\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovStop | delcommand -buffer ImprovHush | delcommand -buffer ImprovCue | delcommand -buffer ImprovPage'
 
 setlocal commentstring=#\ %s comments=:#
 
 if exists('g:loaded_ale')
   setlocal omnifunc=ale#completion#OmniFunc
+  call ale#linter#GetAll(['improv']) " has ALE read our linter, which sets the variable's default
   if !executable(ale#Var(bufnr(''), 'improv_executable'))
     echohl WarningMsg
     echomsg 'improv-ls not found: install Improv and put it on your PATH, or set g:ale_improv_executable'

@@ -24,6 +24,8 @@ from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
+from improv_core.protocol.output import Sink
+from improv_core.score.score import Score
 from improv_core.session.start import Options
 from improv_core.stage.dry_run import perform
 from improv_core.storage.atomic_write import replacing, why
@@ -59,8 +61,6 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
     Raises ReadError and CommandError.
     """
-    from improv_core.commands.recorded_simulator import RecordedSimulator
-
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     score = score_of(analysis)
@@ -70,12 +70,24 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         with recording(output) as recorder:
-            # The senses are simulated.
-            perform(score, RecordedSimulator(recorder) if score.open else recorder, seconds, partial(note, recorder))
+            compute(recorder, score, seconds)
     except KeyboardInterrupt:
         return _interrupted(output)
     echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
     return 0
+
+
+def compute(recorder: Recorder, score: Score, seconds: float | None) -> None:
+    """Record a score, or its first seconds, and what robots sense and decide in the simulator."""
+    from improv_core.outputs.simulator.simulator import Simulator
+    from improv_core.stage.process import report_sent
+
+    sink: Sink = recorder
+    if score.open:
+        sink = Simulator(period=None)
+        recorder.prepare(score, restart=True)
+        report_sent(sink, recorder.take, recorder.time)
+    perform(score, sink, seconds, partial(note, recorder))
 
 
 def note(recorder: Recorder, message: FromStage) -> None:

@@ -15,7 +15,6 @@ from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
 from improv_core.ide.placing import UNPLACED
 from improv_core.ide.semantic_tokens import colored, fragments
-from improv_core.outputs.simulator.collisions import NoCollisions, Touches
 from improv_core.page.program_changes import edits_of, is_first_beat
 from improv_core.page.text_preview import TextPreview
 from improv_core.program import room
@@ -41,7 +40,6 @@ from improv_core.protocol.editing import (
 from improv_core.protocol.fields import StartPoseJson
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import RoomResults
-from improv_core.score.world import World
 from improv_core.slices import unless
 from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
@@ -58,15 +56,9 @@ class PageEditor:
     """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points.
 
     `write_first_beat` writes the time of the first beat in a song into `improv.toml`, and returns the problem, if any.
-    `touches` finds out what robots touch.
     """
 
-    def __init__(
-        self,
-        robots: Robots,
-        write_first_beat: Callable[[float], str],
-        touches: Callable[[World], NoCollisions] = Touches,
-    ) -> None:
+    def __init__(self, robots: Robots, write_first_beat: Callable[[float], str]) -> None:
         self.robots = robots
         """The robots for which later requests are answered; may be replaced."""
         self._write_first_beat = write_first_beat
@@ -74,7 +66,7 @@ class PageEditor:
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
-        self._predict = dry_run.Predictions(touches)
+        self._predict = dry_run.Predictions()
 
     def answer(
         self, page: int, ask: Analyze | Complete | Explain | AskHandle | Change, *, rehearses: bool = False

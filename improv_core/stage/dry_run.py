@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from improv_core.outputs.simulator.collisions import NoCollisions, Touches
+from improv_core.outputs.simulator.collisions import touches
 from improv_core.outputs.simulator.senses import is_simulated
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
@@ -20,7 +20,6 @@ from improv_core.score.performance import SenseSpan
 from improv_core.score.prediction import Prediction, predicted
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
-from improv_core.score.world import World
 from improv_core.slices import checkpoint
 
 LONGEST = 120.0
@@ -59,7 +58,7 @@ def perform(
             player.advance(now)
 
 
-def predict(score: Score, touches: Callable[[World], NoCollisions] = Touches) -> Prediction | None:
+def predict(score: Score) -> Prediction | None:
     """Predict what the simulator's senses decide, with robots on their ideal paths: nobody pushes them, and they have
     no motors. All other senses never hold. None if the score reads no sense that the simulator computes.
 
@@ -82,15 +81,14 @@ def predict(score: Score, touches: Callable[[World], NoCollisions] = Touches) ->
 class Predictions:
     """Predicts as `predict` does, and keeps the latest prediction: several ask about one text."""
 
-    def __init__(self, touches: Callable[[World], NoCollisions] = Touches) -> None:
-        self._touches = touches
+    def __init__(self) -> None:
         self._latest: tuple[object, Prediction | None] | None = None
 
     def __call__(self, score: Score) -> Prediction | None:
         plays = [(part.scenes, part.start, part.profile) for part in score.parts.values()]  # the same movements
         if self._latest and self._latest[0] == (score.tempo, score.world, plays):
             return self._latest[1]
-        found = predict(score, self._touches)
+        found = predict(score)
         self._latest = (score.tempo, score.world, plays), found
         return found
 

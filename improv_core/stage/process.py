@@ -160,18 +160,19 @@ class SystemClock:
                 time.sleep(left - EARLY)
 
 
-def report_sent(sink: Sink, put: Tell) -> None:
-    """Have a sink report every velocity it sends, also by itself; the time is taken just before."""
+def report_sent(sink: Sink, put: Callable[[Sent], None], wall_at: Callable[[float], int] | None = None) -> None:
+    """Have a sink report every velocity it sends, also by itself, and its Unix time in nanoseconds: that just before,
+    or that of a time of the performance."""
     send, send_joints = sink.send, sink.send_joints
 
     def send_and_tell(robot: str, twist: Twist, at: float) -> None:
-        wall = time.time_ns()
+        wall = wall_at(at) if wall_at else time.time_ns()
         send(robot, twist, at)
         told: Sent = {"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall}
         put({**told, "stamped": True} if sink.is_stamped(robot) else told)
 
     def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, *more: float) -> None:
-        wall = time.time_ns()
+        wall = wall_at(at) if wall_at else time.time_ns()
         send_joints(robot, joints, at, *more)
         told = {name: list(motion) for name, motion in joints.items()}
         put({"type": "sent", "robot": robot, "joints": told, "wall": wall})

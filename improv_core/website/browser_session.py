@@ -63,7 +63,7 @@ class BrowserBackend:
             self._start,
             lambda editing, asked: self._asks.put_nowait((editing, asked)),
         )
-        self._editor = PageEditor(_robots(""), lambda value: UNWRITABLE, NoCollisions)
+        self._editor = PageEditor(_robots(""), lambda value: UNWRITABLE)
         self._throttle = Throttle(self._command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._text, self._revision, self._beat = "", 0, 0.0
         self._checking: asyncio.TimerHandle | None = None

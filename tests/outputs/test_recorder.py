@@ -19,8 +19,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from improv_core.commands.exit_codes import CommandError
-from improv_core.commands.record import note, recording
-from improv_core.commands.recorded_simulator import RecordedSimulator
+from improv_core.commands.record import compute, note, recording
 from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
 from improv_core.program.analysis import Analysis, analyze
@@ -216,7 +215,7 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
     first, again = tmp_path / "first.mcap", tmp_path / "again.mcap"
     score = replace(score_of(analyzed(REACTING)), world=World((9, 7)))
     with recording(first) as recorder:
-        perform(score, RecordedSimulator(recorder), 20.0, lambda told: note(recorder, told))
+        compute(recorder, score, 20.0)
     with first.open("rb") as file:
         sensed = sensed_in(file)
     assert len(sensed) > 15

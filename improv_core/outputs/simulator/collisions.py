@@ -225,6 +225,14 @@ class Touches(Collisions):
         return {}
 
 
+def touches(world: World) -> NoCollisions:
+    """Return what notices touches, and pushes nobody; in a browser, which has no pymunk, it notices none."""
+    try:
+        return Touches(world)
+    except ImportError:
+        return NoCollisions(world)
+
+
 _ROBOTS, _OBSTACLES = 1, 2
 _ROUNDING = 1e-9
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Related
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.program.misuse import conditions
 from improv_core.program.numbers import product
 from improv_core.program.timing import decimal, end_after, moment
 from improv_core.score.encounters import RoomResults
@@ -22,7 +23,7 @@ from improv_core.score.meetings import Hit, Meeting, check_room, would_meet
 from improv_core.score.movement import STILL, Source, near
 from improv_core.score.obstacles import EDGE, GROUND
 from improv_core.score.prediction import Predict, Prediction
-from improv_core.score.score import Score
+from improv_core.score.score import Part, Score
 from improv_core.score.strokes import pictured
 from improv_core.score.walk import walk
 from improv_core.slices import checkpoint
@@ -38,6 +39,7 @@ MOST_FIXED = 150
 fewer, it covers more meetings."""
 MOST_TRIED = 10
 """The most meetings for which fixes are searched."""
+FREES_IT = "start it farther from what it senses, or give it a larger room"
 
 
 class RoomReport(NamedTuple):
@@ -94,6 +96,7 @@ def check(
     if hidden := len(found.meetings) + len(found.hits) - len(reported):
         message = f"fix what is marked first: {hidden:,} more problem{_s(hidden)} of this kind aren't marked yet"
         reported.append(Diagnostic("more-hints", reported[-1].span, message))
+    reported += room.stuck(score, prediction) if prediction else ()
     return RoomReport(
         tuple(sorted(reported, key=lambda each: each.span)),
         found.end,
@@ -195,6 +198,25 @@ class _Room:
         message = f"`{robot}` hits {thing} at {moment(hit.beat)}{self.assumed}: keep it {needed} away"
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
 
+    def stuck(self, score: Score, prediction: Prediction) -> Iterator[Diagnostic]:
+        """Yield the diagnostic about each robot that never leaves its place, since a sense holds all the time."""
+        for sense, robot, *_ in prediction.lasting:
+            if robot and _leaves(score.parts[robot]) and not _leaves(prediction.score.parts[robot]):
+                message = f"`{sense}` holds for `{robot}` all the time, so it never leaves its place: {FREES_IT}"
+                yield Diagnostic("may-stall", self._condition(robot, sense), message)
+
+    def _condition(self, robot: str, sense: str) -> Span:
+        """Return the first word for a sense in a robot's own lines or, if there is none, in the others."""
+        analysis = self.analysis
+        lines = zip(analysis.statements, analysis.meanings, analysis.offsets, strict=True)
+        return min(
+            (robot not in meaning.robots, each.sense.span.shifted(offset))
+            for statement, meaning, offset in lines
+            if statement.has_senses and meaning.body
+            for _, each in conditions(meaning.body)
+            if each.sense.text == sense
+        )[1]
+
     def _is_placed(self, robot: str) -> bool:
         """Return whether the program or `improv.toml` sets a robot's start."""
         opening = self.analysis.opening
@@ -247,6 +269,11 @@ class _Room:
     @cached_property
     def _indices(self) -> Mapping[int, int]:
         return {statement: index for index, statement in enumerate(self.analysis.statement_ids)}
+
+
+def _leaves(part: Part) -> bool:
+    """Return whether a part ever moves a robot from its place."""
+    return any(any(scene.bounds.peak[:3]) for scene in part.scenes)
 
 
 def _s(count: int) -> str:

@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from improv_core.ipc.asking import Answerer
+from improv_core.outputs.simulator.senses import is_simulated
 from improv_core.page.background import Do
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.meetings import RoomCheck, check_room
@@ -82,9 +83,17 @@ class Meetings:
                 self._predict = None
                 predict.close()
         checked = check_room(score, math.floor(start * EXACT) / EXACT)
-        self._publish(as_message(checked, generation, assumes=score.open))
+        self._publish(as_message(_decided(checked, score), generation, assumes=score.open))
         if start and (line := warning(checked, score)):
             self._tell(line)
+
+
+def _decided(checked: RoomCheck, score: Score) -> RoomCheck:
+    """Leave out robots whose simulated senses decide: they may turn away in time, and nobody has predicted that."""
+    open_parts = {name: part for name, part in score.parts.items() if any(scene.open for scene in part.scenes)}
+    sensing = {name for name, part in open_parts.items() if any(map(is_simulated, part.senses.values()))}
+    meetings = tuple([each for each in checked.meetings if sensing.isdisjoint(each.robots)])
+    return replace(checked, meetings=meetings, hits=tuple([each for each in checked.hits if each.robot not in sensing]))
 
 
 def check_sensing(asked: SensingScore) -> MeetingsMessage:

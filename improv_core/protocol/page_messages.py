@@ -247,7 +247,8 @@ MeetingsMessage = TypedDict(
     },
 )
 """The meetings in a score between two beats, the first hundred of each kind: sent after a score, and again after it has
-taken over. If it is `all`, nothing else comes after that; if it `assumes`, senses may change them."""
+taken over: then robots whose simulated senses decide are left out. If it is `all`, nothing else comes after that; if it
+`assumes`, senses may change them."""
 
 
 class Press(TypedDict):

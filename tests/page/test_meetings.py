@@ -99,6 +99,12 @@ def test_a_save_that_brings_robots_together_has_a_warning(heard: Heard) -> None:
     assert heard.lines.get(timeout=LIMIT) == "ada and bo will meet in 0.4 s: change what they play, or stop them"
 
 
+def test_a_save_marks_nothing_that_a_robot_senses_in_time(heard: Heard) -> None:
+    after = SENSING.replace("bo $ rest", "bo $ repeat 3 strafeleft 1m")
+    message = heard.message(taken_over(SENSING, after, Fraction(1)), 2)
+    assert ([each["robot"] for each in message["hits"]], message["assumes"]) == (["bo"], True)
+
+
 def test_a_save_that_brings_nobody_together_has_no_warning(heard: Heard) -> None:
     message = heard.message(taken_over(APART, APART.replace("bo $ rest", "bo $ left"), Fraction(10)), 2)
     assert message["meetings"] == []

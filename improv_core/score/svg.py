@@ -13,15 +13,14 @@ from typing import NamedTuple
 
 from improv_core.score.joint_charts import LEAST_WIDTH, charts, curves
 from improv_core.score.meetings import Meeting
+from improv_core.score.moment_bars import bars, drawn_beats
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, Source
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
 from improv_core.score.side import Point, Side, SidePiece, sides
 from improv_core.score.strokes import (
     ENDLESS_BEATS,
     MOST_MOMENTS,
-    MOST_STROKES,
     Path,
     Stroke,
     apex,
@@ -29,8 +28,6 @@ from improv_core.score.strokes import (
     paths,
     pictured,
 )
-from improv_core.score.suppositions import certain_beats
-from improv_core.score.walk import walk
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
@@ -67,21 +64,25 @@ def plot(
     drawn = paths(score, most_moments, prediction)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
-    beats = _beats(prediction.score if prediction else score)
+    beats = drawn_beats(prediction.score if prediction else score)
     joints = curves(pictured(score), beats, most_moments)
     frame = _Frame.around([*points, *_outline(score.world)], size, _heights(seen), LEAST_WIDTH if joints else 0.0)
     below, height = _from_the_side(seen, frame)
     parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame)]
     parts += [*_discs(score, meetings, frame), *below]
     parts.append(_scale(frame, height))
+    if extent := _extent(drawn, prediction):
+        right = _number(frame.width - _MARGIN)
+        parts.append(f'<text x="{right}" y="{_number(height + 24)}" text-anchor="end" fill="{_QUIET}">{extent}</text>')
     height += 28
+    colors = {name: _color(place) for place, name in enumerate(score.parts)}
     if joints:
-        colors = {name: _color(place) for place, name in enumerate(score.parts)}
         drawings, charts_height = charts(joints, colors, beats, _MARGIN, height + 8, frame.width - 2 * _MARGIN)
         parts += drawings
         height += charts_height + 8
     if timeline:
-        rows, rows_height = _timeline(prediction.score if prediction else score, frame.width, height + 8)
+        shown = prediction.score if prediction else score
+        rows, rows_height = bars(shown, colors, _MARGIN, height + 8, frame.width - 2 * _MARGIN)
         parts.append(rows)
         height += rows_height + 8
     ground = f'<path d="M0 0H{_number(frame.width)}V{_number(height)}H0Z" fill="{_GROUND}"/>'
@@ -322,6 +323,16 @@ def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
             )
 
 
+def _extent(drawn: Sequence[Path], prediction: Prediction | None) -> str:
+    """Return which beats the paths show, if they go on after these."""
+    if all(path.whole for path in drawn):
+        return ""
+    if prediction and prediction.cut is not None:
+        return f"the first {float(prediction.cut):.0f} beats"
+    lasts = all(path.whole or path.endless for path in drawn)
+    return f"the first {ENDLESS_BEATS} beats" if lasts else "only the beginning"
+
+
 def _scale(frame: _Frame, top: float) -> str:
     """Return a bar of a round length in meters, about a quarter of the picture's width."""
     about = frame.width / frame.scale / 4
@@ -346,43 +357,6 @@ _DISTANCES = (13.0, 19.0, 28.0)
 """Pixels between a start and a name."""
 _OF_A_NAME = 50
 """The number of points of a path that count as much as a name."""
-_ROW = 30.0
-
-
-def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
-    """Return a row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
-    assumed, score = score, pictured(score)
-    beats = _beats(score)
-    room = width - 2 * _MARGIN
-    rows = []
-    for place, (name, part) in enumerate(score.parts.items()):
-        y = top + 12 + place * _ROW
-        color = _color(place)
-        rows.append(f'<text x="{_MARGIN:g}" y="{_number(y)}" fill="{color}">{escape(name)}</text>')
-        doubtful = certain_beats(assumed.parts[name].movement, part.movement, MOST_STROKES)
-        for count, moment in enumerate(walk(part.movement)):
-            if moment.start >= beats or count == MOST_STROKES:
-                break
-            left = _MARGIN + float(moment.start) / beats * room
-            wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * room - 1, 0.5)
-            faint = 0.2 if not any(moment.velocity) else 0.8 if moment.start < doubtful else 0.4
-            title = " || ".join(_words(score, moment.sources)) or "rest"
-            rows.append(
-                f'<rect x="{_number(left)}" y="{_number(y + 3)}" width="{_number(wide)}" height="10" rx="2"'
-                f' fill="{color}" fill-opacity="{faint}"><title>{escape(title)}</title></rect>'
-            )
-    return "".join(rows), 12 + len(score.parts) * _ROW
-
-
-def _beats(score: Score) -> float:
-    """Return the number of beats that are drawn."""
-    longest = pictured(score).beats
-    return float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
-
-
-def _words(score: Score, sources: Sequence[Source]) -> list[str]:
-    placed = [(score.offsets[statement], span) for statement, span in sources if statement in score.offsets]
-    return [score.text[start + span.start : start + span.end] for start, span in placed]
 
 
 def _svg(width: float, height: float, title: str, parts: Sequence[str]) -> str:

@@ -17,6 +17,7 @@ from improv_core.score.path import pose_at
 from improv_core.score.strokes import Path, paths
 from improv_core.score.svg import picture, plot
 from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.stage.dry_run import predict
 from tests.score.test_movement import finite_movements, movements, part_of
 from tests.score.test_movement import score_of as score_with
 
@@ -124,3 +125,26 @@ def test_dice_fall_in_pictures_as_they_do_if_nothing_is_sensed() -> None:
     assert dashed(program) == (len(path(program).strokes), 0)
     for reaction in ("until near repeat", "if near left else repeat 3"):
         assert dashed(f"r $ {reaction} choose (forward left right)")[1] == 0
+
+
+@pytest.mark.parametrize(
+    ("program", "extent"),
+    [
+        ("r $ repeat 9 (forward left)", []),
+        ("r $ repeat (forward left)", []),
+        ("r $ repeat (forward left forward right)", ["the first 64 beats"]),
+        ("r $ repeat 9000 (forward left forward right)", ["only the beginning"]),
+        ("room 9 9\nr $ repeat (until near (repeat forward) left)", ["the first 120 beats"]),
+    ],
+)
+def test_a_plot_of_a_part_of_the_paths_says_how_much_it_shows(program: str, extent: list[str]) -> None:
+    score = score_of(analyze(program))
+    drawn = plot(score, most_moments=1_000, prediction=predict(score) if score.open else None)
+    assert re.findall(r'text-anchor="end"[^>]*>([^<]*)<', drawn) == extent
+
+
+def test_a_timeline_has_scenes_by_their_names_and_numbers_of_beats_between_them() -> None:
+    drawn = plot(score_of(analyze("r $ forward\n--- verse\nr $ repeat 30 left\n---\nr $ left")), timeline=True)
+    labels = re.findall(r'font-size="10">([^<]*)<', drawn)
+    assert labels[:3] == ["scene 1", "verse", "scene 3"]
+    assert labels[3:] == ["5", "7", "9", "11", "13", "15", "17", "19", "21", "23", "25", "27", "29"]

@@ -3,5 +3,5 @@
 May import `score`, formations of `robots`, and messages of `outputs.cdr`. Begin with `transcribe`, which calls the
 others in their order. `track` holds poses and their noise; `runs` and `stretches` split them where the path bends and
 where the speed changes; `tempo` and `rhythm` put them on beats; `grouping` and `performing` make them agree; `wording`,
-`folding`, and `ensemble` find words, what comes back, and what robots do together. `reading` reads files.
+`writing`, `folding`, and `ensemble` find words, what comes back, and what robots do together. `reading` reads files.
 """

@@ -46,12 +46,10 @@ class Grouped:
         return TimedMotion(member.beats, amounts)
 
 
-def grouped(
-    items: Mapping[str, Sequence[Item]], allowed: tuple[float, float, float], noises: Mapping[str, Noise]
-) -> Grouped:
+def grouped(items: Mapping[str, Sequence[Item]], noises: Sequence[Noise]) -> Grouped:
     """Return items whose motions share their amounts if they are as long and nearly the same, but for signs."""
-    meters = max([2e-4, *(2.0 * noise.meters for noise in noises.values())])
-    radians = max([2e-4, *(1.5 * noise.radians for noise in noises.values())])
+    meters = max([2e-4, *(2.0 * noise.meters for noise in noises)])
+    radians = max([2e-4, *(1.5 * noise.radians for noise in noises)])
     groups: list[list[Amounts]] = []
     found: dict[Fraction, list[int]] = {}
     members: dict[str, list[GroupMember]] = {}

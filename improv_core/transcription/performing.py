@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from itertools import accumulate
 
 from improv_core.score.motion import Pose
-from improv_core.score.profiles import Profile
 from improv_core.transcription.grouping import Grouped
-from improv_core.transcription.rhythm import Gentle, Item, RateCurve
+from improv_core.transcription.rhythm import Gentle, Item
 from improv_core.transcription.stretches import Amounts
 from improv_core.transcription.track import Noise, Track
-from improv_core.transcription.wording import Move, Node, NodeSeries, Shaped, amounts_of
 
-_WINDOW = 9
-"""Noisy poses are compared in means of so many."""
+_WINDOW = 4
+"""Noisy poses are compared in means of so many,"""
+_NOISY = 1e-3
+"""if their noise is at least this, in meters."""
 _SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 """Shares of the seconds by which a robot may be early or late."""
 _STEPS = 3
@@ -60,80 +59,28 @@ class TranscribedPath:
 
 def performance_of_items(start: Pose, items: Sequence[Item]) -> TranscribedPath:
     """Return the performance of items."""
-    spans = []
+    spans: list[tuple[float, Callable[[float], float], list[tuple[float, Amounts]]]] = []
     for item in items:
         motions = item.motions if isinstance(item, Gentle) else (item,)
-        body = [(float(each.beats), each.amounts) for each in motions]
-        curve = item.curve if isinstance(item, Gentle) else None
-        spans.append(_span(curve, sum((each.beats for each in motions), Fraction(0)), body))
+        progress = item.curve.progress(item.beats) if isinstance(item, Gentle) else float
+        spans.append((float(item.beats), progress, [(float(each.beats), each.amounts) for each in motions]))
     return TranscribedPath(start, spans)
-
-
-def performance_of_nodes(start: Pose, nodes: Sequence[Node], profile: Profile) -> TranscribedPath:
-    """Return the performance of nodes that were written for items."""
-    spans = []
-    for node in nodes:
-        curve = None
-        if isinstance(node, Shaped) and node.by in ("ease", "ramp"):
-            curve, node = RateCurve(*node.numbers[:1]), node.body
-        moves = list(_moves(node, Fraction(1)))
-        body = [(float(move.beats), amounts_of(move, profile)) for move in moves]
-        spans.append(_span(curve, sum((move.beats for move in moves), Fraction(0)), body))
-    return TranscribedPath(start, spans)
-
-
-def _span(
-    curve: RateCurve | None, beats: Fraction, body: Sequence[tuple[float, Amounts]]
-) -> tuple[float, Callable[[float], float], Sequence[tuple[float, Amounts]]]:
-    if curve is None:
-        return float(beats), float, body
-    steps = list(curve.played(beats).steps_from(0, False))
-    ends = [0.0, *accumulate(float(step.beats) for step in steps)]
-    reached = [0.0, *accumulate(float(step.beats * step.rate) for step in steps)]
-
-    def played(beat: float) -> float:
-        step = min(max(bisect_right(ends, beat) - 1, 0), len(steps) - 1)
-        return reached[step] + (beat - ends[step]) * float(steps[step].rate)
-
-    return ends[-1], played, body
-
-
-def _moves(node: Node, slow: Fraction) -> Iterator[Move]:
-    """Yield the moves of a node, with the beats that they last."""
-    match node:
-        case Move(beats, _):
-            yield replace(node, beats=beats * slow)
-        case NodeSeries(items):
-            for each in items:
-                yield from _moves(each, slow)
-        case Shaped("repeat", (times,), body):
-            for _ in range(int(times)):
-                yield from _moves(body, slow)
-        case Shaped("slow", (factor,), body):
-            yield from _moves(body, slow * factor)
-        case Shaped("fast", (factor,), body):
-            yield from _moves(body, slow / factor)
-        case _:
-            items = getattr(node, "items", ())
-            for each in items:
-                yield from _moves(each, slow)
 
 
 def deviation_of(
     track: Track,
     start: Pose,
-    nodes: Sequence[Node],
+    items: Sequence[Item],
     tempo: int,
-    profile: Profile,
     noise: Noise,
     allowed: tuple[float, float, float],
 ) -> tuple[float, float]:
     """Return how far a performance is from a track at most, in meters and radians, if it may be early or
     late. Of a noisy track, means of neighboring poses count. `allowed` is in meters, radians, and seconds: nearer
     performances are not compared at other times."""
-    performed = performance_of_nodes(start, nodes, profile)
+    performed = performance_of_items(start, items)
     origin = track[0].time
-    window = 1 if noise.meters < 1e-3 else min(_WINDOW, len(track))
+    window = window_of(track, noise)
     meters, radians, seconds = allowed
     best: list[tuple[float, float]] = []
     for shift in _SHIFTS:
@@ -148,6 +95,11 @@ def deviation_of(
         if max(far for far, _ in best) <= meters and max(turned for _, turned in best) <= radians:
             break
     return max(far for far, _ in best), max(turned for _, turned in best)
+
+
+def window_of(track: Track, noise: Noise) -> int:
+    """Return the number of poses whose mean is compared with a performance."""
+    return 1 if noise.meters < _NOISY else min(_WINDOW, len(track))
 
 
 def refined(
@@ -230,14 +182,7 @@ def _solved(columns: Sequence[Mapping[str, Sequence[float]]], missed: Mapping[st
     count = len(columns)
     rows = []
     for one in columns:
-        row = [
-            math.fsum(
-                math.sumprod(one[robot], other[robot]) if hasattr(math, "sumprod") else _dot(one[robot], other[robot])
-                for robot in one
-                if robot in other
-            )
-            for other in columns
-        ]
+        row = [math.fsum(_dot(one[robot], other[robot]) for robot in one if robot in other) for other in columns]
         row.append(math.fsum(_dot(one[robot], missed[robot]) for robot in one))
         rows.append(row)
     for at in range(count):

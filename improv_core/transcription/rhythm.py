@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -14,15 +14,18 @@ from typing import NamedTuple, TypeAlias
 
 from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
+from improv_core.transcription.runs import PathRun, runs_of, runs_until
 from improv_core.transcription.stretches import Amounts, EvenStretch, stretches_of
 from improv_core.transcription.tempo import on_grid
 from improv_core.transcription.track import Noise, Track
 
 _GRID = (1, 2, 3, 4)
-"""Noisy changes are taken to be on these parts of a beat."""
+"""Noisy changes are taken to be on these parts of a beat,"""
+_FINE_GRID = (3, 8)
+"""or on these, if that is too far off."""
 _STRETCH_COST = 12.0
 """Natural units of information that another stretch costs: its amounts, and its end on a beat."""
-_PART_COST = {1: 0.0, 2: 2.0, 3: 4.0, 4: 4.0}
+_PART_COST = {1: 0.0, 2: 2.0, 3: 4.0, 4: 4.0, 8: 6.0}
 """The further cost of an end on such a part of a beat."""
 _WORST = 9.0
 """The mean square of a fit, in variances, above which no longer stretch is tried."""
@@ -30,6 +33,8 @@ _FEWEST = 3
 """The fewest stretches that may be one gentle movement: its beginning, its middle, and its end."""
 _MOST_GENTLE = 32
 """The most beats of a gentle movement."""
+_EXACT = 1e-6
+"""Seconds by which a sample may be off and still be at a beat."""
 _STANDING = 1e-2
 """A robot stands if it is slower than this share of its speed before."""
 _GROWTH = 1.2
@@ -63,12 +68,19 @@ class RateCurve(NamedTuple):
         assert self.start is not None
         return 2 - self.start
 
-    def played(self, beats: Fraction) -> Stepped:
-        """Return the beats of a body that this curve plays within so many beats."""
-        body = stand(beats)
-        made = ease(body) if self.start is None else ramp(body, self.start, self.end)
+    def progress(self, beats: Fraction) -> Callable[[float], float]:
+        """Return a function of beats: those of a body of so many beats that this curve has played by then."""
+        made = ease(stand(beats)) if self.start is None else ramp(stand(beats), self.start, self.end)
         assert isinstance(made, Stepped)
-        return made
+        steps = list(made.steps_from(0, False))
+        ends = [0.0, *accumulate(float(each.beats) for each in steps)]
+        reached = [0.0, *accumulate(float(each.beats * each.rate) for each in steps)]
+
+        def played(beat: float) -> float:
+            step = min(max(bisect_right(ends, beat) - 1, 0), len(steps) - 1)
+            return reached[step] + (beat - ends[step]) * float(steps[step].rate)
+
+        return played
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,38 +117,42 @@ class OnBeats:
         return math.hypot(*self.stretch.amounts) / (self.span[1] - self.span[0])
 
 
-def items_of(
-    track: Track,
-    stretches: Sequence[EvenStretch],
-    noise: Noise,
-    tempo: int,
-    allowed: float,
-    noisy: bool,
-    gently: bool = True,
-) -> Sequence[Item]:
-    """Return what a robot performs, beat 0 being its first sample. `allowed` is how many seconds a change may be off.
-    Gentle movements are found if they are to be.
-    """
-    placed = on_coarse_grid(track, noise, tempo) if noisy else _placed(stretches, track[0].time, tempo, allowed)
+class TrackedRobot(NamedTuple):
+    """A robot's track and its stretches. `allowed` is how many seconds a change may be off."""
+
+    track: Track
+    noise: Noise
+    noisy: bool
+    allowed: float
+    stretches: Sequence[EvenStretch]
+
+
+def items_of(robot: TrackedRobot, tempo: int, gently: bool = True) -> Sequence[Item]:
+    """Return what a robot performs, beat 0 being its first sample. Gentle movements are found if they are to be."""
+    track, noise, noisy, allowed, stretches = robot
+    if noisy:
+        placed = on_coarse_grid(track, noise, tempo, _GRID if gently else _FINE_GRID)
+    else:
+        placed = _placed(stretches, track[0].time, tempo, allowed)
     if gently:
         return list(_gentle(track, placed, noise, tempo))
     return [TimedMotion(each.end - each.start, each.stretch.amounts) for each in placed]
 
 
-def _placed(stretches: Sequence[EvenStretch], origin: float, tempo: int, allowed: float) -> list[OnBeats]:
+def _placed(stretches: Sequence[EvenStretch], origin: float, tempo: float, allowed: float) -> list[OnBeats]:
     ends = [on_grid(each.end - origin, tempo, allowed) for each in stretches]
     starts = [Fraction(0), *ends]
     return [OnBeats(*span) for span in zip(starts, ends, stretches, strict=False) if span[0] < span[1]]
 
 
-def on_coarse_grid(track: Track, noise: Noise, tempo: int) -> list[OnBeats]:
+def on_coarse_grid(track: Track, noise: Noise, tempo: int, grid: Sequence[int] = _GRID) -> list[OnBeats]:
     """Return stretches whose ends lie on simple parts of beats: those that tell a noisy track in the fewest words.
 
     This is a shortest path: a stretch costs how badly it fits, in natural units, and what it takes to write it.
     """
     origin, seconds = track[0].time, 60 / tempo
     last = Fraction(math.ceil((track[-1].time - origin) / seconds - 0.05))
-    nodes = sorted({Fraction(place, parts) for parts in _GRID for place in range(int(last * parts) + 1)})
+    nodes = sorted({Fraction(place, parts) for parts in grid for place in range(int(last * parts) + 1)})
     times = [each.time - origin for each in track]
     fits = _Fits(track, noise)
     costs: list[float] = [0.0] + [math.inf] * (len(nodes) - 1)
@@ -263,14 +279,24 @@ def _gentle_at(track: Track, placed: Sequence[OnBeats], start: Fraction, noise: 
     if len(placed) < _FEWEST or placed[0].rate == placed[1].rate:
         return None
     loose = _sample_beats(track, tempo)
-    for end, stretches, curve in [*_eases(placed, loose), *_ramps(placed, loose)]:
-        beats = end - start
-        if not 0 < beats <= _MOST_GENTLE:
-            continue
-        motions = _unwarped(track, start, beats, curve, noise, tempo, stretches // _FEWEST)
+    likely = [*_eases(placed, loose), *_ramps(placed, loose)]
+    likely = [(end - start, stretches, curve) for end, stretches, curve in likely if 0 < end - start <= _MOST_GENTLE]
+    if not likely:
+        return None
+    seconds = 60 / tempo
+    origin, longest = track[0].time + float(start) * seconds, max(beats for beats, _, _ in likely)
+    within = _until([each for each in track if each.time >= origin - _EXACT], origin + float(longest) * seconds)
+    runs = list(runs_of(within, noise))
+    for beats, stretches, curve in likely:
+        passed = _until(within, origin + float(beats) * seconds)
+        motions = _unwarped(passed, runs, origin, seconds, beats, curve, stretches // _FEWEST)
         if motions and sum(each.beats for each in motions) == beats:
             return Gentle(curve, motions)
     return None
+
+
+def _until(track: Track, time: float) -> Track:
+    return track[: bisect_right(track, time + _EXACT, key=lambda each: each.time)]
 
 
 def _eases(placed: Sequence[OnBeats], loose: Fraction) -> Iterator[tuple[Fraction, int, RateCurve]]:
@@ -342,32 +368,27 @@ def _ramp(placed: Sequence[OnBeats], start: Fraction, end: Fraction) -> RateCurv
 
 
 def _unwarped(
-    track: Track, start: Fraction, beats: Fraction, curve: RateCurve, noise: Noise, tempo: int, most: int
+    track: Track,
+    runs: Sequence[PathRun],
+    origin: float,
+    seconds: float,
+    beats: Fraction,
+    curve: RateCurve,
+    most: int,
 ) -> tuple[TimedMotion, ...] | None:
-    """Return the motions that this curve plays in a stretch of a track; None if it has too few samples, or if there are
-    more than `most`."""
-    seconds, origin = 60 / tempo, track[0].time + float(start) * 60 / tempo
-    steps = list(curve.played(beats).steps_from(0, False))
-    ends = [0.0, *accumulate(float(each.beats) * seconds for each in steps)]
-    reached = [0.0, *accumulate(float(each.beats * each.rate) * seconds for each in steps)]
-    low = bisect_left(track, origin - 1e-6, key=lambda each: each.time)
-    high = bisect_right(track, origin + ends[-1] + 1e-6, key=lambda each: each.time)
-    if high - low < 4:
+    """Return the motions that this curve plays in a track, of which these runs begin with the same sample; None if it
+    has too few samples, or if there are more than `most`. A beat lasts so many seconds."""
+    if len(track) < 4:
         return None
-    warped = []
-    for sample in track[low:high]:
-        time = min(max(sample.time - origin, 0.0), ends[-1])
-        step = min(max(bisect_right(ends, time) - 1, 0), len(steps) - 1)
-        warped.append(sample._replace(time=reached[step] + (time - ends[step]) * float(steps[step].rate)))
-    rising = [
-        here for before, here in pairwise([None, *warped]) if not before or (here and here.time > before.time + 1e-9)
-    ]
-    stretches = stretches_of([each for each in rising if each], noise, most)
+    progress = curve.progress(beats)
+    passed = [min(max((sample.time - origin) / seconds, 0.0), float(beats)) for sample in track]
+    warped = [sample._replace(time=progress(at) * seconds) for sample, at in zip(track, passed, strict=True)]
+    stretches = stretches_of(warped, runs_until(runs, len(track) - 1), most)
     if not stretches:
         return None
     stretches[0] = _prolonged(stretches[0], 0.0, stretches[0].end)
     stretches[-1] = _prolonged(stretches[-1], stretches[-1].start, float(beats) * seconds)
-    placed = _placed(stretches, 0.0, tempo, max(seconds / 50, 1e-3))
+    placed = _placed(stretches, 0.0, 60 / seconds, max(seconds / 50, 1e-3))
     return tuple(TimedMotion(each.end - each.start, each.stretch.amounts) for each in placed)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 from improv_core.score.motion import Pose
@@ -89,6 +89,11 @@ def runs_of(track: Track, noise: Noise) -> Iterator[PathRun]:
         last = longest(first + 1, len(track) - 1, partial(fits.keeps, first))
         yield fits.run(first, last) or fits.forced(first, last)
         first = last
+
+
+def runs_until(runs: Sequence[PathRun], last: int) -> list[PathRun]:
+    """Return the runs of a track up to a sample."""
+    return [replace(each, last=min(each.last, last)) for each in runs if each.first < last]
 
 
 def longest(least: int, most: int, fits: Callable[[int], bool]) -> int:

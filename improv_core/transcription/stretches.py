@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice, pairwise, zip_longest
+from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.transcription.runs import PathRun, longest, runs_of
-from improv_core.transcription.track import Noise, Track
+from improv_core.transcription.runs import PathRun, longest
+from improv_core.transcription.track import Track
 
 _ARM = 0.5
 """Meters: a turn by an angle counts like a way of this length times the angle."""
 _MEETING = 7e-4
 """Meters: paces meet if their poses come as near as this, or as noise allows."""
-_HALVINGS = 30
-"""Each halves what is not known of the moment at which two stretches meet."""
+_THIRDS = 30
+"""Each leaves out a third of the time in which two stretches may meet."""
 
 
 class Amounts(NamedTuple):
@@ -82,15 +82,13 @@ class _Pace(NamedTuple):
         return self.run.geometry.pose(self.at(time))
 
 
-def stretches_of(track: Track, noise: Noise, most: int | None = None) -> list[EvenStretch]:
-    """Return the stretches of a track, without gaps, from its first to its last sample; none if there
-    are more than `most`, or no two samples."""
-    limit = None if most is None else 2 * most + 1  # between two long runs, one may be left out
-    runs = list(islice(runs_of(track, noise), limit))
-    if len(track) < 2 or (limit and len(runs) == limit):
+def stretches_of(track: Track, runs: Sequence[PathRun], most: float = math.inf) -> list[EvenStretch]:
+    """Return the stretches of a track with these runs, without gaps, from its first to its last sample; none if there
+    are more than `most`."""
+    if len(runs) > 2 * most:  # between two long runs, one may be left out
         return []
     paces = _without_mixed(track, [pace for number, run in enumerate(runs) for pace in _paces(track, run, number)])
-    if most is not None and len(paces) > most:
+    if len(paces) > most:
         return []
     times = [track[0].time, *(_meeting(track, *both) for both in pairwise(paces)), track[-1].time]
     for place in range(1, len(times)):  # a meeting may not come before the one before it
@@ -175,17 +173,11 @@ def _apart(one: Pose, other: Pose) -> float:
 
 
 def _least(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function with one valley is least, by the golden section."""
-    ratio = (math.sqrt(5) - 1) / 2
-    left, right = high - ratio * (high - low), low + ratio * (high - low)
-    at_left, at_right = cost(left), cost(right)
-    for _ in range(_HALVINGS):
-        if at_left <= at_right:
-            high, right, at_right = right, left, at_left
-            left = high - ratio * (high - low)
-            at_left = cost(left)
+    """Return where a function with one valley is least."""
+    for _ in range(_THIRDS):
+        third = (high - low) / 3
+        if cost(low + third) <= cost(high - third):
+            high -= third
         else:
-            low, left, at_left = left, right, at_right
-            right = low + ratio * (high - low)
-            at_right = cost(right)
+            low += third
     return (low + high) / 2

@@ -25,11 +25,19 @@ def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
     """
     if not changes:
         return [USUAL]
-    costs = {tempo: math.fsum(_bits(time, tempo, allowed) for time in changes) for tempo in range(SLOWEST, FASTEST + 1)}
+    costs = {
+        tempo: rareness(tempo) + math.fsum(_bits(time, tempo, allowed) for time in changes)
+        for tempo in range(SLOWEST, FASTEST + 1)
+    }
     ranked = sorted(costs, key=lambda tempo: (round(costs[tempo], 6), tempo != USUAL, tempo))
     doubled = [tempo * 2 for tempo in ranked[:most] if tempo * 2 <= FASTEST]
     usual = costs[USUAL] <= costs[ranked[0]] + len(changes)
     return list(dict.fromkeys([*ranked[:most], *doubled, *([USUAL] if usual else [])]))
+
+
+def rareness(tempo: int) -> float:
+    """Return the bits that a tempo costs: people choose round numbers."""
+    return 0.0 if tempo == USUAL else 3.0 if not tempo % 10 else 4.0 if not tempo % 5 else 6.0
 
 
 def _bits(time: float, tempo: int, allowed: float) -> float:
@@ -41,7 +49,7 @@ def _bits(time: float, tempo: int, allowed: float) -> float:
     return math.log2(1 / allowed) + _MISS
 
 
-def on_grid(seconds: float, tempo: int, allowed: float) -> Fraction:
+def on_grid(seconds: float, tempo: float, allowed: float) -> Fraction:
     """Return the simplest number of beats within `allowed` seconds of this time."""
     beats, off = seconds * tempo / 60, allowed * tempo / 60
     for parts in PARTS:

@@ -23,7 +23,7 @@ _BEND = math.radians(5)
 """A robot doesn't stop to turn by less."""
 _RATE = 20.0
 """Samples per second between waypoints."""
-_CALM_SHARE = 0.3
+_CALM_SHARE = 0.1
 """Noise is judged by this share of the calmest moments, since velocities really change in the others."""
 
 
@@ -143,9 +143,9 @@ def noise_of(track: Track) -> Noise:
     if not meters:
         return Noise(CLEAN, CLEAN)
     place = int(len(meters) * _CALM_SHARE)
-    # A second difference of noise has √6 times its deviation. Of lengths in the plane, the calmest 30 % are below
-    # 0.845 deviations (Rayleigh), and of amounts along a line, below 0.385 (normal).
+    # A second difference of noise has √6 times its deviation. Of lengths in the plane, the calmest tenth are below
+    # 0.459 deviations (Rayleigh), and of amounts along a line, below 0.126 (normal).
     return Noise(
-        max(sorted(meters)[place] / (math.sqrt(6) * 0.845), CLEAN),
-        max(sorted(radians)[place] / (math.sqrt(6) * 0.385), CLEAN),
+        max(sorted(meters)[place] / (math.sqrt(6) * 0.459), CLEAN),
+        max(sorted(radians)[place] / (math.sqrt(6) * 0.126), CLEAN),
     )

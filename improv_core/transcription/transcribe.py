@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import dropwhile, pairwise
 from typing import NamedTuple
 
@@ -14,24 +13,24 @@ from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.transcription.ensemble import SharedLine, formation_of, is_rest, lines_of
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.grouping import grouped
-from improv_core.transcription.performing import deviation_of, refined
-from improv_core.transcription.rhythm import Gentle, Item, RateCurve, items_of
+from improv_core.transcription.performing import deviation_of, refined, window_of
+from improv_core.transcription.rhythm import Item, TrackedRobot, items_of
+from improv_core.transcription.runs import runs_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
-from improv_core.transcription.tempo import USUAL, tempi
+from improv_core.transcription.tempo import USUAL, rareness, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
 from improv_core.transcription.wording import (
     ANGLES,
     LENGTHS,
     Node,
     Rounding,
-    Shaped,
     cost,
-    cost_of_text,
-    moves_for,
     number_text,
+    rounded,
     series_text,
     term_text,
 )
+from improv_core.transcription.writing import Guide, written
 
 NOISY = 100 * CLEAN
 """A track with more noise than this, in meters or radians, has its changes on a coarse grid."""
@@ -71,41 +70,17 @@ def transcribe(
     counts.
     """
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
-    noises = {robot: noise_of(track) for robot, track in tracks.items()}
-    noisy = {robot: max(noises[robot]) > NOISY for robot in tracks}
-    noises = {robot: _at_least(noise, tolerance) for robot, noise in noises.items()}
-    stretches = {robot: stretches_of(track, noises[robot]) for robot, track in tracks.items()}
     begin = min(track[0].time for track in tracks.values())
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}
-    allowed = {robot: _allowed(tracks[robot], noisy[robot], tolerance) for robot in tracks}
-    changes = [time - begin for each in stretches.values() for time in _changes(each)]
-
-    def items(robot: str, tempo: int, gently: bool = True) -> Sequence[Item]:
-        return items_of(tracks[robot], stretches[robot], noises[robot], tempo, allowed[robot], noisy[robot], gently)
-
-    def price(tempo: int) -> float:
-        """Return what the part of the busiest robot costs at a tempo."""
-        written = _written(items(busiest, tempo), profiles.get(busiest, DEFAULT), Rounding(*tolerance[:2]))
-        written = list(dropwhile(is_rest, written))
-        return cost(folded(bracketed(written))) + (0.0 if tempo == USUAL else cost_of_text(f"beat {tempo}"))
-
-    busiest = max(stretches, key=lambda robot: len(stretches[robot]))
-    likely = [tempo] if tempo else tempi(changes, max(allowed.values(), default=tolerance.seconds))
-    best, least = likely[0], math.inf
-    for each in likely if len(likely) > 1 else ():
-        if (needed := price(each)) < least:
-            best, least = each, needed
-        if stops():
+    noises = {robot: noise_of(track) for robot, track in tracks.items()}
+    best: _Draft | None = None
+    for each in _drafts(tracks, noises, profiles, tolerance, tempo, stops):
+        if best is None or _misses(each, tolerance) < _misses(best, tolerance):
+            best = each
+        if stops() or not _misses(best, tolerance):
             break
-
-    def draft_of(parts: Mapping[str, Sequence[Item]]) -> _Draft:
-        return _draft(tracks, noises, parts, best, profiles, tolerance, any(noisy.values()))
-
-    draft = draft_of({robot: items(robot, best) for robot in tracks})
-    if _misses(draft, tolerance):
-        plain = draft_of({robot: items(robot, best, gently=False) for robot in tracks})
-        draft = min(draft, plain, key=lambda each: _misses(each, tolerance))
-    return Transcription(_program(draft), draft.deviations)
+    assert best
+    return Transcription(_program(best), best.deviations)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +94,52 @@ class _Draft:
     deviations: Mapping[str, tuple[float, float]]
 
 
-def _at_least(noise: Noise, tolerance: Tolerance) -> Noise:
-    """Return the noise that fits are to allow: also of exact tracks, a part of the tolerance is left to them."""
-    return Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
+def _drafts(
+    tracks: Mapping[str, Track],
+    noises: Mapping[str, Noise],
+    profiles: Mapping[str, Profile],
+    tolerance: Tolerance,
+    tempo: int | None,
+    stops: Callable[[], bool],
+) -> Iterator[_Draft]:
+    """Yield the likeliest draft, then those that stay nearer to the tracks in more words."""
+    tracked = {robot: _tracked(track, noises[robot], tolerance) for robot, track in tracks.items()}
+    found = tempo or _tempo(tracked, profiles, tolerance, stops)
+    for gently in (True, False):
+        items = {robot: items_of(each, found, gently) for robot, each in tracked.items()}
+        for guided in (False, True) if gently else (True,):
+            yield _draft(tracked, items, found, profiles, tolerance, guided)
+
+
+def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
+    """Return a track with what its noise allows: also of exact ones, fits may be off by a part of the tolerance."""
+    steps = sorted(after.time - here.time for here, after in pairwise(track))
+    noisy = max(noise) > NOISY
+    noise = Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
+    allowed = min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
+    return TrackedRobot(track, noise, noisy, allowed, stretches_of(track, list(runs_of(track, noise))))
+
+
+def _tempo(
+    tracked: Mapping[str, TrackedRobot],
+    profiles: Mapping[str, Profile],
+    tolerance: Tolerance,
+    stops: Callable[[], bool],
+) -> int:
+    """Return the tempo at which the part of the busiest robot costs the least."""
+    changes = [time - each.track[0].time for each in tracked.values() for time in _changes(each.stretches)]
+    likely = tempi(changes, max(each.allowed for each in tracked.values()))
+    busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
+    best, least = likely[0], math.inf
+    for tempo in likely if len(likely) > 1 else ():
+        items = items_of(tracked[busiest], tempo)
+        nodes = written(Pose(), items, profiles.get(busiest, DEFAULT), Rounding(*tolerance[:2]))
+        words = list(dropwhile(is_rest, (node for node, _ in nodes)))
+        if (price := cost(folded(bracketed(words))) + rareness(tempo)) < least:
+            best, least = tempo, price
+        if stops():
+            break
+    return best
 
 
 def _misses(found: _Draft, tolerance: Tolerance) -> float:
@@ -138,12 +156,6 @@ def _from(track: Track, begin: float) -> Track:
     return track if first.time == begin else [first._replace(time=begin), *track]
 
 
-def _allowed(track: Track, noisy: bool, tolerance: Tolerance) -> float:
-    """Return how many seconds a change may be off."""
-    steps = sorted(after.time - here.time for here, after in pairwise(track))
-    return min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
-
-
 def _changes(stretches: Sequence[EvenStretch]) -> list[float]:
     return [
         before.end
@@ -153,31 +165,29 @@ def _changes(stretches: Sequence[EvenStretch]) -> list[float]:
 
 
 def _draft(
-    tracks: Mapping[str, Track],
-    noises: Mapping[str, Noise],
+    tracked: Mapping[str, TrackedRobot],
     items: Mapping[str, Sequence[Item]],
     tempo: int,
     profiles: Mapping[str, Profile],
     tolerance: Tolerance,
-    noisy: bool,
+    guided: bool,
 ) -> _Draft:
     """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
-    groups = grouped(items, tolerance, noises)
-    starts: Mapping[str, Pose] = {robot: track[0].pose for robot, track in tracks.items()}
-    if noisy:
-        groups, starts = refined(groups, starts, tracks, tempo)
+    groups = grouped(items, [each.noise for each in tracked.values()])
+    starts: Mapping[str, Pose] = {robot: each.track[0].pose for robot, each in tracked.items()}
+    if any(each.noisy for each in tracked.values()):
+        groups, starts = refined(groups, starts, {robot: each.track for robot, each in tracked.items()}, tempo)
     rounding = Rounding(tolerance.meters, tolerance.radians)
     best: _Draft | None = None
     for _ in range(_HALVINGS):
-        written = {robot: _written(groups.items(robot), profiles.get(robot, DEFAULT), rounding) for robot in tracks}
         placed = {robot: _start(pose, rounding) for robot, pose in starts.items()}
-        deviations = {
-            robot: deviation_of(
-                track, placed[robot], written[robot], tempo, profiles.get(robot, DEFAULT), noises[robot], tolerance
-            )
-            for robot, track in tracks.items()
-        }
-        found = _Draft(tempo, placed, written, rounding, deviations)
+        parts, deviations = {}, {}
+        for robot, (track, noise, *_) in tracked.items():
+            guide = Guide(track, tempo, window_of(track, noise)) if guided else None
+            words = written(placed[robot], groups.items(robot), profiles.get(robot, DEFAULT), rounding, guide)
+            parts[robot], made = zip(*words, strict=True)
+            deviations[robot] = deviation_of(track, placed[robot], made, tempo, noise, tolerance)
+        found = _Draft(tempo, placed, parts, rounding, deviations)
         if best is None or _misses(found, tolerance) < _misses(best, tolerance):
             best = found
         if not _misses(found, tolerance):
@@ -187,38 +197,11 @@ def _draft(
     return best
 
 
-def _written(items: Sequence[Item], profile: Profile, rounding: Rounding) -> list[Node]:
-    """Return the nodes that make these items, before anything is folded."""
-    found: list[Node] = []
-    for item in items:
-        if isinstance(item, Gentle):
-            body = [
-                move for motion in item.motions for move in moves_for(motion.beats, motion.amounts, profile, rounding)
-            ]
-            found.append(_gentle(item.curve, folded(bracketed(body))))
-        else:
-            found.extend(moves_for(item.beats, item.amounts, profile, rounding))
-    return found
-
-
-def _gentle(curve: RateCurve, body: Node) -> Node:
-    return Shaped("ease", (), body) if curve.start is None else Shaped("ramp", (curve.start, curve.end), body)
-
-
 def _start(pose: Pose, rounding: Rounding) -> Pose:
     """Return a start pose in numbers that people write."""
-    x, y, z = _rounded((pose.x, pose.y, pose.z), LENGTHS, rounding.meters)
-    (degrees,) = _rounded([math.degrees(pose.heading)], ANGLES, math.degrees(rounding.radians))
+    x, y, z = (float(rounded(each, LENGTHS, rounding.meters / 2)) for each in (pose.x, pose.y, pose.z))
+    degrees = rounded(math.degrees(pose.heading), ANGLES, math.degrees(rounding.radians))
     return Pose(x, y, z, math.radians(degrees))
-
-
-def _rounded(values: Sequence[float], levels: Sequence[Fraction], allowed: float) -> list[float]:
-    """Round to the coarsest level that is near enough for all values together."""
-    for level in map(float, levels):
-        found = [round(round(value / level) * level, 6) + 0.0 for value in values]
-        if math.dist(found, values) <= allowed:
-            break
-    return found
 
 
 def _program(draft: _Draft) -> str:

@@ -249,11 +249,17 @@ def _measured(value: float, word: str, unit: float, allowed: float) -> WordedVoi
 
 def _rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
     """Round to the coarsest level that is near enough; never to zero."""
+    return rounded(value, [level for level in levels if round(value / level)], allowed) or levels[-1]
+
+
+def rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
+    """Round to the coarsest level that is near enough, or else to the finest one."""
+    found = Fraction(0)
     for level in levels:
-        rounded = round(value / level) * level
-        if rounded and abs(float(rounded) - value) <= allowed:
-            return Fraction(rounded)
-    return max(Fraction(round(value / levels[-1])), Fraction(1)) * levels[-1]
+        found = round(value / level) * level
+        if abs(float(found) - value) <= allowed:
+            break
+    return found
 
 
 def amounts_of(move: Move, profile: Profile) -> Amounts:

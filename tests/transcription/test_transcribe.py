@@ -128,6 +128,18 @@ def test_noise_of_5_mm_and_1_degree_changes_nothing(program: str) -> None:
     assert farthest(path_of(program), made) < 0.03
 
 
+@pytest.mark.parametrize(
+    "program",
+    [
+        "beat 90\na $ ramp 1/2 3/2 (retrograde (left 60deg ease (forward 1.5m forward left 60deg)) right forward 80cm)",
+        "beat 100\na $ ease (fast 2 (ease (backward forward right 90deg radius 1m) forward 80cm) backward)",
+    ],
+)
+def test_errors_of_velocities_that_change_all_the_time_do_not_add_up(program: str) -> None:
+    path = path_of(program)
+    assert farthest(path, transcribe(path, tolerance=CLEAN)) < 0.001
+
+
 def test_headings_come_from_the_path_if_there_are_none() -> None:
     path = [place._replace(heading=None) for place in path_of("a $ forward slow 4 left 180deg radius 1m")["a"]]
     assert farthest({"a": path}, transcribe({"a": path})) < 0.03

@@ -1,0 +1,74 @@
+"""Writes motions as words, each correcting the roundings before it. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import Profile
+from improv_core.transcription.folding import bracketed, folded
+from improv_core.transcription.rhythm import Gentle, Item, RateCurve, TimedMotion
+from improv_core.transcription.stretches import amounts_between
+from improv_core.transcription.track import Track
+from improv_core.transcription.wording import Node, Rounding, Shaped, amounts_of, moves_for
+
+
+class Guide(NamedTuple):
+    """A track that words are to stay near: each motion that would end too far from it aims at it.
+
+    `window` is the number of samples whose mean counts.
+    """
+
+    track: Track
+    tempo: int
+    window: int
+
+    def aimed(self, motion: TimedMotion, pose: Pose, beat: float, near: Rounding) -> TimedMotion:
+        """Return a motion that begins at a beat from a pose, or one that ends nearer to the track."""
+        origin, seconds = self.track[0].time, 60 / self.tempo
+        first, past = (
+            bisect_right(self.track, origin + at * seconds + 1e-6, key=lambda each: each.time)
+            for at in (beat, beat + float(motion.beats))
+        )
+        samples = self.track[max(first, past - self.window) : past]
+        if not samples:
+            return motion
+        misses = []
+        for sample in samples:
+            there = pose.then(motion.amounts.pose(((sample.time - origin) / seconds - beat) / float(motion.beats)))
+            misses.append((sample.x - there.x, sample.y - there.y, sample.z - there.z, sample.heading - there.heading))
+        x, y, z, turn = (math.fsum(each) / len(samples) for each in zip(*misses, strict=True))
+        if math.hypot(x, y, z) <= near.meters and abs(turn) <= near.radians:
+            return motion
+        end = pose.then(motion.amounts.pose())
+        wanted = Pose(end.x + x, end.y + y, end.z + z, end.heading + turn)
+        return replace(motion, amounts=amounts_between(pose, wanted, wanted.heading - pose.heading))
+
+
+def written(
+    start: Pose, items: Sequence[Item], profile: Profile, rounding: Rounding, guide: Guide | None = None
+) -> Iterator[tuple[Node, Item]]:
+    """Yield the nodes for items that a robot performs from a pose, before anything is folded, and what each makes."""
+    pose, beat = start, 0.0
+    for item in items:
+        if isinstance(item, Gentle):
+            moves = [move for each in item.motions for move in moves_for(each.beats, each.amounts, profile, rounding)]
+        else:
+            aimed = guide.aimed(item, pose, beat, rounding) if guide else item
+            moves = list(moves_for(item.beats, aimed.amounts, profile, rounding))
+        made = [TimedMotion(move.beats, amounts_of(move, profile)) for move in moves]
+        for each in made:
+            pose = pose.then(each.amounts.pose())
+        beat += float(item.beats)
+        if isinstance(item, Gentle):
+            yield _gentle(item.curve, folded(bracketed(moves))), Gentle(item.curve, tuple(made))
+        else:
+            yield from zip(moves, made, strict=True)
+
+
+def _gentle(curve: RateCurve, body: Node) -> Node:
+    return Shaped("ease", (), body) if curve.start is None else Shaped("ramp", (curve.start, curve.end), body)

@@ -15,10 +15,6 @@ from pathlib import Path
 
 from improv_core.page.files import FOLDER, page_files
 from improv_core.page.gallery import examples, guide_files, songs
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.score.svg import plot
-from improv_core.storage.program_file import TEMPLATE
 
 MARK = "improv-site.json"
 """The file that marks a folder as a website that we have built, so that it may be built again."""
@@ -95,7 +91,6 @@ def _files(pyodide: Path) -> Iterator[tuple[str, bytes]]:
     yield "examples.json", examples()
     yield from songs().items()
     yield from guide_files().items()
-    yield "first.svg", plot(score_of(analyze(TEMPLATE))).encode()
     loaded = {"improv.zip": _archive(), **dict(_packed(pyodide / name) for name in PYODIDE)}
     yield from loaded.items()
     yield "worker.js", _own("worker.js")

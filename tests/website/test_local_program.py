@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import shutil
 import zlib
-from base64 import urlsafe_b64encode
+from base64 import urlsafe_b64decode, urlsafe_b64encode
 from pathlib import Path
 
 import pytest
@@ -60,6 +60,8 @@ def test_a_link_is_shown_fixed_and_passed_on_and_begins_at_its_pause(address: st
     share.click()
     expect(page.locator("#link-length")).to_contain_text("it begins at beat ")
     link = page.locator("#link").input_value()
+    held = json.loads(zlib.decompress(urlsafe_b64decode(f"{link.partition('#dance=')[2]}=="), wbits=-15))
+    assert held["still"] == [[0, 200, 200]]
     page.get_by_role("button", name="Save as a file").click()
     expect(page.locator("#sharing-line")).to_have_text("Saved as dance.improv.")
     page.keyboard.press("Escape")

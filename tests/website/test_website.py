@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -22,6 +23,7 @@ from tests.page.conftest import Keep, wait
 from tests.pyodide import imitate
 from tests.web_server import served
 from tests.website.conftest import OPENED, open_site, play
+from tests.website.test_local_program import fragment
 
 PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
 BREAK = """async () => {
@@ -206,7 +208,7 @@ def test_the_waltz_of_the_gallery_plays_with_its_song(address: str, page: Page) 
 
 
 def test_a_page_that_still_loads_shows_its_program_with_its_paths_and_what_is_wrong_with_its_link(
-    built: Path, tmp_path: Path, page: Page
+    built: Path, tmp_path: Path, page: Page, keep: Keep
 ) -> None:
     shutil.copytree(built, tmp_path / "site")
     (tmp_path / "site" / "worker.js").write_text("postMessage({ stage: 'Starting Python' })")
@@ -216,6 +218,11 @@ def test_a_page_that_still_loads_shows_its_program_with_its_paths_and_what_is_wr
         expect(page.locator("#state-word")).to_have_text("loading…")
         wait(page, "document.getElementById('still').naturalWidth > 100")
         expect(page.locator("#still")).to_be_visible()
+        page.goto("about:blank")
+        page.goto(f"{address}{fragment(text='ada $ left', still=[[0, 0, 0, 400, 0], [1, 0, 400, 400, -400]])}")
+        wait(page, "document.getElementById('still').naturalWidth > 100")
+        assert "l400 -400" in unquote(page.locator("#still").get_attribute("src") or "")
+        keep(page, "site-still.png")
         page.goto("about:blank")
         page.goto(f"{address}#dance=q1YqU7Iy")
         expect(page.locator("#notice")).to_have_text(re.compile(r"^this link is broken.* \(Starting Python\)$"))

@@ -42,6 +42,7 @@ import { robotList } from "./score/robot-list.js"
 import { PlayingWords, Score } from "./score/score.js"
 import { Sound } from "./sound/sound.js"
 import { Timeline } from "./timeline/timeline.js"
+import { stillOf } from "./website/still.js"
 
 /** @import { Point } from "./floor/camera.js" */
 /** @import { Change } from "./score/changes.js" */
@@ -295,7 +296,11 @@ function fit() {
 }
 
 offerFiles(stage)
-offerHelp(editor.saving, () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0))
+offerHelp(
+  editor.saving,
+  () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0),
+  (text) => stillOf(preview.linesOf(text)),
+)
 
 /** @param {Point} point @param {() => boolean} freely whether Alt is pressed */
 const grab = (point, freely) =>

@@ -46,7 +46,7 @@ function go(to) {
 /** Opens a page in a tab of its own, by a link that holds this. */
 async function openTab(work = null, tab = {}) {
   Object.assign(globalThis, { sessionStorage: Object.assign(new Storage(), tab) })
-  go(`/here/${work ? await fragmentOf({ ...work, beat: 0 }) : ""}`)
+  go(`/here/${work ? await fragmentOf({ ...work, beat: 0, still: [] }) : ""}`)
   const { program, problem } = await openProgram()
   const draft = new Draft({ path: "dance.improv", text: program.text, revision: program.revision })
   const text = draft.begin(program.toml)
@@ -132,7 +132,7 @@ test("without room, one's own stays where it is", async () => {
 test("what a link has replaced stays until the page keeps it", async () => {
   save(OWN, 1)
   await openTab()
-  go(`/here/${await fragmentOf({ text: "bo $ left", toml: "", beat: 0 })}`)
+  go(`/here/${await fragmentOf({ text: "bo $ left", toml: "", beat: 0, still: [] })}`)
   const { program } = await openProgram()
   room = 10
   const draft = new Draft({ path: "dance.improv", text: program.text, revision: program.revision })
@@ -148,7 +148,7 @@ test("a link that is opened where a page is open already opens it anew", async (
   await openTab()
   await followLink?.()
   assert.equal(reloads, 0)
-  go(`/here/${await fragmentOf({ ...OWN, beat: 0 })}`)
+  go(`/here/${await fragmentOf({ ...OWN, beat: 0, still: [] })}`)
   await followLink?.()
   assert.equal(reloads, 1)
 })

@@ -10,12 +10,14 @@ import { offerSharing } from "../website/share.js"
 import { offerWords } from "./word-row.js"
 
 /** @import { Saving } from "./saving.js" */
+/** @import { Still } from "../website/still.js" */
 
 /**
  * @param {Saving} saving
  * @param {() => number} getBeat where the dance stands, if somebody has paused it
+ * @param {(text: string) => Still} getStill the picture of a text's paths
  */
-export function offerHelp(saving, getBeat) {
+export function offerHelp(saving, getBeat, getStill) {
   offerWords(findA("text", HTMLTextAreaElement))
   // On a website, that plays at once. Elsewhere, real robots may play, and a file is written: that takes another press.
   const take = (/** @type {string} */ text, toml = "") => {
@@ -24,6 +26,6 @@ export function offerHelp(saving, getBeat) {
   }
   offerExamples(take)
   offerGuide(take)
-  offerSharing(saving, getBeat)
+  offerSharing(saving, getBeat, getStill)
   if (isClass) joinClass(saving)
 }

@@ -55,6 +55,21 @@ export class Preview {
     return this.isOn && this.#text !== program.text
   }
 
+  /** The lines of a text's paths, for each robot, if they are known. @param {string} text @returns {Point[][][]} */
+  linesOf(text) {
+    if (!this.isOn || this.#text !== text || this.#problem) return []
+    return [...this.#paths.values()].map(({ start, strokes }) => {
+      /** @type {Point[][]} */
+      const lines = [[start]]
+      for (const [from, to] of strokes) {
+        const last = lines.at(-1)?.at(-1)
+        if (last?.x !== from.x || last.y !== from.y) lines.push([from])
+        lines.at(-1)?.push(...pointsAlong(from, velocityBetween(from, to), 1))
+      }
+      return lines
+    })
+  }
+
   /** The corners around the paths that are drawn. */
   get room() {
     return this.isShown ? this.#room : []

@@ -98,7 +98,7 @@ export function connect(onMessage, onChange) {
     onMessage({ type: "source", path, text: program.text, revision: program.revision, toml: program.toml })
     problem = opened.problem
     if (problem) notices.load(problem)
-    showStill(program)
+    showStill(program, opened.still)
     begin()
   })
   return (request) => {

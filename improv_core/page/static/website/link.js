@@ -1,7 +1,10 @@
 // @ts-check
 // A program as a link: it is in the fragment of the address, which no browser sends anywhere.
 
-/** @typedef {{ text: string, toml: string, beat: number }} Work a program, its improv.toml, and where to begin */
+import { isStill } from "./still.js"
+
+/** @import { Still } from "./still.js" */
+/** @typedef {{ text: string, toml: string, beat: number, still: Still }} Work a program, its improv.toml, where to begin, and its paths */
 
 const KEY = "dance="
 const MOST_BYTES = 200_000 // bytes of what a link holds: longer programs are files
@@ -19,8 +22,9 @@ export const LATER = "this link was made by a later version of Improv: open it o
  * The fragment that holds some work.
  * @param {Work} work
  */
-export async function fragmentOf({ text, toml, beat }) {
-  const bytes = new TextEncoder().encode(JSON.stringify({ v: 1, text, ...(toml && { toml }), ...(beat && { beat }) }))
+export async function fragmentOf({ text, toml, beat, still }) {
+  const held = { v: 1, text, ...(toml && { toml }), ...(beat && { beat }), ...(still.length && { still }) }
+  const bytes = new TextEncoder().encode(JSON.stringify(held))
   return `#${KEY}${inBase64(await piped(bytes, new CompressionStream("deflate-raw"), Infinity))}`
 }
 
@@ -46,9 +50,9 @@ export async function workIn(fragment) {
   }
   if (typeof found !== "object" || found === null || !("v" in found) || typeof found.v !== "number") return STRANGE
   if (found.v > 1) return LATER
-  const { text, toml = "", beat = 0 } = /** @type {Record<string, unknown>} */ (found)
+  const { text, toml = "", beat = 0, still } = /** @type {Record<string, unknown>} */ (found)
   if (typeof text !== "string" || typeof toml !== "string" || typeof beat !== "number" || !(beat >= 0)) return STRANGE
-  return HIDDEN.test(text) || HIDDEN.test(toml) ? STRANGE : { text, toml, beat }
+  return HIDDEN.test(text) || HIDDEN.test(toml) ? STRANGE : { text, toml, beat, still: isStill(still) ? still : [] }
 }
 
 /**

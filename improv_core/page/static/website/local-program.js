@@ -5,6 +5,9 @@ import { find, svgAddress } from "../base/elements.js"
 import { store, stored } from "../base/storage.js"
 import { REPLACED } from "../editor/draft.js"
 import { workIn } from "./link.js"
+import { svgOf } from "./still.js"
+
+/** @import { Still } from "./still.js" */
 
 const KEY = "improv.program"
 const STILL = "improv.still" // the picture of its paths
@@ -13,6 +16,9 @@ const FIRST = `# A robot, a dollar sign, and what the robot does. Change it and 
 beat 60
 turtle1 $ repeat 4 (forward left)
 `
+
+/** @type {Still} */
+const FIRST_STILL = [[0, 0, 400, 400, 0, 0, -400, -400, 0, 0, 400]]
 
 const NO_ROOM = "this browser has no room for another dance: save yours as a file, with Share, and open the link again"
 
@@ -24,17 +30,17 @@ const NO_ROOM = "this browser has no room for another dance: save yours as a fil
 export const path = "dance.improv"
 
 /**
- * The program to begin with, the beat at which it begins first, and a line if the address holds one that can't be
- * opened. A program from a link replaces the stored one, which the page then offers, unless it came by a link, too.
- * @returns {Promise<{ program: Program, beat: number, problem: string }>}
+ * The program to begin with, the beat at which it begins first, the picture of its paths, if there is one, and a line
+ * if the address holds one that can't be opened. A program from a link replaces the stored one, which the page then offers, unless it came by a link, too.
+ * @returns {Promise<{ program: Program, beat: number, still: Still, problem: string }>}
  */
 export async function openProgram() {
   addEventListener("hashchange", async () => (await workIn(location.hash)) !== null && location.reload())
   const before = storedProgram()
   const work = await workIn(location.hash)
-  if (work === null) return { program: before ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, problem: "" }
+  if (work === null) return { program: before ?? { text: FIRST, revision: "0", toml: "" }, beat: 0, still: [], problem: "" }
   history.replaceState(null, "", location.pathname + location.search)
-  const stay = (/** @type {string} */ problem) => ({ program: before ?? { text: "", revision: "0", toml: "" }, beat: 0, problem })
+  const stay = (/** @type {string} */ problem) => ({ program: before ?? { text: "", revision: "0", toml: "" }, beat: 0, still: [], problem })
   if (typeof work === "string") return stay(work)
   const revision = String(Number(before?.revision ?? 0) + 1)
   const own = before && !before.linked ? before : null
@@ -45,7 +51,7 @@ export async function openProgram() {
     if (!store(`${REPLACED} ${own.revision}`, replaced)) return stay(NO_ROOM)
   }
   storeProgram(program)
-  return { program, beat: work.beat, problem: "" }
+  return { program, beat: work.beat, still: work.still, problem: "" }
 }
 
 /** Stores what was saved. Returns whether this browser had room for it. @param {Program} saved */
@@ -53,11 +59,16 @@ export function storeProgram(saved) {
   return store(KEY, saved)
 }
 
-/** Shows a picture of the paths while the page loads what draws them, if one is known. @param {Program} program */
-export function showStill({ text, toml }) {
+/**
+ * Shows a picture of the paths while the page loads what draws them, if one is known.
+ * @param {Program} program
+ * @param {Still} linked with the link
+ */
+export function showStill({ text, toml }, linked) {
   const kept = stored(STILL)
-  const picture = kept?.text === text && kept.toml === toml ? svgAddress(kept.drawn) : text === FIRST && !toml ? "first.svg" : ""
-  Object.assign(find("still"), { src: picture, hidden: !picture })
+  const still = text === FIRST && !toml ? FIRST_STILL : linked
+  const drawn = kept?.text === text && kept.toml === toml ? kept.drawn : still.length ? svgOf(still) : ""
+  Object.assign(find("still"), { src: drawn && svgAddress(drawn), hidden: !drawn })
 }
 
 /** @param {Program} program @param {string} drawn its paths as SVG */

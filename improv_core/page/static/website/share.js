@@ -9,15 +9,18 @@ import { isWebsite, keptToml } from "../net/backend.js"
 import { drawCode } from "../net/worker-backend.js"
 
 /** @import { Saving } from "../editor/saving.js" */
+/** @import { Still } from "./still.js" */
 
 const NO_SITE = "For a link, write the address of a website with Improv above."
 const MOST_IN_CODE = 2_900 // characters: a QR code of this size can still be read from a screen
+const MOST_WITH_STILL = 2_000 // characters: a longer link has no room for a picture
 
 /**
  * @param {Saving} saving has the text on the page
  * @param {() => number} getBeat the position of a paused dance: people who open the link begin there
+ * @param {(text: string) => Still} getStill the picture that they see first
  */
-export function offerSharing(saving, getBeat) {
+export function offerSharing(saving, getBeat, getStill) {
   const dialog = findA("sharing", HTMLDialogElement)
   const address = findA("link", HTMLInputElement)
   const toml = findA("toml", HTMLTextAreaElement)
@@ -26,8 +29,9 @@ export function offerSharing(saving, getBeat) {
   const say = (/** @type {string} */ line) => (find("sharing-line").textContent = line)
 
   async function showLink() {
-    const work = { text: saving.text, toml: saving.toml, beat: getBeat() }
-    const fragment = await fragmentOf(work)
+    const work = { text: saving.text, toml: saving.toml, beat: getBeat(), still: getStill(saving.text) }
+    const pictured = await fragmentOf(work)
+    const fragment = pictured.length > MOST_WITH_STILL ? await fragmentOf({ ...work, still: [] }) : pictured
     const link = `${isWebsite ? location.origin + location.pathname : site.value}${fragment}`
     const problem = !isWebsite && (!site.value || !site.validity.valid) ? NO_SITE : isTooLong(link) ? TOO_LONG : typeof (await workIn(fragment)) === "string" ? UNFIT : ""
     find("linked").hidden = problem !== ""

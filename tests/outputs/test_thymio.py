@@ -239,7 +239,7 @@ def serial_port(address: str) -> Iterator[str]:
 
 
 @pytest.mark.slow("starts the simulator")
-def test_a_thymio_at_a_serial_port_drives(address: str) -> None:
+def test_a_thymio_at_a_serial_port_drives_until_that_is_unplugged(address: str) -> None:
     with serial_port(address) as port:
         memory = Memory()
         thymio = Thymio(DeviceRobot("ada", f"serial:{port}", 1, (0, 1, 0)), memory)
@@ -249,7 +249,18 @@ def test_a_thymio_at_a_serial_port_drives(address: str) -> None:
         thymio.drive(STILL)
         while not thymio.stands():
             memory.posed.get(timeout=LIMIT)
-        thymio.close()
+    lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    def is_lost() -> bool:
+        try:
+            thymio.drive(STILL)
+        except OSError as error:
+            lines.put(str(error))
+        return not lines.empty()
+
+    until(is_lost)
+    assert lines.get().startswith(f"the connection to serial:{port} is lost (")
+    thymio.close()
 
 
 DRIVES = """

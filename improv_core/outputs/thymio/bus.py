@@ -167,8 +167,12 @@ class Bus:
 
     def _write(self, data: bytes) -> None:
         self.check()
-        with self._sending:
-            self._wire.send(data)
+        try:
+            with self._sending:
+                self._wire.send(data)
+        except OSError as error:
+            self._lose(error)
+            self.check()
 
     def _read(self) -> None:
         waiting = b""
@@ -182,9 +186,12 @@ class Bus:
                     content, waiting = waiting[6 : 6 + length], waiting[6 + length :]
                     self._take(source, kind, content)
         except Exception as error:  # whatever it is, a robot that nobody hears counts as lost
-            with self._changed:
-                self._problem = self._problem or f"the connection to {self._address} is lost ({error})"
-                self._changed.notify_all()
+            self._lose(error)
+
+    def _lose(self, why: Exception) -> None:
+        with self._changed:
+            self._problem = self._problem or f"the connection to {self._address} is lost ({why})"
+            self._changed.notify_all()
 
     def _take(self, source: int, kind: int, content: bytes) -> None:
         if kind == 0:
@@ -249,7 +256,10 @@ class _Serial:
             ) from None
 
     def recv(self) -> bytes:
-        data: bytes = self._port.read(max(self._port.in_waiting, 1))
+        try:
+            data: bytes = self._port.read(max(self._port.in_waiting, 1))
+        except OSError:  # of pyserial, whose words are about its own code
+            raise OSError("it was unplugged") from None
         return data
 
     def send(self, data: bytes) -> None:

@@ -91,13 +91,13 @@ class _Performance:
             turned = math.fsum(moving.yaw * seconds for moving, seconds in self.legs)
             return 1 + off / turned
 
-        def cost(factor: float) -> float:
-            return math.dist(self.place(factor), to) + _SAME * abs(factor - 1)
-
         if mine.yaw:  # an arc goes around once at most, and not backward
-            return _least(cost, 0.0, math.tau / abs(mine.yaw))
-        reach = (2 * math.dist((self.start.x, self.start.y), to) + 1) / math.hypot(mine.x, mine.y)
-        return _least(cost, -reach, reach)
+            return _least(lambda factor: math.dist(self.place(factor), to), 0.0, math.tau / abs(mine.yaw))
+        zero, one = self.place(0.0), self.place(1.0)  # its end is on a line, even while other words turn it
+        along = complex(*one) - complex(*zero)
+        if abs(along) < _SAME:
+            return 1.0
+        return ((complex(*to) - complex(*zero)) / along).real
 
 
 def handle_at(analysis: Analysis, offset: int) -> Handle | None:
@@ -158,6 +158,8 @@ def _word_at(analysis: Analysis, offset: int) -> tuple[Span, Word, Iterator[_Per
     node = found.node if found else None
     if not found or not isinstance(node, Word) or not analysis.ok:
         return None
+    if any(isinstance(each, nodes.PartTerm) for each in found.around):
+        return None
     if any(len(number.tokens) != 1 + len(number.units) for number in nodes.numbers(node)):
         return None  # a product, perhaps with a parameter
     primitive = node.primitive if isinstance(node, nodes.MeasuredWord) else node
@@ -190,7 +192,7 @@ def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist])
             start = start if legs else pose
             pose = pose.after(moving, seconds)
             if word not in moment.sources:
-                if legs:
+                if done:
                     yield _Performance(name, part.profile, start, legs, amounts)
                 legs, done = [], 0.0
                 continue

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from improv_core.diagnostics import applied
 from improv_core.ide.bending import bent, handle_at, lengthened
+from improv_core.program.analysis import analyze
+from improv_core.program.files import robots_near
 from tests.ide.cursor import at_cursor
+
+PUPPETS = robots_near(Path(__file__).parents[2] / "examples")
 
 
 def check(before: str, to: tuple[float, float], after: str, *, freely: bool = False) -> None:
@@ -78,12 +84,24 @@ def test_a_turn_has_its_handle_ahead_of_the_robot() -> None:
 
 
 @pytest.mark.parametrize(
+    "line",
+    ["ada $ right_arm (to high [ri|>ght left])", "ada $ (left || head ri|>ght)", "nod = ri|>ght\nada $ head nod"],
+)
+def test_a_word_for_a_body_part_has_no_handle(line: str) -> None:
+    before = f"ada is puppet\n{line}"
+    offset = before.index("|>")
+    assert handle_at(analyze(before.replace("|>", ""), PUPPETS), offset) is None
+
+
+@pytest.mark.parametrize(
     "program",
     [
         "ada $ re|>st",
         "ada $ u|>p",
         "ada $ rep|>eat 4 forward",
         "f n = forward n*|>1m\nada $ f 2",
+        "ada $ (for|>ward || backward)",
+        "ada $ (forward || le|>ft || right)",
         "side = for|>ward\nada $ left",
         "ada $ for|>ward lft",
         "# for|>ward",

@@ -22,14 +22,17 @@ def put_cursor(page: Page, behind: str) -> None:
     page.evaluate(f"document.getElementById('text').setSelectionRange({place}, {place})")
 
 
-def drag(page: Page, places: list[tuple[float, float]]) -> None:
-    """Drag the mouse along places on the floor, in meters, once the camera stands still."""
+def drag(page: Page, places: list[tuple[float, float]], meanwhile: str | None = None) -> None:
+    """Drag the mouse along places on the floor, in meters, once the camera stands still. The program may change
+    before the mouse is released."""
     wait(page, "window.seen === (window.seen = JSON.stringify(improv.view))")
     first, *others = [at(page, *place) for place in places]
     page.mouse.move(*first)
     page.mouse.down()
     for place in others:
         page.mouse.move(*place)
+    if meanwhile is not None:
+        expect(page.locator("#text")).to_have_value(meanwhile)
     page.mouse.up()
 
 
@@ -49,9 +52,7 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(
     put_cursor(page, "forwa")
     wait(page, "improv.handle?.place[0] === 2")
     keep(page, "gesture-handle.png")
-    drag(page, [(2, 0), (2.4, 0), (2.7, 0.1), (3, 0)])
-    bent = SQUARE.replace("forward", "forward 3m")
-    expect(text).to_have_value(bent)
+    drag(page, [(2, 0), (2.4, 0), (2.7, 0.1), (3, 0)], meanwhile=SQUARE.replace("forward", "forward 3m"))
     text.focus()
     page.keyboard.press("Control+z")
     expect(text).to_have_value(SQUARE)

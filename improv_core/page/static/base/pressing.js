@@ -1,6 +1,8 @@
 // @ts-check
 // Nothing that is being pressed may move: otherwise it isn't there when it is released, and the press is lost.
 
+import { find } from "./elements.js"
+
 let isPressed = false
 /** @type {(() => void)[]} */
 const waiting = []
@@ -18,7 +20,8 @@ function release() {
 
 /** Watches what is pressed. */
 export function watchPresses() {
-  addEventListener("pointerdown", () => (isPressed = true), true)
+  // What is dragged on the floor is no control, and the text follows it.
+  addEventListener("pointerdown", ({ target }) => (isPressed = target !== find("stage")), true)
   addEventListener("pointerup", release, true)
   addEventListener("pointercancel", release, true)
   addEventListener("blur", release)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import signal
 import subprocess
 import time
 from collections.abc import Iterator
@@ -73,6 +74,15 @@ def lines_until(part: str, stream: IO[str] | None) -> list[str]:
         if part in line:
             return said
     raise AssertionError(f"it ended without {part!r}: {said}")
+
+
+def halt(pid: int) -> None:
+    """Halt a process, and wait until all its threads stand: on a busy machine, some run for a while longer."""
+    os.kill(pid, signal.SIGSTOP)
+    halted = False
+    while not halted:
+        with suppress(OSError):  # a thread has ended meanwhile
+            halted = all(stat_of(int(thread.name))[0] == "T" for thread in Path(f"/proc/{pid}/task").iterdir())
 
 
 def wait_until_gone(processes: dict[int, int], limit: float) -> None:

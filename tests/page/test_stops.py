@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import queue
-import signal
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 
@@ -15,6 +13,7 @@ from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import routes
 from improv_core.page.server import PageServer
 from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, Show, leave, link, new_page, wait, watch
+from tests.processes import halt
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
 
@@ -38,7 +37,7 @@ def test_a_stop_arrives_after_all_when_the_stage_was_frozen_and_killed(page: Pag
         pass
     before = show.stops
     expect(page.locator("#state")).to_have_text("playing")
-    os.kill(show.stage, signal.SIGSTOP)
+    halt(show.stage)
     page.get_by_role("button", name="Stop").click()
     expect(page.locator("#notice")).to_have_text(NOTICE)
     keep(page, "page-stop-unconfirmed.png")

@@ -14,7 +14,7 @@ import aiohttp
 import pytest
 
 from tests.open_page import connected, heard, live_behind
-from tests.processes import descendants, wait_until_gone
+from tests.processes import descendants, halt, wait_until_gone
 from tests.ros.conftest import LIMIT, Listen, Listener
 from tests.ros.dance import BEFORE, BEFORE_SPEED, at_speed, still
 
@@ -45,7 +45,7 @@ async def play_and_stop(live: str, robot: Listener, session: int) -> None:
         await heard(page, lambda told: told["type"] == "score" and told["robots"])
         await heard(page, lambda told: told["type"] == "poses" and told["poses"][0][0] > 0.1)
         await asyncio.to_thread(robot.wait, at_speed(BEFORE_SPEED))
-        os.kill(session, signal.SIGSTOP)
+        halt(session)
         home, token = live.split("/live?")
         async with aiohttp.ClientSession() as client:
             stop = client.post(f"{home}/stop?{token}&page=abcdefghijklmnop&number=1", headers={"Origin": home})

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.open_page import live_behind
-from tests.processes import command_of, players
+from tests.processes import command_of, halt, players
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 from tests.ros.dance import AFTER, AFTER_SPEED, Server, dances, still
 
@@ -60,7 +60,7 @@ def test_a_halted_stage_of_real_robots_has_not_obeyed_a_stop_until_it_continues(
 ) -> None:
     patient = {**alone, **with_limits(protocol__limits__HANG_LIMIT=LIMIT)}
     with dancing(patient, turtle, standby=False) as (_, stage, press):  # which would kill it
-        os.kill(stage, signal.SIGSTOP)
+        halt(stage)
         assert press() == (202, "the real robots")
         os.kill(stage, signal.SIGCONT)
         confirmed(press)
@@ -71,10 +71,9 @@ def test_the_stop_of_a_halted_stage_is_confirmed_once_another_one_has_stopped_it
     turtle: Listener, alone: Mapping[str, str]
 ) -> None:
     with dancing(alone, turtle) as (server, stage, press):
-        os.kill(stage, signal.SIGSTOP)
-        assert press() == (202, "the real robots")
+        halt(stage)
+        confirmed(press)  # at once, if the other one is quick
         server.wait_for_line("a new one is stopping the robots")
-        confirmed(press)
         turtle.wait(still)
 
 
@@ -90,7 +89,7 @@ def test_a_stop_while_the_session_is_halted_stops_robots_and_no_save_from_before
     known = 3.0  # seconds after which the session repeats the stop, and people count as knowing of it
     limits = with_limits(safety__halts__KNOWN=known, safety__halts__BEHIND=0.01)
     with dancing({**alone, **limits}, turtle) as (server, _, press):
-        os.kill(server.pid, signal.SIGSTOP)
+        halt(server.pid)
         server.type(AFTER)
         server.client.save(server.uri)
         assert press() == (204, "")

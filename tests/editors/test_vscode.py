@@ -183,6 +183,10 @@ def test_session(vscode: VSCode, tmp_path: Path) -> None:
         _kill_the_editor(vscode.env)
 
 
+def _wait_until_lit(page: Page, name: str) -> None:
+    page.wait_for_function(IS_LIT, arg=name, polling=100)  # in milliseconds: it looks at all boxes of the text
+
+
 def _retype(page: Page, old: str, new: str) -> None:
     _select(page, old)
     page.keyboard.type(new)
@@ -325,7 +329,7 @@ def _a_save_plays(page: Page) -> None:
 
 def _the_words_that_play_are_lit(page: Page) -> None:
     for name in ("forward", "left", "forward"):
-        page.wait_for_function(IS_LIT, arg=name)
+        _wait_until_lit(page, name)
     keep_picture(page, "playing")
     word(page, "beat").click()
     page.keyboard.press("Home")
@@ -333,7 +337,7 @@ def _the_words_that_play_are_lit(page: Page) -> None:
     page.keyboard.press("ArrowUp")
     page.keyboard.type("# A line above moves them.")
     for name in ("forward", "left", "forward"):
-        page.wait_for_function(IS_LIT, arg=name)
+        _wait_until_lit(page, name)
 
 
 def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
@@ -343,14 +347,14 @@ def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
     expect(_status(page)).to_have_text(re.compile(r"line 4: `lft` is not defined.*beat \d+/∞$"))
     keep_picture(page, "wrong-save")
     _robot(robots, "moves")
-    page.wait_for_function(IS_LIT, arg="forward")
+    _wait_until_lit(page, "forward")
     _retype(page, "lft", "left")
     expect(_status(page)).to_have_text(re.compile(r"^ ?beat \d+/∞"))
     page.keyboard.press("Control+S")
 
 
 def _keys_stop_the_robots(page: Page, robots: str) -> None:
-    page.wait_for_function(IS_LIT, arg="left")
+    _wait_until_lit(page, "left")
     _select(page, "left")  # surely: a selection that changes ends the menu
     _open_actions(page)
     expect(page.locator(".action-widget", has_text="Stop all robots")).to_be_visible()
@@ -446,7 +450,7 @@ def _only_a_line_plays(page: Page) -> None:
     page.keyboard.press("End")
     page.keyboard.type("\nbob $ repeat right")
     page.keyboard.press("Control+Shift+Enter")
-    page.wait_for_function(IS_LIT, arg="right")
+    _wait_until_lit(page, "right")
     page.keyboard.press("Shift+F10")
     _choose_in_menu(page, "Play Only This Line or Selection")
     expect(lit).to_have_count(1)
@@ -458,7 +462,7 @@ def _only_a_line_plays(page: Page) -> None:
     keep_picture(page, "context-menu")
     _choose_in_menu(page, "Mute or Unmute Robots of This Line")
     expect(lit).to_have_count(1)
-    page.wait_for_function(IS_LIT, arg="left")
+    _wait_until_lit(page, "left")
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:

@@ -90,7 +90,7 @@ _FAULTS: Mapping[Fault, str] = {
     "jumped": "the poses of a robot jump farther than it can move",
     "stuck": "a robot doesn't move although it should",
     "joints": "a robot's joints don't follow the program for a second",
-    "gone": "nothing listens on a robot's topic anymore",
+    "gone": "nothing listens on a robot's topic anymore, or its output has lost it",
     "late": "commands leave more than 20 ms late",
 }
 _ON: Mapping[str, Key] = {

@@ -128,6 +128,22 @@ def test_messages_in_pieces_are_read_and_the_end_of_a_connection_is_no_silence()
         bus.find("ada", 6)
 
 
+def test_a_connection_that_takes_no_more_is_lost_for_all_who_use_it() -> None:
+    wire = Robots(5)
+    bus = Bus("tcp:x:1", wire)
+
+    def send(data: bytes) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    number = bus.find("ada", 5)
+    wire.send = send  # type: ignore[method-assign]
+    lost = r"the connection to tcp:x:1 is lost \(\[Errno 32\] Broken pipe\)"
+    with pytest.raises(OSError, match=lost):
+        bus.set(number, (0, (0, 0)))
+    with pytest.raises(OSError, match=lost):
+        bus.check()
+
+
 @pytest.mark.parametrize(
     ("address", "node", "why"),
     [

@@ -157,10 +157,14 @@ class Editor:
         self._show(error, types.MessageType.Error)
 
     async def offer(
-        self, message: str, *buttons: str, kind: types.MessageType = types.MessageType.Warning
+        self, message: str, *buttons: str, instead: str, kind: types.MessageType = types.MessageType.Warning
     ) -> str | None:
-        """Show a message with buttons, and return the one that the person presses, if any. An editor without such
-        buttons shows only the message."""
+        """Show a message with buttons, and return the one that the person presses, if any. Many editors would ask with
+        a prompt that takes the keys of somebody who types, so those whose buttons are in the way show a line
+        `instead`."""
+        if not self.keeps_settings:
+            self._show(instead, kind)
+            return None
         self._read = time.monotonic() + READING
         actions = [types.MessageActionItem(button) for button in buttons]
         shown = types.ShowMessageRequestParams(kind, message_without_links(message), actions)

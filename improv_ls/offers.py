@@ -69,9 +69,7 @@ class Offers:
         if self._records.on_save:
             return
         self._records.keep_on_save("offered")
-        if not self._editor.keeps_settings:
-            self._editor.say(HINT, stays=True)
-        elif await self._editor.offer(OFFER, "Continue from Now On", kind=types.MessageType.Info):
+        if await self._editor.offer(OFFER, "Continue from Now On", instead=HINT, kind=types.MessageType.Info):
             self.set_on_save("continue")
 
     async def to_begin(self, message: Misplaced) -> None:
@@ -81,14 +79,16 @@ class Offers:
             return
         count, stops = len(message["robots"]), self._editor.server.stops.count
         what = "1 robot is not in its place" if count == 1 else f"{count} robots are not in their places"
-        if await self._editor.offer(f"{what}, so the dance doesn't begin", "Begin anyway"):
+        line = f"{what}, so the dance doesn't begin"
+        if await self._editor.offer(line, "Begin anyway", instead=f"{line}; improv.anyway begins it"):
             self._ask({"type": "resume", "anyway": True}, stops)
 
     async def to_resume(self, message: TransportMessage, resumes: Resumes) -> None:
         """Offer buttons to continue after a stop that nobody asked for. They do nothing once something plays again."""
         stops = self._editor.server.stops.count
         scene, beat = (f"From {counted(message, at)}" for at in (resumes["scene"], resumes["beat"]))
-        pressed = await self._editor.offer("Robots were stopped: resume from this scene, or this beat?", scene, beat)
+        line = "Robots were stopped: resume from this scene, or this beat?"
+        pressed = await self._editor.offer(line, scene, beat, instead="Robots were stopped: resume by the code actions")
         latest = self._playing.transport
         if pressed and latest and latest.get("resumes") == resumes:
             self._ask({"type": "resume", "beat": resumes["scene" if pressed == scene else "beat"]}, stops)

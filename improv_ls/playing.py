@@ -94,6 +94,12 @@ class Playing:
         return self.transport["state"] if self.transport else "stopped"
 
     @property
+    def resumes(self) -> Mapping[str, float]:
+        """The beats at which people may resume after a stop that nobody asked for: that of the scene, and the last."""
+        found = self.transport.get("resumes") if self.transport else None
+        return {"scene": found["scene"], "beat": found["beat"]} if found else {}
+
+    @property
     def document(self) -> Document | None:
         """The document that plays, as it was when it was sent."""
         sent = self._sent.get(self.generation)

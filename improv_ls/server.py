@@ -93,7 +93,7 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorInline,
             types.CodeActionKind.RefactorRewrite,
             "source.fixAll.improv",
-            *("improv.play", "improv.stop", "improv.mute", "improv.solo", "improv.onSave"),
+            *("improv.play", "improv.stop", "improv.mute", "improv.solo", "improv.resume", "improv.onSave"),
         ]
     ),
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),

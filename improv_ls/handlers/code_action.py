@@ -45,7 +45,17 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
     ]
     if isinstance(document, Document) and (not only or _is_one_of("improv.onSave", only)):
         done += _on_save(ls)
+    if not only or _is_one_of("improv.resume", only):
+        done += _resumes(ls)
     return edits + done
+
+
+def _resumes(ls: Session) -> Iterator[types.CodeAction]:
+    """Yield the actions that continue after a stop that nobody asked for."""
+    for name, beat in ls.performance.playing.resumes.items():
+        title = f"Resume from this {name}"
+        command = types.Command(title, "improv.resume", arguments=[beat])
+        yield types.CodeAction(title=title, kind="improv.resume", command=command)
 
 
 def _on_save(ls: Session) -> Iterator[types.CodeAction]:

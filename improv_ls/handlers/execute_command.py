@@ -108,7 +108,13 @@ def pause(ls: Session, *arguments: Any) -> None:
 
 
 def resume(ls: Session, *arguments: Any) -> None:
-    ls.performance.ask({"type": "resume"}, ls.arrival.stops)
+    """Continue after a pause, or from a beat that is offered after a stop that nobody asked for."""
+    if not arguments:
+        ls.performance.ask({"type": "resume"}, ls.arrival.stops)
+    elif arguments[0] in ls.performance.playing.resumes.values():
+        ls.performance.ask({"type": "resume", "beat": float(arguments[0])}, ls.arrival.stops)
+    else:
+        ls.editor.warn("improv.resume: robots can't resume from there now")
 
 
 def anyway(ls: Session, *arguments: Any) -> None:

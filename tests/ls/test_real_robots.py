@@ -11,7 +11,7 @@ import pytest
 from lsprotocol import types
 
 from improv_core.protocol.messages import Misplaced, ToStage, read_from_stage
-from tests.ls.client import LIMIT, TURNS, Client
+from tests.ls.client import LIMIT, TOLD, TURNS, Client
 from tests.session.story import at
 from tests.stage_on_thread import StageOnThread
 
@@ -19,6 +19,8 @@ URI = "file:///dances/dance.improv"
 PLACE = {"x": 1.0, "y": 0.0, "z": 0.0, "heading": 0.0}
 ONE = "1 robot is not in its place, so the dance doesn't begin"
 TWO = "2 robots are not in their places, so the dance doesn't begin"
+BUTTONS = {**TOLD, "experimental": {"improv": {"settings": True}}}
+"""Capabilities of a client whose buttons are in nobody's way."""
 FAULT = {"robot": "r", "fault": "gone", "worst": {}, "generation": 1, "beat": 0.0, "performed": 0.0, "wall": 0}
 
 
@@ -75,8 +77,8 @@ def stages(monkeypatch: pytest.MonkeyPatch) -> Stages:
 
 @pytest.fixture
 def client(stages: Stages) -> Iterator[Client]:
-    """A client that plays a program."""
-    with Client({"backend": "sim"}) as client:
+    """A client with buttons that plays a program."""
+    with Client({"backend": "sim"}, BUTTONS) as client:
         client.play(URI, "r s $ repeat forward\n")
         yield client
 
@@ -120,7 +122,7 @@ def test_people_are_asked_once_until_robots_no_longer_have_to_be_put_in_place(st
 
 
 def test_a_stop_voids_a_button_that_was_shown_before(stages: Stages) -> None:
-    with Client({"backend": "sim"}, answers=False, configuration={"backend": "sim"}) as client:
+    with Client({"backend": "sim"}, BUTTONS, answers=False, configuration={"backend": "sim"}) as client:
         client.play(URI, "r s $ repeat forward\n")
         client.presses = "Begin anyway"
         stages.say(misplaced("r"))
@@ -141,6 +143,30 @@ def test_buttons_resume_after_a_stop_that_nobody_asked_for(
     assert [each["title"] for each in asked["actions"]] == ["From beat 3/8", "From beat 4/8"]
     assert offers(client) == ["Robots were stopped: resume from this scene, or this beat?"]
     assert stages.asked(client) == ([f"resume {beat}"] if beat is not None else [])
+
+
+def test_an_editor_whose_prompt_would_take_keys_has_code_actions_that_resume(
+    stages: Stages, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Client({"backend": "sim"}) as client:
+        client.play(URI, "r s $ repeat forward\n")
+        client.command("resume", 2.0)
+        client.wait_for_line("improv.resume: robots can't resume from there now")
+        assert resuming(client) == []
+        stages.silence(monkeypatch)
+        stages.say(misplaced("r"))
+        client.wait_for_line(f"{ONE}; improv.anyway begins it")
+        stages.say(at("stopped", 1, resumes={"scene": 2.0, "beat": 3.5}, beats=8.0))
+        client.wait_for_line("Robots were stopped: resume by the code actions")
+        scene, beat = resuming(client)
+        assert (scene["title"], beat["title"]) == ("Resume from this scene", "Resume from this beat")
+        client.request("workspace/executeCommand", scene["command"])
+        assert stages.asked(client) == ["resume 2.0"]
+        assert offers(client) == []
+
+
+def resuming(client: Client) -> list[Any]:
+    return [each for each in client.actions(URI, 0, 0) if each["kind"] == "improv.resume"]
 
 
 def test_a_command_begins_anyway(stages: Stages, client: Client) -> None:

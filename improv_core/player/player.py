@@ -253,7 +253,8 @@ class Player:
             tracks.tell(reports.vitals(run, posed, noticed.batteries, *away))
             for line in tracks.faults.low_batteries(noticed.batteries):
                 tracks.tell({"type": "warning", "message": line})
-        return list(tracks.faults.look_around(run.score, tracks.listeners.gone, noticed, now))
+        gone, back = tracks.listeners.gone, tracks.listeners.returning
+        return list(tracks.faults.look_around(run.score, gone, noticed, now, back))
 
     @property
     def _looks_while_paused(self) -> bool:

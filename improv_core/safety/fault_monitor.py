@@ -129,9 +129,12 @@ class FaultMonitor:
         fallen = {robot: levels[robot] for robot, limit in self._low.items() if limit < before.get(robot, 1.0)}
         return [low_battery(robots, max(fallen.values())) for robots in [sorted(fallen)] if robots]
 
-    def look_around(self, score: Score, gone: Mapping[str, str], noticed: Noticed, now: float) -> Iterator[RobotNews]:
+    def look_around(
+        self, score: Score, gone: Mapping[str, str], noticed: Noticed, now: float, back: Collection[str] = ()
+    ) -> Iterator[RobotNews]:
         """Look at as many robots as the time since the last look requires, and yield what is new. Does nothing if no
-        look is due. `gone` has a line for each robot that has none to listen to it."""
+        look is due. `gone` has a line for each robot that has none to listen to it. Robots that drive `back` to their
+        parts move otherwise than these."""
         for robot, seconds in noticed.late.items():
             self._robots[robot].late = max(self._robots[robot].late, seconds)
         robots = list(score.parts)
@@ -141,7 +144,7 @@ class FaultMonitor:
         news = [
             RobotNews(robot, each)
             for robot in robots[self._place : self._place + math.ceil(due)]
-            for each in self._look(robot, score.parts[robot], score, gone.get(robot, ""), noticed, now)
+            for each in self._look(robot, score.parts[robot], score, gone.get(robot, ""), noticed, now, robot in back)
         ]
         yield from (self._with_swap(each) for each in news)
         self._looked = now
@@ -151,13 +154,17 @@ class FaultMonitor:
             for robot in self._robots.keys() - score.parts.keys():
                 del self._robots[robot]
 
-    def _look(self, robot: str, part: Part, score: Score, gone: str, noticed: Noticed, now: float) -> list[News]:
+    def _look(
+        self, robot: str, part: Part, score: Score, gone: str, noticed: Noticed, now: float, back: bool
+    ) -> list[News]:
         each = self._robots[robot]
         heard, unfollowed = min(noticed.heard, now) if part.odom else None, noticed.unfollowed.get(robot)
         needed = part.profile.seconds_between
         each.rushed = each.rushed or any(needed(before, after) > lasts for before, after, lasts in each.changes)
         lost = gone.removeprefix(f"{robot}: ") if part.device else ""
         known = RobotFacts(now, each.poses, heard, each.moves, bool(gone), each.late, unfollowed, each.rushed, lost)
+        if back:
+            known = replace(known, moves=None)
         if noticed.frozen and part.use_sim_time:  # it stands because the simulation does
             known = replace(known, heard=None, moves=None)
             each.watch = replace(each.watch, anchor=None)

@@ -17,6 +17,7 @@ from improv_core.score.faults import FaultRules
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
+from tests.player.test_player import score
 
 RULES = FaultRules()
 LOOK = 0.1
@@ -166,6 +167,20 @@ def test_only_a_change_that_a_robot_s_accelerations_do_not_allow_rushes_it() -> 
             monitor.tell("r", twist, at)
         assert [*monitor.look_around(score, {}, Noticed(), 5.0)] == []
         assert monitor._robots["r"].rushed is rushed
+
+
+@pytest.mark.parametrize(("back", "faults"), [([], ["stuck"]), (["r"], [])])
+def test_a_robot_that_drives_back_to_its_part_is_not_stuck_because_the_part_moves_on(
+    back: list[str], faults: list[str]
+) -> None:
+    part = replace(score("beat 60\nr $ repeat forward").parts["r"], odom="/r/odom")
+    monitor, dance, news = FaultMonitor(), Score(Fraction(60), {"r": part}), list[str]()
+    monitor.tell("r", Twist(0.05), 0.0)
+    for count in range(1, 12):
+        monitor.take(measured(count * LOOK, Pose(), Pose(SPEED * count * LOOK)))
+        noticed = Noticed(heard=count * LOOK)
+        news += [each.news.fault for each in monitor.look_around(dance, {}, noticed, count * LOOK + 0.01, back)]
+    assert news == faults
 
 
 def test_a_robot_that_nobody_measures_is_neither_silent_nor_stuck() -> None:

@@ -144,7 +144,9 @@ class TerminalSession:
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
-        self.refused = asyncio.Event()  # robots are not in their places, and there is no page
+        self.refused = (
+            asyncio.Event()
+        )  # robots are not in their places or too near, and nobody can have them go on here
         # If nobody can read the messages about the robots, the robots stop; `main` prints the reason.
         self.screen = Screen(quiet, self.interrupted.set, rings=settings.bell)
         self.keyboard = Keyboard(lambda: self.playback, self.screen)
@@ -321,6 +323,8 @@ class TerminalSession:
             self.keyboard.offer(transport, stays=self.stays and not self.interrupted.is_set())
             if self.keyboard.resumes:
                 self.broken.clear()  # another stage can have robots continue
+            if transport.get("too_near") and not self.has_page and not self.keyboard.resumes:
+                self.refused.set()
         if transport["state"] in ("ended", "stopped") and self.results.is_over and not self._is_offered:
             self.finished.set()
 

@@ -55,9 +55,10 @@ def transport(
         message["start"], message["poses"] = poses["start"], poses["poses"]
     if waits:
         message["waits_for"] = waits
-    if run.mode == "paused" and run.too_near:
+    are_near = run.mode == "paused" and run.too_near
+    if are_near:
         message["too_near"] = run.too_near
-    if run.mode == "stopped" and run.unasked:
+    if are_near or (run.mode == "stopped" and run.unasked):
         scene = run.score.scene_begins[run.scene - run.score.scene :][:1]
         message["resumes"] = {"scene": float(scene[0] if scene else run.score.since), "beat": message["beat"]}
     if run.startable_by != AUTOMATIONS:

@@ -125,6 +125,15 @@ def test_a_terminal_that_stays_waits_for_the_stage_that_replaces_a_dead_one(stay
     assert asyncio.run(run()) == (not stays, lost, lost)
 
 
+@pytest.mark.parametrize("stays", [True, False])
+def test_robots_too_near_wait_for_a_key_or_end_the_session_if_nobody_can_resume(stays: bool) -> None:
+    session = TerminalSession(Options("ros"), quiet=True)
+    session.stays = stays
+    session.keyboard.show(hears=True)
+    session._hear(at("paused", 1, 3.5, too_near=["a", "b"], resumes={"scene": 2.0, "beat": 3.5}), True)
+    assert (bool(session.keyboard.resumes), session.refused.is_set()) == (stays, not stays)
+
+
 def test_after_an_interrupt_only_robots_that_may_still_move_are_named(
     session: TerminalSession, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -200,12 +200,13 @@ def test_robots_too_near_to_each_other_pause_at_once_until_a_person_resumes() ->
     assert paused(stage)
     assert stage.lines[-1] == "paused: a and b are 0.20 m apart, and `keep_apart` is 0.3 m: make room, then resume"
     assert stage.transports[-1].get("too_near") == ("a", "b")
+    assert stage.transports[-1].get("resumes") == {"scene": 0.0, "beat": stage.transports[-1]["beat"]}
     see(stage, 2)
     stage.run(5)
     assert paused(stage)
-    stage.ask("resume", anyway=True)
+    stage.ask("resume", beat=stage.transports[-1]["beat"], anyway=True)
     assert stage.states[-1] == "playing"
-    assert "too_near" not in stage.transports[-1]
+    assert not {"too_near", "resumes"} & stage.transports[-1].keys()
 
 
 @pytest.mark.parametrize(

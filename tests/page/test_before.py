@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.page.server import PageServer
@@ -18,34 +17,27 @@ ADA = {"ada": Standing(Pose(), Pose(2.0))}
 ADVICE = "move ada 2.00 m toward 180°"
 
 
-@pytest.fixture
-def waiting(still: Callable[..., Page], viewer: PageServer) -> Page:
-    """The page of a dance that doesn't begin, since ada stands two meters off."""
+def test_the_page_lists_misplaced_robots_and_their_places_and_each_button_asks_for_what_it_says(
+    still: Callable[..., Page], viewer: PageServer, commands: Commands
+) -> None:
     page = still("ada bo $ forward\n", "[robots.ada]\nstart = { x = 0 }\n[robots.bo]\nstart = { y = 2 }\n")
     viewer.publish(message(ADA, 1))
-    return page
-
-
-def test_the_page_lists_misplaced_robots_and_their_places(waiting: Page, viewer: PageServer) -> None:
-    panel = waiting.get_by_role("region", name="Robots that are not in their places")
+    panel = page.get_by_role("region", name="Robots that are not in their places")
     lines = panel.get_by_role("listitem")
     expect(panel.get_by_role("heading")).to_have_text("Not in place")
     expect(lines).to_have_text([ADVICE])
-    expect(waiting.locator("#news")).to_have_text(f"Not in place: {ADVICE}")
-    waiting.reload()  # a page that is opened later shows it, too
+    expect(page.locator("#news")).to_have_text(f"Not in place: {ADVICE}")
+    page.reload()  # a page that is opened later shows it, too
     expect(lines).to_have_text([ADVICE])
+    for button, wanted in (("Play", {}), ("Begin anyway", {"anyway": True})):
+        panel.get_by_role("button", name=button).click()
+        assert asked(commands) == {"type": "resume", **wanted}
     viewer.publish(message({"bo": Standing(Pose(0.0, 2.0), None)}, 1))
     expect(lines).to_have_text(["nobody knows where bo stands: its poses have to arrive"])  # a place, but no arrow
     viewer.publish(message({f"r{number}": Standing(Pose(), Pose(1.0)) for number in range(30)}, 1))
     expect(lines).to_have_text([*(f"move r{number} 1.00 m toward 180°" for number in range(4)), "… and 26 more"])
     viewer.publish(message(None, 1))  # nothing waits for robots
     expect(panel).to_be_hidden()
-
-
-def test_each_button_asks_for_what_it_says(waiting: Page, commands: Commands) -> None:
-    for button, wanted in (("Play", {}), ("Begin anyway", {"anyway": True})):
-        waiting.locator("#misplaced").get_by_role("button", name=button).click()
-        assert asked(commands) == {"type": "resume", **wanted}
 
 
 def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
@@ -58,7 +50,7 @@ def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
     expect(hint).to_contain_text("It is in /dances")
     expect(page.locator("#timeline")).to_be_hidden()
     expect(page.locator("#score")).to_be_hidden()
-    keep(page, "page-waiting.png")
+    keep(page, "page-page.png")
 
     viewer.show(score_of(analyze("ada $ rest\n")), 1)
     viewer.publish(transport(1, "playing", 1.0))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import Commands, Keep, asked, at, box, wait
+from improv_core.page.server import PageServer
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from tests.page.conftest import Commands, Keep, asked, at, box, transport, wait
 from tests.page.looks import PIXEL
 
 WALL, GROUND, MARK = "107,114,128", "251,250,247", "201,42,42"
@@ -38,18 +41,14 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
             assert 0 < place["y"] < stage["height"]
 
 
-@pytest.mark.parametrize(
-    ("program", "robots", "said"),
-    [
-        ("ada $ forward", "", "ideal motion"),
-        ("ada $ forward", MOTORS, "with motors"),
-        ("ada bo $ forward", f"{MOTORS}bo = {{}}\n", "some with motors"),
-    ],
-)
-def test_the_page_says_how_ideal_its_motion_is(
-    still: Callable[..., Page], program: str, robots: str, said: str
-) -> None:
-    expect(still(program, robots).locator("#dynamics")).to_have_text(said)
+def test_the_page_says_how_ideal_its_motion_is(still: Callable[..., Page], viewer: PageServer) -> None:
+    motion = still("ada $ forward").locator("#dynamics")
+    expect(motion).to_have_text("ideal motion")
+    both, one = f"{MOTORS}bo.profile = 'real'\n", f"{MOTORS}bo = {{}}\n"
+    for generation, robots, said in ((2, both, "with motors"), (3, one, "some with motors")):
+        viewer.show(score_of(analyze("ada bo $ forward", read_robots(robots))), generation)
+        viewer.publish(transport(generation, "paused"))
+        expect(motion).to_have_text(said)
 
 
 def test_a_click_on_a_mark_seeks_there(still: Callable[..., Page], commands: Commands, keep: Keep) -> None:

@@ -62,17 +62,11 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     viewer.publish(transport(1, "stopped", beat=2.5))
     expect(page.locator("#state")).to_have_text("stopped")
     assert commands.empty()
-    assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
-
-
-def test_a_dance_whose_performance_ends_is_shown_as_stopped(page: Page, viewer: PageServer) -> None:
-    """A page without the simulator hears no more of real robots then."""
-    page.goto(link(viewer))
-    wait(page, "window.improv?.connected")
     viewer.publish(transport(1, "playing"))
     expect(page.locator("#state")).to_have_text("playing")
-    viewer.publish({"type": "stopped"})
+    viewer.publish({"type": "stopped"})  # the performance is over: a page without the simulator hears no more of robots
     expect(page.locator("#state")).to_have_text("stopped")
+    assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
 
 
 @pytest.mark.slow("opens pages in two windows")

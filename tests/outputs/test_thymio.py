@@ -27,7 +27,7 @@ from improv_core.outputs.devices.device import DeviceRobot
 from improv_core.outputs.devices.sink import DeviceSink
 from improv_core.outputs.thymio import bus as bus_module
 from improv_core.outputs.thymio.bus import DESCRIBE, DESCRIPTION, LIST_NODES, PRESENT, Bus, wire_to
-from improv_core.outputs.thymio.program import FED, NEEDED, RobotMemory, program
+from improv_core.outputs.thymio.program import NEEDED, RobotMemory, program
 from improv_core.outputs.thymio.thymio import MOST, UNITS, WHEELS, Thymio, targets
 from improv_core.program.files import robots_in
 from improv_core.safety.allowed import approve
@@ -36,9 +36,8 @@ from improv_core.score.profiles import THYMIO2
 from improv_core.score.score import DeviceAddress, Part, Score
 from tests.outputs.playground import LIMIT, Watch, playground
 from tests.outputs.test_devices import until
-from tests.processes import lines_until
 
-ROBOTS = {"ada": (100, 100), "bob": (255, 150), "carla": (100, 200)}
+ROBOTS = {"ada": (100, 100), "bob": (255, 150)}
 """Their places in centimeters: `bob` drives toward a wall."""
 
 
@@ -277,36 +276,3 @@ def test_a_thymio_at_a_serial_port_drives_until_that_is_unplugged(address: str) 
     until(is_lost)
     assert lines.get().startswith(f"the connection to serial:{port} is lost (")
     thymio.close()
-
-
-DRIVES = """
-import sys
-from improv_core.outputs.devices.device import DeviceRobot
-from improv_core.outputs.thymio.thymio import Thymio
-from improv_core.score.motion import Twist
-from tests.outputs.test_thymio import Memory
-memory = Memory()
-thymio = Thymio(DeviceRobot("carla", sys.argv[1], 3, (1, 0, 0)), memory)
-thymio.connect()
-while True:
-    thymio.drive(Twist(0.05, yaw=1.0))
-    if memory.posed.get().heading > 0.2:
-        print("moves", flush=True)
-"""
-
-
-@pytest.mark.slow("starts the simulator")
-def test_a_thymio_whose_host_is_killed_stops_by_itself(address: str) -> None:
-    watch = Watch(address, 3)
-    host = subprocess.Popen([sys.executable, "-c", DRIVES, address], stdout=subprocess.PIPE, text=True)
-    lines_until("moves", host.stdout)
-    watch.until(moves=True)
-    host.kill()
-    host.communicate()
-    looks = 0
-    while not watch.heard.empty():
-        watch.heard.get()
-    while any(watch.heard.get(timeout=LIMIT)[2:4]):
-        looks += 1
-    watch.close()
-    assert looks <= FED + 1

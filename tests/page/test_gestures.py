@@ -71,6 +71,23 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(
     expect(page.locator("#news")).to_have_text("forward 2.2m")
     page.keyboard.press("Control+z")
 
+    put_cursor(page, "left)\n")
+    page.keyboard.type("bo $ (left 90deg)")
+    written = f"{SQUARE}bo $ (left 90deg)"
+    wait(page, "improv.handle.text === ''")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowLeft")
+    wait(page, "improv.handle.text === 'left 90deg'")
+    for key, angle in (("Up", 105), ("Up", 120), ("Down", 105), ("Down", 90), ("Up", 105)):
+        page.keyboard.press(f"Alt+Arrow{key}")
+        expect(text).to_have_value(written.replace("90", str(angle)))
+        wait(page, f"improv.handle.text === 'left {angle}deg'")
+    page.keyboard.press("Control+z")
+    expect(text).to_have_value(written)
+    page.keyboard.press("Control+z")  # what was typed before
+    expect(text).to_have_value(written[:-1])
+    text.fill(SQUARE)
+
     put_cursor(page, "left)")
     page.locator("#draw").click()
     page.locator("#gesture-parts").select_option("0")

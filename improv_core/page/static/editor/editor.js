@@ -89,7 +89,8 @@ export class Editor {
     })
     this.pendingChanges = new PendingChanges({
       known: () => this.#known,
-      edit: (edits, again) => this.#edit(edits, again),
+      cursor: () => this.#codePoints.toPoints(control.selectionEnd),
+      edit: (edits, bends, again) => this.#edit(edits, bends, again),
       say: (problem) => {
         showProblem(problem)
         if (problem) this.#analyze() // the rings move back
@@ -190,6 +191,7 @@ export class Editor {
    * @param {string} text
    * @param {Edit} [only] the edit that makes it, if it is only one: the cursor is behind it then
    * @param {boolean} [again] whether this takes the place of the latest edit, so that both are undone at once
+   * @returns {boolean} whether there is an edit to undo: not if the place of the latest one is taken by the text before it
    */
   #replace(text, only, again = false) {
     const score = find("score")
@@ -208,18 +210,22 @@ export class Editor {
     this.offer.end() // nobody has typed
     this.#refresh()
     this.#reveal()
+    return before !== text
   }
 
   /**
    * Makes edits that count in code points, as if they had been typed. The focus stays where it is.
    * @param {Edit[]} edits
-   * @param {boolean} again as in `#replace`
+   * @param {boolean} [bends] whether the cursor is to be at the beginning of the word that is bent, so that it stays there
+   * @param {boolean} [again] as in `#replace`
    */
-  #edit(edits, again) {
+  #edit(edits, bends, again) {
     const focus = document.activeElement
     const units = edits.map((edit) => this.#codePoints.inUnits(edit))
-    this.#replace(applyEdits(this.#text, units), units.length === 1 ? units[0] : undefined, again)
+    const isUndone = this.#replace(applyEdits(this.#text, units), units.length === 1 ? units[0] : undefined, again)
+    if (bends) this.#control.setSelectionRange(units[0].start, units[0].start)
     if (focus instanceof HTMLElement) focus.focus()
+    return isUndone
   }
 
   /**

@@ -9,7 +9,9 @@ import { send } from "../net/send.js"
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it
- * @property {(edits: Edit[], again: boolean) => void} edit makes edits, which count in code points; `again` if they go on with the latest one
+ * @property {() => number} cursor its place, in code points
+ * @property {(edits: Edit[], bends: boolean, again: boolean) => boolean} edit makes edits, which count in code points; `again` if they go on
+ *   with the latest one. Returns whether they can be undone
  * @property {(problem: string) => void} say why nothing was written, if there is a reason
  * @property {() => void} save saves the text
  */
@@ -45,7 +47,10 @@ export class PendingChanges {
     const number = this.#text.known()
     if (!this.open || number === null || number === this.#asked) return
     this.#asked = number
-    send({ type: "change", number, change: this.#waiting[0] })
+    const [change] = this.#waiting
+    // The word at the cursor may have moved on since a hand or a key has bent it.
+    const isBent = change.type === "bend" || change.type === "lengthen"
+    send({ type: "change", number, change: isBent ? { ...change, offset: this.#text.cursor() } : change })
   }
 
   /** @param {Messages["change"]} message */
@@ -55,8 +60,10 @@ export class PendingChanges {
     this.#asked = -1
     this.#text.say(problem)
     const bends = change?.type === "bend" || change?.type === "lengthen"
-    if (edits.length) this.#text.edit(edits, bends && this.#bent === number)
-    if (bends && edits.length) this.#bent = number + 1
+    if (edits.length) {
+      const isUndone = this.#text.edit(edits, bends, bends && this.#bent === number)
+      this.#bent = bends && isUndone ? number + 1 : -1
+    }
     this.ask()
     if (this.open || !this.#saves) return
     this.#saves = false

@@ -69,14 +69,13 @@ export class Handle {
    */
   grab(point, camera, freely) {
     const place = this.#place(camera)
-    if (!this.shown || !place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
+    const { offset } = this.#cursor()
+    if (this.shown?.offset !== offset || !place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
     this.#held = true
     return (to) => {
       const { x, y } = camera.toWorld(to)
-      const cursor = this.shown?.offset
-      if (cursor === undefined) return
       this.#changed = true
-      this.#change({ type: "bend", offset: cursor, place: [x, y], freely: freely() })
+      this.#change({ type: "bend", offset, place: [x, y], freely: freely() })
     }
   }
 

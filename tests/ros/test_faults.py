@@ -134,15 +134,17 @@ def test_an_unreachable_robot_stops_the_others(server: Server, turtles: list[Lis
     assert server.complaints() == []
 
 
-def test_without_a_standby_a_new_stage_stops_the_robots_and_a_button_has_them_resume(
+def test_without_a_standby_a_new_stage_stops_the_robots_and_a_command_has_them_resume(
     env: Mapping[str, str], turtles: list[Listener]
 ) -> None:
     turtle = turtles[0]
     with Server(env, standby=False) as server:
         dances(server, turtle)
         (stage,) = players(server.pid)
-        server.client.presses = "From beat 1/∞"
         os.kill(stage, signal.SIGKILL)
         server.wait_for_line(ENDED)
         turtle.wait(still)
+        server.wait_for_line("Robots were stopped: resume by the code actions")
+        turtle.hear_all()
+        server.client.request("workspace/executeCommand", {"command": "improv.resume", "arguments": [0.0]})
         turtle.wait(at_speed(BEFORE_SPEED))

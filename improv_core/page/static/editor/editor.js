@@ -34,7 +34,7 @@ export class Editor {
   #control = findA("text", HTMLTextAreaElement)
   #highlight = new Highlight(find("highlight"), find("paper"))
   offer = new Offer(this.#control, {
-    known: () => this.#known,
+    sent: () => (this.#sent === this.#number ? this.#number : null),
     codePoints: () => this.#codePoints,
     place: (offset) => this.#highlight.place(offset),
     replace: (text) => this.#replace(text),
@@ -44,7 +44,8 @@ export class Editor {
   #codePoints = new CodePoints("")
   #number = 0 // of the text
   #asking = false // about colors and diagnostics
-  #analyzed = -1 // the number of the text that the server has
+  #sent = -1 // the number of the text that the server was sent,
+  #analyzed = -1 // and of the one about which it has answered
   #replacing = false // a text by another, in one step or more
   #edited = -Infinity // when, in milliseconds
   #calm = 0 // the timer that shows diagnostics
@@ -128,7 +129,7 @@ export class Editor {
 
   /** The connection has changed. */
   reconnect() {
-    this.#analyzed = -1
+    this.#sent = this.#analyzed = -1
     this.#asking = false
     this.pendingChanges.forget()
     if (this.open) this.#analyze()
@@ -264,6 +265,7 @@ export class Editor {
   #analyze() {
     if (this.#asking || !notices.isOpen) return
     this.#asking = true
+    this.#sent = this.#number
     send({ type: "analyze", number: this.#number, text: this.#text })
     this.preview.edit(this.#text)
     this.#preview()
@@ -283,10 +285,10 @@ export class Editor {
     this.#asking = false
     if (message.number !== this.#number) {
       this.#analyze()
+      this.offer.ask()
       return
     }
     this.#analyzed = this.#number
-    this.offer.ask()
     this.pendingChanges.ask()
     this.handle.look()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)

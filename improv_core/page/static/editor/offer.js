@@ -9,7 +9,7 @@ import { Completions } from "./completions.js"
 /** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Text
- * @property {() => number | null} known the number of the text, once the server has it
+ * @property {() => number | null} sent the number of the text, once it was sent to the server
  * @property {() => CodePoints} codePoints
  * @property {(offset: number) => { left: number, top: number, bottom: number }} place of a letter on the page
  * @property {(text: string) => void} replace puts another text in, as if it had been typed
@@ -54,9 +54,9 @@ export class Offer {
     this.ask()
   }
 
-  /** Asks for the words, once the server has the text. */
+  /** Asks for the words, once the server was sent the text. */
   ask() {
-    const number = this.#text.known()
+    const number = this.#text.sent()
     if (!this.#offering || number === null) return
     send({ type: "complete", number, offset: this.#text.codePoints().toPoints(this.#control.selectionEnd) })
   }
@@ -64,7 +64,7 @@ export class Offer {
   /** @param {Messages["complete"]} message */
   take(message) {
     const { number, words } = message
-    if (number !== this.#text.known()) return
+    if (number !== this.#text.sent()) return
     const { start: from, end: to } = this.#text.codePoints().inUnits(message)
     const offering = this.#offering
     if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return

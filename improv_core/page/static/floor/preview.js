@@ -3,7 +3,7 @@
 
 import { colors, mix, robotColor } from "../base/colors.js"
 import { find } from "../base/elements.js"
-import { redraw, wake } from "../base/frames.js"
+import { redraw } from "../base/frames.js"
 import { pointsAlong, trace, velocityBetween } from "../base/path.js"
 import { setting } from "../base/setting.js"
 import { program } from "../score/program.js"
@@ -35,8 +35,9 @@ export class Preview {
   #room = [] // corners around all of them
   #problem = ""
   version = 0 // changes with the paths
+  #painted = 0 // the latest version that was painted
   #texts = 0 // whose paths were taken
-  painted = 0 // so many of these texts have their paths on the stage
+  #seen = 0 // of these, until all were painted
 
   /** @param {() => void} ask has the server asked for the paths */
   constructor(ask) {
@@ -48,6 +49,12 @@ export class Preview {
 
   get isOn() {
     return this.#isOn()
+  }
+
+  /** The number of texts whose paths have been on the stage. */
+  get painted() {
+    if (this.#painted === this.version) this.#seen = this.#texts
+    return this.#seen
   }
 
   /** True if the paths are drawn: those of a text that plays, or was played last, are on the stage already. */
@@ -94,7 +101,7 @@ export class Preview {
     const wasShown = this.isShown
     this.#text = text
     this.#problem = problem
-    const wasPainted = this.painted === this.#texts++
+    this.#texts++
     const before = waits_for.flatMap((name) => /** @type {[string, PreviewedPath][]} */ (this.#paths.has(name) ? [[name, this.#paths.get(name)]] : []))
     const now = Object.entries(robots).map(([name, sent]) => {
       const known = this.#paths.get(name)
@@ -102,10 +109,7 @@ export class Preview {
     })
     const paths = new Map([...before, ...now])
     // A key in a comment or in a word that nobody plays draws nothing.
-    if (wasPainted && wasShown === this.isShown && isSameMap(paths, this.#paths)) {
-      this.painted = this.#texts
-      return wake()
-    }
+    if (wasShown === this.isShown && isSameMap(paths, this.#paths)) return this.showButton()
     this.#paths = paths
     const points = [...this.#paths.values()].map(({ start, strokes, certain }) => [
       start,
@@ -119,7 +123,7 @@ export class Preview {
   /** The text is another one now. @param {string} text */
   edit(text) {
     this.#now = text
-    wake() // its button may change
+    this.showButton()
   }
 
   /** Shows the button, and on it what is missing, unless the text plays or was played last. */
@@ -137,6 +141,7 @@ export class Preview {
    */
   *paint(pen, scale) {
     if (!this.isShown) return
+    const { version } = this
     const names = [...new Set([...robotList.all.map(({ name }) => name), ...this.#paths.keys()])]
     for (const [name, { start, strokes, certain }] of this.#paths) {
       pen.strokeStyle = mix(colors().ground, robotColor(names.indexOf(name)), STRENGTH)
@@ -150,7 +155,7 @@ export class Preview {
       pen.setLineDash([])
       yield
     }
-    this.painted = this.#texts
+    this.#painted = version
   }
 }
 

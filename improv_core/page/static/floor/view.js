@@ -96,7 +96,8 @@ export class View {
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { floor, trails } = this.#parts
+    const { trails, preview } = this.#parts
+    if (preview.room.length) this.#appear()
     const { current, anchor } = program
     const known = [colors().ground, current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
     if (known === this.#known) return
@@ -106,8 +107,13 @@ export class View {
     const points = [...current.points(until)]
     const { world } = current.score
     this.#room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
-    if (!this.#fitted && points.length) floor.camera.view = null // the first view appears without easing
-    this.#fitted ||= points.length > 0
+    if (points.length) this.#appear()
+  }
+
+  /** The first view of paths appears without easing. */
+  #appear() {
+    if (!this.#fitted) this.#parts.floor.camera.view = null
+    this.#fitted = true
   }
 
   /**

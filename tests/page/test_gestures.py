@@ -14,6 +14,14 @@ from tests.page.editing import Edit
 
 SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
 
+AT_REST = """(
+  window.before = window.seen,
+  window.seen = JSON.stringify(improv.view),
+  window.same = window.seen === window.before ? window.same + 1 : 0,
+  window.same > 30
+)"""
+"""True once the camera has not moved for 30 frames: while somebody writes, it moves only in some of them."""
+
 
 def put_cursor(page: Page, behind: str) -> None:
     """Put the cursor into the text, behind a word."""
@@ -25,7 +33,7 @@ def put_cursor(page: Page, behind: str) -> None:
 def drag(page: Page, places: list[tuple[float, float]], meanwhile: str | None = None) -> None:
     """Drag the mouse along places on the floor, in meters, once the camera stands still. The program may change
     before the mouse is released."""
-    wait(page, "window.seen === (window.seen = JSON.stringify(improv.view))")
+    wait(page, AT_REST)
     first, *others = [at(page, *place) for place in places]
     page.mouse.move(*first)
     page.mouse.down()

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit
+from improv_core.ide.bending import Word
+from improv_core.ide.cursor import cursor
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.text import Span
@@ -23,14 +25,16 @@ class Gap(NamedTuple):
 
 
 def gap_at(analysis: Analysis, offset: int) -> Gap | None:
-    """Return the place behind the word that the cursor touches; None if it is in no movement."""
+    """Return the place behind the word that the cursor touches, and its measure; None if it is in no movement."""
     text = analysis.text
     placed = analysis.statement_at(len(text[:offset].rstrip(" \t")))
     sign = placed.statement.sign if placed else None
     if not placed or not sign or placed.statement.kind not in ("DOLLAR", "EQUAL") or offset - placed.start < sign.end:
         return None
+    found = cursor(analysis, offset)
+    word = next((each for each in found.around if isinstance(each, Word)), None) if found else None
     touched = [each for each in placed.statement.tokens if each.start < offset - placed.start <= each.end]
-    at = placed.start + touched[-1].end if touched else offset
+    at = placed.start + word.span.end if word else placed.start + touched[-1].end if touched else offset
     before, after = text[at - 1 : at], text[at : at + 1]
     return Gap(at, "" if before in " ([" else " ", "" if not after or after in " \r\n)]" else " ")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:  # diagnostics must not wait for these
     from improv_core.ide.hover import Hover
     from improv_core.ide.signature_help import Signature
 
+_NUMBER = re.compile(r"[\d.]+$")
 _SEVERITIES = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
     Severity.WARNING: types.DiagnosticSeverity.Warning,
@@ -84,16 +86,19 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
 def completion(document: AnyDocument, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
     """Convert the completions in our order; as snippets for clients that support them."""
     replaced = to_range(document.lines, found.span, encoding)
+    start, end = found.span.start, found.span.end
+    typed = _NUMBER.search(document.lines.text, max(start - 20, 0), start) if start == end else None
+    begun = typed[0] if typed else ""  # Helix and Emacs compare labels with all that is directly before the cursor
     items = []
     for number, item in enumerate(found.items):
         snippet = snippets and item.snippet
         items.append(
             types.CompletionItem(
-                label=item.label,
+                label=begun + item.label,
                 kind=_KINDS[item.kind],
                 detail=item.detail,
                 sort_text=f"{number:04}",
-                filter_text=item.label,
+                filter_text=begun + item.label,
                 text_edit=types.TextEdit(replaced, item.snippet if snippet else item.label),
                 insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
                 data=[document.uri, found.statement, item.kind],

@@ -121,8 +121,8 @@ Font lock ignores an end at point, so that is one more if there are none."
   (let ((table (make-syntax-table)))
     (modify-syntax-entry ?# "<" table)
     (modify-syntax-entry ?\n ">" table)
-    (modify-syntax-entry ?_ "_" table)
-    (mapc (lambda (sign) (modify-syntax-entry sign "." table)) "$=|/.+-*&<>%\"\\'`{}")
+    (mapc (lambda (sign) (modify-syntax-entry sign "_" table)) "_.") ; a number, such as 1.5, is one symbol for Eglot
+    (mapc (lambda (sign) (modify-syntax-entry sign "." table)) "$=|/+-*&<>%\"\\'`{}")
     table)
   "Brackets are ( ) and [ ], comments begin with #, and there are no strings.")
 
@@ -188,7 +188,8 @@ Font lock ignores an end at point, so that is one more if there are none."
 
 ;;;###autoload
 (define-derived-mode improv-robots-mode conf-toml-mode "Improv Robots"
-  "Major mode for improv.toml: the server starts for no other TOML file.")
+  "Major mode for improv.toml: the server starts for no other TOML file."
+  (modify-syntax-entry ?. "." improv-robots-mode-syntax-table)) ; Eglot completes only the word behind the point
 
 ;;;###autoload
 (add-to-list 'auto-mode-alist '("/improv\\.toml\\'" . improv-robots-mode))

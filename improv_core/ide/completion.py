@@ -37,6 +37,7 @@ MOST_NAMES = 300
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
 _KINDS = ("movement", "number")
 
+_DECIMAL_BEGUN = re.compile(r"\d\.$")
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 
@@ -57,7 +58,7 @@ class Completion:
 def complete(analysis: Analysis, offset: int) -> Completion | None:
     """Return the words that may come at the cursor; None in comments and in numbers."""
     found = before(analysis, offset)
-    if not found:
+    if not found or _DECIMAL_BEGUN.search(analysis.text, max(offset - 2, 0), offset):
         return None
     if found.in_number:
         units = list(units_offered(found))

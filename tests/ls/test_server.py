@@ -60,6 +60,15 @@ def test_hover_and_completion(client: Client) -> None:
     assert "YZ" not in labels
 
 
+def test_units_pass_the_filters_of_editors_that_count_the_number_as_begun(client: Client) -> None:
+    client.open(URI, "r $ forward 1.5 left 90d\n")
+    offered = client.request("textDocument/completion", place(URI, 0, 15))["items"]
+    assert (offered[0]["label"], offered[0]["filterText"]) == ("1.5m", "1.5m")
+    assert offered[0]["textEdit"] == {"range": span(0, 15, 15), "newText": "m"}
+    offered = client.request("textDocument/completion", place(URI, 0, 24))["items"]
+    assert (offered[0]["filterText"], offered[0]["textEdit"]["range"]) == ("deg", span(0, 23, 24))
+
+
 def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
     said = client.play(URI, "beat 6\nr1 $ forward left\nr2 $ left\n")
     assert said == "▶ r1 2 beats · r2 1 beat, 20.0 s at beat 6, simulator"

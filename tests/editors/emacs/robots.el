@@ -15,6 +15,12 @@
   (check (eq server (eglot-current-server))))
 (await "diagnostic"
   (pcase (problems) (`((,_ . ,text)) (string-search "did you mean `turtlebot3_burger`?" text))))
+;; Eglot completes symbols.
+(with-temp-buffer
+  (insert "[robots.turt")
+  (with-syntax-table improv-robots-mode-syntax-table (check (equal (thing-at-point 'symbol t) "turt")))
+  (insert " 1.5")
+  (with-syntax-table improv-mode-syntax-table (check (equal (thing-at-point 'symbol t) "1.5"))))
 (find-file (expand-file-name "other.toml" default-directory))
 (check (not (derived-mode-p 'improv-robots-mode)))
 

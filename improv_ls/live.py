@@ -158,7 +158,7 @@ class Live:
             "counted": self._counted,
             "muted": message["muted"],
             "soloed": message["soloed"],
-            "silenced": silenced(message),
+            "silenced": silenced(message["muted"], message["soloed"]),
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,
             "page": state.page,

@@ -17,6 +17,7 @@ from improv_core.protocol.commands import Editing, Stop
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.messages import TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
+from improv_core.protocol.transport import is_muted, silenced
 from improv_core.robots.config import FILE_NAME
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest
@@ -171,7 +172,9 @@ class Performance:
         refusals = self._editor.refusals
         line = await self._settling.run(prepared.line)  # not before, since robots would wait for it
         if refusals == self._editor.refusals:  # otherwise, this line would hide that it, or a later one, is refused
-            self._editor.say(f"▶ {line}, {playback.state.status}")
+            stands = any(is_muted(robot, *self.silenced) for robot in prepared.score.parts)
+            why = f"; {silenced(*self.silenced)}" if stands else ""
+            self._editor.say(f"▶ {line}, {playback.state.status}{why}")
         if only.note:
             self._editor.say(only.note)
         if self._editor.settings.page_open and playback.state.page and not self._page_shown:

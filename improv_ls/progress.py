@@ -38,7 +38,7 @@ class Progress:
             async for beat in each_beat(transport):
                 if not self._editor.is_read:  # Helix shows the beat in the line of the message
                     continue
-                beat = ", ".join(filter(None, (beat, silenced(transport))))
+                beat = ", ".join(filter(None, (beat, silenced(transport["muted"], transport["soloed"]))))
                 if begun:
                     self._report(token, types.WorkDoneProgressReport(message=beat))
                 elif await self._creates(token):

@@ -38,11 +38,11 @@ def counted(transport: TransportMessage, beat: float) -> str:
     return f"beat {passed + 1}/{'∞' if beats is None else whole}"
 
 
-def silenced(transport: TransportMessage) -> str:
+def silenced(muted: Collection[str], soloed: Collection[str]) -> str:
     """Return which robots must not move, for people: `ada muted`, `only ada and bo may move`; empty if all may."""
-    if transport["soloed"]:
-        return f"only {' and '.join(transport['soloed'])} may move"
-    return f"{', '.join(transport['muted'])} muted" if transport["muted"] else ""
+    if soloed:
+        return f"only {' and '.join(sorted(soloed))} may move"
+    return f"{', '.join(sorted(muted))} muted" if muted else ""
 
 
 def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:

@@ -72,6 +72,19 @@ def test_a_name_or_lines_are_enough_if_one_program_is_open() -> None:
             assert client.wait_for_line("▶").startswith(expected)
 
 
+def test_the_line_of_what_plays_names_robots_that_stand_because_they_are_silenced() -> None:
+    with Client(QUIET) as client:
+        client.play(URI, RIGHT.replace("anna $ left", "# anna"))
+        client.command("mute", "anna")
+        client.command("only", URI, 4)
+        assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
+        client.command("only", URI, 3)
+        assert client.wait_for_line("▶") == "▶ line 3: anna ∞, endless at beat 240, simulator; anna muted"
+        client.command("solo", "bert")
+        client.command("only", URI, 3)
+        assert client.wait_for_line("▶").endswith("simulator; only bert may move")
+
+
 def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_path: Path) -> None:
     program = tmp_path / "dance.improv"
     program.write_text(RIGHT, encoding="utf-8")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+import signal
+import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ import click
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.program.files import ReadError, robots_near
+from improv_core.score.profiles import Profile
 from improv_core.storage.atomic_write import why
 from improv_core.storage.compare_and_swap import swap
 from improv_core.syntax.vocabulary import WORDS
@@ -23,6 +26,8 @@ from improv_core.transcription.transcribe import Tolerance, Transcription, trans
 
 _LENGTH = re.compile(r"([0-9]*\.?[0-9]+)(m|cm|mm)")
 _METERS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_SLOW = 1.0
+"""Seconds after which a line says that the search goes on."""
 
 
 class _Length(click.ParamType):  # type: ignore[type-arg]
@@ -63,7 +68,8 @@ def command(
     """Write the program for paths that were recorded or drawn.
 
     FILES are tables (.csv with columns for time, x, y, and perhaps heading and robot), recordings of ROS 2 (.mcap,
-    .db3), or drawings (.svg). A path stays within the tolerance of what was recorded, 5 degrees, and 50 ms.
+    .db3), or drawings (.svg). A path stays within the tolerance of what was recorded, 5 degrees, and 50 ms. Ctrl-C ends
+    a long search with the best program so far.
     """
     try:
         recorded = _only(_recorded(files, seconds, scale), robot)
@@ -71,7 +77,7 @@ def command(
     except (SourceError, ReadError) as problem:
         raise CommandError(str(problem)) from None
     profiles = {name: robots.profile_of(name) for name in recorded}
-    made = transcribe(recorded, profiles, Tolerance(tolerance), tempo)
+    made = _searched(recorded, profiles, Tolerance(tolerance), tempo)
     if output is None:
         echo_text(made.text)
     else:
@@ -82,6 +88,29 @@ def command(
             f"improv: {name} is at most {_brief(100 * far)} cm and {_brief(math.degrees(turned))}° off{within}",
             err=True,
         )
+
+
+def _searched(
+    recorded: Mapping[str, Sequence[TimedPlace]],
+    profiles: Mapping[str, Profile],
+    tolerance: Tolerance,
+    tempo: int | None,
+) -> Transcription:
+    """Return the program that was found. Ctrl-C ends the search, and a second one the command."""
+    ends = threading.Event()
+
+    def end(*_: object) -> None:
+        signal.signal(signal.SIGINT, before)
+        ends.set()
+
+    before = signal.signal(signal.SIGINT, end)
+    waits = threading.Timer(_SLOW, lambda: echo("improv: still searching; Ctrl-C takes the best so far", err=True))
+    waits.start()
+    try:
+        return transcribe(recorded, profiles, tolerance, tempo, ends.is_set)
+    finally:
+        waits.cancel()
+        signal.signal(signal.SIGINT, before)
 
 
 def _brief(value: float) -> str:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+import re
+import signal
+import subprocess
 from pathlib import Path
+from random import Random
 
 import pytest
 
-from tests.commands.command_line import run, written
+from tests.commands.command_line import IMPROV, LIMIT, run, written
+from tests.processes import lines_until
 from tests.transcription.test_transcribe import path_of
 
 
@@ -50,3 +56,21 @@ def test_wrong_arguments_are_one_line(table: Path, arguments: list[str], line: s
     done = run("transcribe", table, both, *arguments)
     assert done.returncode == 2
     assert (line or "no robot is named zoe: there are ada, bo") in done.stderr
+
+
+@pytest.mark.slow("a search takes seconds")
+def test_ctrl_c_ends_a_long_search_with_the_best_program_so_far(tmp_path: Path) -> None:
+    dice, heading, x, y, rows = Random(1), 0.0, 0.0, 0.0, ["t_s,x_m,y_m,yaw_rad"]
+    for sample in range(2000):
+        heading += dice.gauss(0, 0.3)
+        x, y = x + 0.05 * math.cos(heading), y + 0.05 * math.sin(heading)
+        rows.append(f"{sample / 20},{x},{y},{heading}")
+    table = written(tmp_path, "\n".join(rows), "ada.csv")
+    command = [*IMPROV, "transcribe", str(table)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        lines_until("still searching; Ctrl-C takes the best so far", process.stderr)
+        process.send_signal(signal.SIGINT)
+        text, said = process.communicate(timeout=LIMIT)
+    assert (process.returncode, "ada $ " in text) == (0, True)
+    (off,) = re.findall(r"at most ([\d.]+) cm", said)
+    assert float(off) > 100, "the search has gone on to better programs, which are less than 20 cm off"

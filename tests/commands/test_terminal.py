@@ -112,9 +112,11 @@ def test_a_terminal_that_stays_waits_for_the_stage_that_replaces_a_dead_one(stay
         fakes.fails = set() if replaced else {"ros"}
         ros.die()
         ended = session.finished.is_set()
+        if replaced:
+            await fakes.until(lambda: fakes.stages[2:])
+            fakes.stages[-1].tell("ended")
         await asyncio.gather(*fakes.playback._replacing)
         if replaced:
-            fakes.stages[-1].tell("ended")
             (stood,) = [load["stood"] for load in fakes.stages[-1].loads if "stood" in load]
             fakes.stages[-1].say(at("stopped", 1, stood["beat"], resumes={"scene": 0.0, "beat": stood["beat"]}))
         assert bool(session.keyboard.resumes) is (stays and replaced)

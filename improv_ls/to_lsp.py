@@ -10,7 +10,7 @@ from lsprotocol import types
 
 from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.plain import without_links
-from improv_core.text import LineIndex
+from improv_core.text import LineIndex, Span
 from improv_ls.code_description import href
 from improv_ls.documents import AnyDocument
 from improv_ls.positions import Encoding, json_range, to_range
@@ -85,10 +85,11 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
 
 def completion(document: AnyDocument, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
     """Convert the completions in our order; as snippets for clients that support them."""
-    replaced = to_range(document.lines, found.span, encoding)
     start, end = found.span.start, found.span.end
-    typed = _NUMBER.search(document.lines.text, max(start - 20, 0), start) if start == end else None
-    begun = typed[0] if typed else ""  # Helix and Emacs compare labels with all that is directly before the cursor
+    typed = _NUMBER.search(document.lines.text, max(start - 20, 0), start) if snippets or start == end else None
+    begun = typed[0] if typed else ""  # editors compare labels with all that is directly before the cursor
+    written = begun if snippets else ""  # ALE, which has no snippets, never replaces a number
+    replaced = to_range(document.lines, Span(start - len(written), end), encoding)
     items = []
     for number, item in enumerate(found.items):
         snippet = snippets and item.snippet
@@ -99,7 +100,7 @@ def completion(document: AnyDocument, found: Completion, snippets: bool, encodin
                 detail=item.detail,
                 sort_text=f"{number:04}",
                 filter_text=begun + item.label,
-                text_edit=types.TextEdit(replaced, item.snippet if snippet else item.label),
+                text_edit=types.TextEdit(replaced, written + (item.snippet if snippet else item.label)),
                 insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
                 data=[document.uri, found.statement, item.kind],
             )

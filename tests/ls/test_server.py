@@ -60,13 +60,20 @@ def test_hover_and_completion(client: Client) -> None:
     assert "YZ" not in labels
 
 
-def test_units_pass_the_filters_of_editors_that_count_the_number_as_begun(client: Client) -> None:
-    client.open(URI, "r $ forward 1.5 left 90d\n")
-    offered = client.request("textDocument/completion", place(URI, 0, 15))["items"]
-    assert (offered[0]["label"], offered[0]["filterText"]) == ("1.5m", "1.5m")
-    assert offered[0]["textEdit"] == {"range": span(0, 15, 15), "newText": "m"}
-    offered = client.request("textDocument/completion", place(URI, 0, 24))["items"]
-    assert (offered[0]["filterText"], offered[0]["textEdit"]["range"]) == ("deg", span(0, 23, 24))
+@pytest.mark.parametrize(("snippets", "written"), [(True, "1.5"), (False, "")])
+def test_units_pass_the_filters_of_editors_that_compare_them_with_the_whole_number(
+    snippets: bool, written: str
+) -> None:
+    """Editors with snippets replace a number, and filter by it."""
+    item = {"completionItem": {"snippetSupport": snippets}}
+    with Client(QUIET, {"textDocument": {"completion": item}}) as client:
+        client.open(URI, "r $ forward 1.5 left 90d\n")
+        offered = client.request("textDocument/completion", place(URI, 0, 15))["items"][0]
+        assert (offered["label"], offered["filterText"]) == ("1.5m", "1.5m")
+        assert offered["textEdit"] == {"range": span(0, 15 - len(written), 15), "newText": f"{written}m"}
+        offered = client.request("textDocument/completion", place(URI, 0, 24))["items"][0]
+        assert offered["filterText"] == ("90deg" if snippets else "deg")
+        assert offered["textEdit"]["range"] == span(0, 21 if snippets else 23, 24)
 
 
 def test_save_plays_and_says_so_in_one_line(client: Client) -> None:

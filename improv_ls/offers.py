@@ -86,7 +86,8 @@ class Offers:
     async def to_resume(self, message: TransportMessage, resumes: Resumes) -> None:
         """Offer buttons to continue after a stop that nobody asked for. They do nothing once something plays again."""
         stops = self._editor.server.stops.count
-        scene, beat = (f"From {counted(message, at)}" for at in (resumes["scene"], resumes["beat"]))
+        known: TransportMessage = {**message, "beats": None}  # senses decide how many, and a new stage has heard none
+        scene, beat = (f"From {counted(known, at).removesuffix('/∞')}" for at in (resumes["scene"], resumes["beat"]))
         line = "Robots were stopped: resume from this scene, or this beat?"
         pressed = await self._editor.offer(line, scene, beat, instead="Robots were stopped: resume by the code actions")
         latest = self._playing.transport

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # diagnostics must not wait for these
     from improv_core.ide.hover import Hover
     from improv_core.ide.signature_help import Signature
 
-_NUMBER = re.compile(r"[\d.]+$")
+_NUMBER = re.compile(r"(?<![\w.])\d[\d.]*$")
 _SEVERITIES = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
     Severity.WARNING: types.DiagnosticSeverity.Warning,

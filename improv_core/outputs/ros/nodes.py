@@ -18,6 +18,8 @@ READER = "_reader"
 """The suffix of the names of nodes that read sensors."""
 PUBLISHER = "_publisher"
 """The suffix of the names of nodes that publish the forecast."""
+_IN = r"/(?:\w+/)*"
+"""The namespace before a node's name."""
 
 
 class Nodes:
@@ -144,9 +146,9 @@ def is_harmless(node: str) -> bool:
     The graph still shows a killed node for about twenty seconds. A node without a known name counts as harmless until a
     later look.
     """
-    if node.endswith("_NODE_NAME_UNKNOWN_") or re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
+    if node.endswith("_NODE_NAME_UNKNOWN_") or re.fullmatch(f"{_IN}improv_\\w+{STANDBY}(?:_2)?", node):
         return True
-    found = re.fullmatch(f"/{node_name(process='([0-9]+)')}(?:_2)?", node)
+    found = re.fullmatch(f"{_IN}{node_name(process='([0-9]+)')}(?:_2)?", node)
     if not found or os.name != "posix":
         return False
     try:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import stat
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import click
 
@@ -33,6 +36,19 @@ class Screen:
     def is_live(self) -> bool:
         """True while there is a last line."""
         return not self._quiet and sys.stdout.isatty()
+
+    def watch(self) -> None:
+        """Notice from now on if whoever reads a pipe with our lines ends, even while there is nothing to print. Call it
+        in the event loop."""
+        loop = asyncio.get_running_loop()
+        for number in (1, 2):
+            with suppress(OSError, NotImplementedError):  # it is closed; or this is Windows
+                if stat.S_ISFIFO(os.fstat(number).st_mode):
+                    loop.add_reader(number, self._lose, number)
+
+    def _lose(self, number: int) -> None:
+        asyncio.get_running_loop().remove_reader(number)
+        self._lost()
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""

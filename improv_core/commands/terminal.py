@@ -161,6 +161,7 @@ class TerminalSession:
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
+        self.screen.watch()
         await self.playback.open()
         if self.has_page:
             self.screen.say(f"watch it at {self.playback.link()}")

@@ -219,3 +219,12 @@ def test_scenes_that_can_not_be_played_are_refused(tmp_path: Path) -> None:
         assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     done = run("play", tmp_path / "dance.improv", "--only", "bow", "--to", "home")
     assert (done.returncode, done.stderr) == (2, "improv: --only plays one scene: leave out --from and --to\n")
+
+
+@pytest.mark.slow("a process plays")
+def test_robots_stop_once_nobody_reads_the_lines_any_more(tmp_path: Path) -> None:
+    """If `ros2 launch` is killed, for example: nothing has to be printed then, and no signal comes."""
+    with playing("play", written(tmp_path, "r $ repeat forward\n")) as process:
+        assert process.stdout
+        process.stdout.close()
+        assert process.wait(LIMIT) != 0

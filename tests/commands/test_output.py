@@ -184,7 +184,7 @@ def test_settings_that_an_output_declares_are_completed(place: Path) -> None:
 
 def test_the_simulator_keeps_its_promises(place: Path) -> None:
     code, found = checked(place, "simulator", limit=60.0)
-    assert code == 0
+    assert code == 0, found
     assert [name for name, passed in found.items() if passed == "yes"] == [
         "moves",
         "within its limits",

@@ -54,7 +54,7 @@ def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
 def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
     performed = tracks.run.transport.performed(now)
     problems = tracks.queue.stop(tracks.run.score.parts, performed)
-    tracks.reached, tracks.measured_until = now, now + MEASURED_AT_REST
+    tracks.reached, tracks.measured_until, tracks.moved = now, now + MEASURED_AT_REST, {}
     if problems:
         raise problems[0]
     tracks.advance_sink(performed)

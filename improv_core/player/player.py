@@ -65,7 +65,7 @@ class Player:
     @property
     def sends(self) -> bool:
         """True while something is left to send, robots are awaited, or simulated ones still move."""
-        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or self._sink.coasting()
+        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or self._tracks.comes_to_rest
 
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
@@ -81,7 +81,7 @@ class Player:
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
-        return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
+        return now + (self._sink.period or LOOK_AGAIN) if self._tracks.comes_to_rest else None
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""

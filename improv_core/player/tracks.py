@@ -6,7 +6,7 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 from improv_core.player import reports
 from improv_core.player.active_parts import ActiveParts, ComputedBeginning
@@ -26,7 +26,7 @@ from improv_core.protocol.messages import SIMULATED, FromStage, Play
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.path import Paths
 from improv_core.score.performance import Mover
@@ -71,7 +71,9 @@ class Tracks:
         self.measured = -math.inf
         """The number of the period in which simulated robots were measured last."""
         self.measured_until = -math.inf
-        """The time on the clock until which measurements are reported: robots that were stopped have come to rest."""
+        """The time on the clock until which real robots are reported: those that were stopped have come to rest."""
+        self.moved: Mapping[str, Pose] | None = None
+        """The latest reported poses of simulated robots; None if two reports agree: the robots have come to rest."""
         self.unsettled = False
         """True if something may be due that has not been sent."""
         self.unseen: list[str] = []
@@ -149,8 +151,15 @@ class Tracks:
         period = performed // MEASURE_PERIOD
         if period > self.measured and not self.sink.real and self.odometry.robots:
             self.measured, at = period, self.run.transport.clock(performed)
-            poses = [each for each in self.sink.poses().items() if each[0] in self.odometry.robots]
-            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
+            poses = {robot: pose for robot, pose in self.sink.poses().items() if robot in self.odometry.robots}
+            self.moved = None if poses == self.moved else poses
+            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses.items()], at)
+
+    @property
+    def comes_to_rest(self) -> bool:
+        """True after a stop until simulated robots stand, and a report has shown it."""
+        awaits = self.moved is not None and not self.sink.real and bool(self.odometry.robots)
+        return awaits or self.sink.coasting()
 
     def begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
@@ -332,7 +341,7 @@ class Tracks:
             self.tell(seen)
         for comparison in found if self.sink.real else ():
             self.faults.take(comparison)
-        if found and now < self.measured_until:
+        if found and (not self.sink.real or now < self.measured_until):
             robots = {
                 each.raw.robot: reports.compared(run, self.active_parts.over, each, self.wall() - (now - each.raw.at))
                 for each in found

@@ -8,6 +8,7 @@ import platform
 import sys
 import sysconfig
 from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -26,11 +27,12 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
+from improv_core.protocol.drawn import Snapshot
 from improv_core.robots.config import FILE_NAME, Robot, Robots
 from improv_core.safety.allowed import HostError, is_approved, refusal
 from improv_core.safety.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.score.motion import Pose
-from improv_core.score.score import Safety
+from improv_core.score.score import Safety, Score
 
 
 @click.command("doctor")
@@ -72,7 +74,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
         yield from addresses(examined)
         examined = {name: robot for name, robot in examined.items() if not robot.host}
         places = {name: pose for name, robot in examined.items() if (pose := starts.get(name, robot.start))}
-    yield works("the simulator", _start_simulator)
+    yield works("the simulator", _simulate)
     yield works("the simulator's page", _open_page)
     yield browser(has_browser())
     yield stopping()
@@ -151,14 +153,13 @@ def _named(robots: Robots) -> str:
     return ", ".join(f"{name} ({robot.profile.name})" for name, robot in robots.robots.items()) or "no robots"
 
 
-def _start_simulator() -> None:
-    from improv_core.outputs.simulator.simulator import Simulator
+def _simulate() -> None:
+    from improv_core.stage.dry_run import simulate
 
-    Simulator().close()
+    simulate(Score(Fraction(60), {}), 0.0, lambda message: None)
 
 
 def _open_page() -> None:
-    from improv_core.outputs.simulator.simulator import Simulator
     from improv_core.page.server import PageServer
 
-    PageServer(0, Simulator().snapshot, lambda command: None).close()
+    PageServer(0, Snapshot, lambda command: None).close()

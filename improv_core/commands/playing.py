@@ -89,8 +89,7 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
 
     Raises ReadError and CommandError.
     """
-    from improv_core.outputs.simulator.simulator import Simulator
-    from improv_core.stage.dry_run import perform
+    from improv_core.stage.dry_run import simulate
 
     if not (analysis := read_to_play(path)):
         return PROBLEMS
@@ -113,9 +112,8 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
     # KeyboardInterrupt raised in our functions that it calls.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
-    simulator = Simulator(period=None)
-    perform(score, simulator, seconds, tell, settings.senses)
-    poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
+    ends = simulate(score, seconds, tell, settings.senses)
+    poses = {robot: asdict(pose) for robot, pose in ends.items()}
     ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
     if report:
         echo_json(ended)

@@ -24,10 +24,9 @@ from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
-from improv_core.protocol.output import Sink
 from improv_core.score.score import Score
 from improv_core.session.start import Options
-from improv_core.stage.dry_run import perform
+from improv_core.stage.dry_run import perform, simulate
 from improv_core.storage.atomic_write import replacing, why
 
 
@@ -79,15 +78,14 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
 def compute(recorder: Recorder, score: Score, seconds: float | None) -> None:
     """Record a score, or its first seconds, and what robots sense and decide in the simulator."""
-    from improv_core.outputs.simulator.simulator import Simulator
     from improv_core.stage.process import report_sent
 
-    sink: Sink = recorder
     if score.open:
-        sink = Simulator(period=None)
         recorder.prepare(score, restart=True)
-        report_sent(sink, recorder.take, recorder.time)
-    perform(score, sink, seconds, partial(note, recorder))
+        tap = partial(report_sent, put=recorder.take, wall_at=recorder.time)
+        simulate(score, seconds, partial(note, recorder), tap=tap)
+    else:
+        perform(score, recorder, seconds, partial(note, recorder))
 
 
 def note(recorder: Recorder, message: FromStage) -> None:

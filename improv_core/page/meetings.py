@@ -10,12 +10,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from improv_core.ipc.asking import Answerer
-from improv_core.outputs.simulator.senses import is_simulated
 from improv_core.page.background import Do
 from improv_core.protocol.page_messages import MeetingsMessage
 from improv_core.score.meetings import RoomCheck, check_room
 from improv_core.score.score import Score
 from improv_core.score.score_json import from_json, to_json
+from improv_core.score.senses import is_computed
 
 MOST_SHOWN = 100
 """The most meetings and hits that pages are sent."""
@@ -91,7 +91,7 @@ class Meetings:
 def _decided(checked: RoomCheck, score: Score) -> RoomCheck:
     """Leave out robots whose simulated senses decide: they may turn away in time, and nobody has predicted that."""
     open_parts = {name: part for name, part in score.parts.items() if any(scene.open for scene in part.scenes)}
-    sensing = {name for name, part in open_parts.items() if any(map(is_simulated, part.senses.values()))}
+    sensing = {name for name, part in open_parts.items() if any(map(is_computed, part.senses.values()))}
     meetings = tuple([each for each in checked.meetings if sensing.isdisjoint(each.robots)])
     return replace(checked, meetings=meetings, hits=tuple([each for each in checked.hits if each.robot not in sensing]))
 

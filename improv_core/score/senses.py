@@ -78,8 +78,21 @@ BUILT_IN: Mapping[str, BuiltIn] = {BUMP: BuiltIn("bump"), NEAR: BuiltIn("near"),
 """Senses that every robot has: it touches something, something stands ahead of it, somebody gives the cue."""
 Source = Topic | Key | OscName | BuiltIn
 """The source of a sense."""
+ODOMETRY: Message = "nav_msgs/Odometry"
+SECTORS: Mapping[Message, tuple[float, float] | None] = {
+    "sensor_msgs/LaserScan": None,
+    "sensor_msgs/Range": (0.0, 0.0),
+}
+"""Messages about distances, with the sector they measure from the heading if the sense doesn't name one."""
 Senses = Mapping[str, Source]
 """The senses that a robot's part reads, by name."""
+
+
+def is_computed(source: Source) -> bool:
+    """Return whether simulators compute a sense; otherwise only a person or a real sensor decides it."""
+    if isinstance(source, Topic):
+        return source.message in SECTORS or source.message == ODOMETRY
+    return isinstance(source, BuiltIn) and source.built_in != CUE
 
 
 def to_json(senses: Senses) -> dict[str, Any]:

@@ -8,18 +8,18 @@ from dataclasses import replace
 from fractions import Fraction
 
 from improv_core.outputs.simulator.collisions import touches
-from improv_core.outputs.simulator.senses import is_simulated
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
 from improv_core.protocol.messages import FromStage, Load, Play, Sensed
 from improv_core.protocol.output import Sink
 from improv_core.score.dynamics import STEPS_PER_SECOND
 from improv_core.score.meetings import LAST_BEAT
+from improv_core.score.motion import Pose
 from improv_core.score.movement import FINEST, Exact, exact, near
 from improv_core.score.performance import SenseSpan
 from improv_core.score.prediction import Prediction, predicted
 from improv_core.score.score import Score
-from improv_core.score.senses import RobotSense
+from improv_core.score.senses import RobotSense, is_computed
 from improv_core.slices import checkpoint
 
 LONGEST = 120.0
@@ -58,6 +58,23 @@ def perform(
             player.advance(now)
 
 
+def simulate(
+    score: Score,
+    seconds: float | None,
+    tell: Callable[[FromStage], None],
+    senses: Sequence[Sensed] | None = None,
+    tap: Callable[[Sink], None] = lambda sink: None,
+) -> dict[str, Pose]:
+    """Perform a score, or its first seconds, in the simulator, as `perform` does. Return where its robots end.
+
+    `tap` gets the simulator before it begins, and may listen to what it is sent.
+    """
+    simulator = Simulator(period=None)
+    tap(simulator)
+    perform(score, simulator, seconds, tell, senses)
+    return simulator.poses()
+
+
 def predict(score: Score) -> Prediction | None:
     """Predict what the simulator's senses decide, with robots on their ideal paths: nobody pushes them, and they have
     no motors. All other senses never hold. None if the score reads no sense that the simulator computes.
@@ -65,7 +82,7 @@ def predict(score: Score) -> Prediction | None:
     After 1,000 beats, two minutes of the dance, or `MOST_STEPS`, the score is cut off.
     """
     senses = {name: part.senses.values() for name, part in score.parts.items() if score.open}
-    if not any(is_simulated(each) for sources in senses.values() for each in sources):
+    if not any(is_computed(each) for sources in senses.values() for each in sources):
         return None
     seconds = min(LONGEST, score.seconds(LAST_BEAT), MOST_STEPS / STEPS_PER_SECOND / len(score.parts))
     ideal = {
@@ -74,7 +91,7 @@ def predict(score: Score) -> Prediction | None:
     }
     felt = _Felt()
     perform(replace(score, parts=ideal), Simulator(PERIOD, touches), seconds, felt.take)
-    assuming = {name for name, sources in senses.items() if not all(map(is_simulated, sources))}
+    assuming = {name for name, sources in senses.items() if not all(map(is_computed, sources))}
     return predicted(score, felt.spans(), near(seconds * float(score.tempo) / 60), frozenset(assuming))
 
 

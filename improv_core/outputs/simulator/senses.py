@@ -9,15 +9,8 @@ from improv_core.outputs.simulator.collisions import OVERLAP
 from improv_core.outputs.simulator.robot import SimulatedRobot
 from improv_core.outputs.simulator.sight import Scene, is_in_the_way, nearest, scene
 from improv_core.protocol.output import Edge
-from improv_core.score.senses import BUMP, CUE, NEAR, BuiltIn, Key, RobotSense, Source, Topic
+from improv_core.score.senses import BUMP, CUE, NEAR, ODOMETRY, SECTORS, Key, RobotSense, Source, Topic
 from improv_core.score.world import World
-
-
-def is_simulated(source: Source) -> bool:
-    """Return whether the simulator computes a sense; otherwise only a person or a real sensor decides it."""
-    if isinstance(source, Topic):
-        return source.message in _SECTORS or source.message == _ODOMETRY
-    return isinstance(source, BuiltIn) and source.built_in != CUE
 
 
 class _Nearby(NamedTuple):
@@ -79,8 +72,8 @@ class SimulatedSenses:
         robot, source = self._robots[asked.robot], self._source(asked)
         if isinstance(source, Topic) and self._measures_speed(asked):
             return source.compare(robot.speed_at(at))
-        if isinstance(source, Topic) and source.message in _SECTORS:
-            sector = _SECTORS[source.message] or (source.start, source.end)
+        if isinstance(source, Topic) and source.message in SECTORS:
+            sector = SECTORS[source.message] or (source.start, source.end)
             return source.compare(nearest(self._in_sight(asked, at), robot.pose_at(at), *sector))
         if asked.sense == NEAR:
             # A slightly slimmer disc slides along what it touches, and overlaps as far as it is pushed.
@@ -94,7 +87,7 @@ class SimulatedSenses:
 
     def _measures_speed(self, asked: RobotSense) -> bool:
         source = self._source(asked)
-        return isinstance(source, Topic) and source.message == _ODOMETRY
+        return isinstance(source, Topic) and source.message == ODOMETRY
 
     def _in_sight(self, asked: RobotSense, at: float) -> Scene:
         """Everything that a robot could sense, with the other robots where they are now."""
@@ -118,7 +111,7 @@ class SimulatedSenses:
 
     def _find(self, asked: RobotSense, at: float) -> _Nearby:
         robot, source = self._robots[asked.robot], self._source(asked)
-        if isinstance(source, Topic) and source.message in _SECTORS:
+        if isinstance(source, Topic) and source.message in SECTORS:
             far = source.below or source.above or 0.0
         elif asked.sense == NEAR:
             far = robot.part.profile.reach + robot.disc.radius
@@ -134,8 +127,3 @@ class SimulatedSenses:
             if abs(complex(place.x, place.y) - here) <= far + self._robots[name].disc.radius
         )
         return _Nearby(self._scene.within(here, far), others)
-
-
-_ODOMETRY = "nav_msgs/Odometry"
-_SECTORS = {"sensor_msgs/LaserScan": None, "sensor_msgs/Range": (0.0, 0.0)}
-"""Messages about distances, with the sector they measure from the heading if the sense doesn't name one."""

@@ -143,6 +143,23 @@ def test_a_connection_that_takes_no_more_is_lost_for_all_who_use_it() -> None:
         bus.check()
 
 
+@pytest.mark.parametrize("kind", ["tcp", "serial"])
+def test_names_of_one_address_lead_to_one_connection(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ttyACM0").touch()
+    (tmp_path / "by-id").symlink_to(tmp_path / "ttyACM0")
+    names = {"tcp": ("localhost:7", "127.0.0.1:7"), "serial": (tmp_path / "by-id", tmp_path / "ttyACM0")}
+    monkeypatch.setattr(bus_module, "wire_to", lambda at: Robots(5))
+    first, second = (Bus.join(f"{kind}:{name}") for name in names[kind])
+    assert first is second
+    first.leave()
+    second.leave()
+    third = Bus.join(f"{kind}:{names[kind][0]}")
+    third.leave()
+    assert third is not first
+
+
 @pytest.mark.parametrize(
     ("address", "node", "why"),
     [

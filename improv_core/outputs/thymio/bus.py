@@ -7,11 +7,13 @@ whole one, and so reports no robot that is gone.
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -78,11 +80,12 @@ class Bus:
 
     @classmethod
     def join(cls, address: str) -> Bus:
-        """Return the connection to an address. Raises OSError."""
+        """Return the connection to an address, however it is spelled. Raises OSError."""
+        place = _place(address)
         with cls._opening:
-            bus = cls._open.get(address)
+            bus = cls._open.get(place)
             if bus is None or bus._problem:
-                bus = cls._open[address] = cls(address, wire_to(address))
+                bus = cls._open[place] = cls(address, wire_to(address))
             bus._users += 1
             return bus
 
@@ -92,8 +95,8 @@ class Bus:
             self._users -= 1
             if self._users == 0:
                 self.close()
-                if self._open.get(self._address) is self:
-                    del self._open[self._address]
+                for place in [each for each, bus in self._open.items() if bus is self]:
+                    del self._open[place]
 
     def close(self) -> None:
         """Close the connection, whoever uses it."""
@@ -281,6 +284,17 @@ def wire_to(address: str) -> Wire:
         return _Tcp(host, int(port))
     except OSError as error:
         raise OSError(f"nothing answers at {address} ({error.strerror or error})") from None
+
+
+def _place(address: str) -> str:
+    """Return the same text for all names of a port or a host."""
+    kind, _, rest = address.partition(":")
+    host, _, port = rest.rpartition(":")
+    if kind == "serial":
+        return f"serial:{os.path.realpath(rest)}"
+    with suppress(OSError, UnicodeError):
+        return f"tcp:{socket.gethostbyname(host)}:{port}"
+    return address
 
 
 def _message(kind: int, *words: int) -> bytes:

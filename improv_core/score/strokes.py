@@ -23,6 +23,10 @@ ENDLESS_BEATS = 64
 """The number of beats drawn of an endless movement."""
 _FLAT = 1e-9
 """Meters or radians: anything smaller is not drawn."""
+_LONGEST = math.pi * 0.9
+"""The most radians of an arc: less than half a circle."""
+_SHORT = math.pi / 20
+"""The same if robots climb: so few that a curve looks smooth although it is drawn as lines from the side."""
 
 
 class Stroke(NamedTuple):
@@ -37,25 +41,11 @@ class Stroke(NamedTuple):
     turn: float
 
 
-class Leg(NamedTuple):
-    """A stretch of one velocity, from a pose on and for so many seconds; `start` is its beat.
-
-    If it isn't `certain`, senses may decide otherwise.
-    """
-
-    pose: Pose
-    moving: Twist
-    seconds: float
-    start: Exact
-    certain: bool
-
-
 @dataclass(frozen=True, slots=True)
 class Path:
     """One robot's path. `whole` is false if something had to be left out.
 
-    Strokes from `certain` on are as they are pictured, but senses may decide otherwise. `legs` is everything that the
-    robot does, as far as it was walked, including what can't be seen from above.
+    Strokes from `certain` on are as they are pictured, but senses may decide otherwise.
     """
 
     robot: str
@@ -65,17 +55,23 @@ class Path:
     whole: bool
     certain: int
     endless: bool
-    legs: Sequence[Leg]
 
 
-def paths(score: Score, most_moments: int = MOST_MOMENTS, prediction: Prediction | None = None) -> list[Path]:
+def paths(
+    score: Score,
+    most_moments: int = MOST_MOMENTS,
+    prediction: Prediction | None = None,
+    most_strokes: int = MOST_STROKES,
+) -> list[Path]:
     """Return the ideal path of each robot: only the first beats of an endless path, and repeated strokes only once.
     Where a prediction assumes nothing, a path is certain."""
     drawn = prediction.score if prediction else pictured(score)
+    longest = _SHORT if any(part.movement.bounds.peak.z for part in drawn.parts.values()) else _LONGEST
     found = []
     for name, part in drawn.parts.items():
         is_certain = prediction and name not in prediction.assuming
-        path = path_of(drawn, part, (part if is_certain else score.parts[name]).movement, most_moments)
+        assumed = (part if is_certain else score.parts[name]).movement
+        path = path_of(drawn, part, assumed, most_moments, most_strokes, longest=longest)
         found.append(replace(path, whole=False) if prediction and prediction.cut is not None else path)
     return found
 
@@ -129,9 +125,10 @@ def path_of(
     most_moments: int = MOST_MOMENTS,
     most_strokes: int = MOST_STROKES,
     most_beats: Duration | None = None,
+    longest: float = _LONGEST,
 ) -> Path:
     """Return the ideal path of a part for what a program `assumed`, as `paths` does: up to `most_beats`, by default the
-    first beats of an endless path and all of another."""
+    first beats of an endless path and all of another. No arc turns by more than `longest` radians."""
     moving_at = cache(lambda velocity: twist(velocity, part.profile, score.tempo))  # most moments have few velocities
     seconds_of = cache(score.seconds)
     endless = part.movement.duration == ENDLESS
@@ -139,7 +136,6 @@ def path_of(
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
     latest: Exact = 0  # the last time something new was drawn
-    legs: list[Leg] = []
     whole = True
     doubtful = certain_beats(assumed, part.movement, most_moments)
     certain: int | None = None
@@ -149,39 +145,42 @@ def path_of(
         if moment.start >= until:
             whole = endless and latest < until / 2  # it only repeats itself
             break
-        if walked == most_moments or len(strokes) >= most_strokes:
+        if not whole or walked == most_moments:
             whole = False
             break
-        moving = moving_at(moment.velocity)
         seconds = seconds_of(min(moment.duration, until))
-        legs.append(Leg(pose, moving, seconds, moment.start, certain is None))
-        for stroke in _strokes(pose, moving, seconds):
+        for stroke in _strokes(pose, moving_at(moment.velocity), seconds, longest):
+            if len(strokes) == most_strokes:
+                whole = False
+                break
             pose = stroke.end
-            if math.dist((stroke.start.x, stroke.start.y), (pose.x, pose.y)) > _FLAT:
-                ends = (stroke.start.x, stroke.start.y, pose.x, pose.y, stroke.turn)
+            ends = (*_place(stroke.start), *_place(pose))
+            if math.dist(ends[:3], ends[3:]) > _FLAT:
                 count = len(strokes)
-                strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
+                strokes.setdefault(tuple(round(value, 6) for value in (*ends, stroke.turn)), stroke)
                 latest = moment.start if len(strokes) > count else latest
     sure = len(strokes) if certain is None else certain
-    return Path(part.robot, part.start, pose, list(strokes.values()), whole, sure, endless, legs)
+    return Path(part.robot, part.start, pose, list(strokes.values()), whole, sure, endless)
 
 
-def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
-    """Yield a moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
+def _place(pose: Pose) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.z
+
+
+def _strokes(pose: Pose, moving: Twist, seconds: float, longest: float) -> Iterator[Stroke]:
+    """Yield a moment as a line, or as arcs: at most one full circle of them, unless it climbs."""
     speed = math.hypot(moving.x, moving.y)
     turn = moving.yaw * seconds
     if abs(turn) < _FLAT or not speed:
         yield Stroke(pose, pose.after(moving, seconds), 0.0, 0.0)
         return
     radius = speed / abs(moving.yaw)
-    drawn = math.copysign(min(abs(turn), math.tau), turn)
-    pieces = math.ceil(abs(drawn) / (math.pi * 0.9))
+    drawn = turn if moving.z else math.copysign(min(abs(turn), math.tau), turn)
+    pieces = math.ceil(abs(drawn) / longest)
     for piece in range(pieces):
         start = pose.after(moving, seconds * drawn / turn * piece / pieces)
         end = pose.after(moving, seconds * drawn / turn * (piece + 1) / pieces)
-        if piece + 1 == pieces and abs(turn) > math.tau:
-            end = pose.after(moving, seconds)
-            yield Stroke(start, start.after(moving, seconds * drawn / turn / pieces), radius, turn)
-            yield Stroke(end, end, 0.0, 0.0)
-            return
         yield Stroke(start, end, radius, turn)
+    if drawn != turn:
+        end = pose.after(moving, seconds)
+        yield Stroke(end, end, 0.0, 0.0)

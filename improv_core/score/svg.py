@@ -17,7 +17,6 @@ from improv_core.score.moment_bars import bars, drawn_beats
 from improv_core.score.motion import Pose
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
-from improv_core.score.side import Point, Side, SidePiece, sides
 from improv_core.score.strokes import (
     ENDLESS_BEATS,
     MOST_MOMENTS,
@@ -45,10 +44,9 @@ def picture(
     """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot. Senses are as
     the prediction says."""
     drawn = paths(score, most_moments, prediction)
-    seen = sides(drawn, _FEW_PIECES)
-    frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _heights(seen))
-    below, height = _from_the_side(seen, frame)
-    return _svg(frame.width, height, "The ideal path", [*_from_above(drawn, frame), *below])
+    frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _heights(drawn))
+    below, height = _from_the_side(drawn, frame)
+    return _svg(frame.width, height, "The ideal path", [*_paths(drawn, frame), *below])
 
 
 def plot(
@@ -61,14 +59,13 @@ def plot(
 ) -> str:
     """Return a large SVG of the paths, the world, names, and a scale on white, with two discs wherever robots meet.
     Below it are a chart of each joint that moves, and the timeline if asked for. Senses are as the prediction says."""
-    drawn = paths(score, most_moments, prediction)
-    seen = sides(drawn, _MANY_PIECES)
+    drawn = paths(score, most_moments, prediction, _STROKES_OF_A_PLOT)
     points = [point for path in drawn for point in outermost(path)]
     beats = drawn_beats(prediction.score if prediction else score)
     joints = curves(pictured(score), beats, most_moments)
-    frame = _Frame.around([*points, *_outline(score.world)], size, _heights(seen), LEAST_WIDTH if joints else 0.0)
-    below, height = _from_the_side(seen, frame)
-    parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame)]
+    frame = _Frame.around([*points, *_outline(score.world)], size, _heights(drawn), LEAST_WIDTH if joints else 0.0)
+    below, height = _from_the_side(drawn, frame)
+    parts = [*_obstacles(score.world, frame), *_paths(drawn, frame), *_named(drawn, frame)]
     parts += [*_discs(score, meetings, frame), *below]
     parts.append(_scale(frame, height))
     if extent := _extent(drawn, prediction):
@@ -91,13 +88,14 @@ def plot(
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A conversion from meters to pixels: x to the right, y up."""
+    """A conversion from meters to pixels: x to the right, and y up or, seen `from_the_side`, z."""
 
     left: float
     top: float
     scale: float
     width: float
     height: float
+    from_the_side: bool = False
 
     @classmethod
     def around(
@@ -123,13 +121,16 @@ class _Frame:
 
     def below(self, bottom: float, top: float) -> _Frame:
         """Return the frame for the same paths from the side, between two heights in meters."""
-        return replace(self, top=top, height=(top - bottom) * self.scale + 2 * _MARGIN)
+        return replace(self, top=top, height=(top - bottom) * self.scale + 2 * _MARGIN, from_the_side=True)
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
         return (x - self.left) * self.scale + _MARGIN, (self.top - y) * self.scale + _MARGIN
 
     def place(self, x: float, y: float) -> str:
         return " ".join(map(_number, self.pixel(x, y)))
+
+    def place_of(self, pose: Pose) -> str:
+        return self.place(pose.x, pose.z if self.from_the_side else pose.y)
 
 
 def _outline(world: World) -> Iterator[tuple[float, float]]:
@@ -172,22 +173,22 @@ def _discs(score: Score, meetings: Sequence[Meeting], frame: _Frame) -> Iterator
         yield f'<g stroke="#e03131" stroke-width="1.5">{"".join(shapes)}</g>'
 
 
-def _from_above(drawn: Sequence[Path], frame: _Frame) -> list[str]:
-    return [_drawn(path, frame, place) for place, path in enumerate(drawn)]
-
-
-def _drawn(path: Path, frame: _Frame, place: int) -> str:
-    drawn = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)
-    begin = _dot((path.start.x, path.start.y), frame, _RING)  # an arrow that ends here still shows it
-    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{_color(place)}" stroke="none"/>'
-    return _group(place, path.whole, drawn + begin + arrow)
-
-
-def _group(place: int, whole: bool, shapes: str) -> str:
-    """Return the SVG group of the robot at this place."""
-    dashes = "" if whole else _DASHES
-    joined = 'stroke-linejoin="round" stroke-linecap="round"'
-    return f'<g fill="none" stroke="{_color(place)}" stroke-width="2" {joined}{dashes}>{shapes}</g>'
+def _paths(drawn: Sequence[Path], frame: _Frame) -> list[str]:
+    """Return the SVG group of each robot: its path, a ring at its start, and an arrow at its end, or a dot from the
+    side."""
+    groups = []
+    for place, path in enumerate(drawn):
+        shapes = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)
+        shapes += _dot(path.start, frame, _RING)  # an arrow that ends here still shows it
+        filled = f'fill="{_color(place)}" stroke="none"'
+        if frame.from_the_side:
+            shapes += _dot(path.end, frame, _DOT, f" {filled}")
+        else:
+            shapes += f'<path d="{_arrow(path.end, frame)}" {filled}/>'
+        dashes = "" if path.whole else _DASHES
+        joined = 'stroke-linejoin="round" stroke-linecap="round"'
+        groups.append(f'<g fill="none" stroke="{_color(place)}" stroke-width="2" {joined}{dashes}>{shapes}</g>')
+    return groups
 
 
 def _color(place: int) -> str:
@@ -195,60 +196,47 @@ def _color(place: int) -> str:
 
 
 _DASHES = ' stroke-dasharray="6 3"'
-_FEW_PIECES, _MANY_PIECES = 250, 4_000
-"""The most pieces of a path from the side: in a small picture, and in a plot."""
+_STROKES_OF_A_PLOT = 4_000
+"""The most lines and arcs of a path in a plot."""
 
 
-def _heights(seen: Sequence[Side]) -> tuple[float, float]:
+def _heights(drawn: Sequence[Path]) -> tuple[float, float]:
     """Return the heights of the lowest point and the highest, in meters."""
-    heights = [0.0, *(z for side in seen for piece in side.pieces for _, z in piece[:2])]
+    heights = [0.0, *(pose.z for path in drawn for stroke in path.strokes for pose in (stroke.start, stroke.end))]
     return min(heights), max(heights)
 
 
-def _from_the_side(seen: Sequence[Side], above: _Frame) -> tuple[list[str], float]:
-    """Return the paths from the side, below those from above, and the height of both in pixels."""
-    if not seen:
+def _from_the_side(drawn: Sequence[Path], above: _Frame) -> tuple[list[str], float]:
+    """Return the paths from the side, below those from above, if one climbs, and the height of both in pixels."""
+    lowest, highest = _heights(drawn)
+    if lowest == highest:
         return [], above.height
-    frame = above.below(*_heights(seen))
+    frame = above.below(lowest, highest)
     _, floor = frame.pixel(0, 0)
-    parts = [
-        f'<path d="M0 {_number(floor)}H{_number(frame.width)}" stroke="{_QUIET}"/>',
-        f'<text x="4" y="12" fill="{_QUIET}">from the side</text>',
-    ]
-    for place, side in enumerate(seen):
-        drawn = _pieces([piece for piece in side.pieces if piece.certain], frame)
-        drawn += _pieces([piece for piece in side.pieces if not piece.certain], frame, _DASHES)
-        begin = _dot(side.start, frame, _RING)
-        end = _dot(side.end, frame, _DOT, f' fill="{_color(place)}" stroke="none"')
-        parts.append(_group(place, side.whole, drawn + begin + end))
+    ground = f'<path d="M0 {_number(floor)}H{_number(frame.width)}" stroke="{_QUIET}"/>'
+    parts = [ground, f'<text x="4" y="12" fill="{_QUIET}">from the side</text>', *_paths(drawn, frame)]
     down = _number(above.height)
     return [f'<g transform="translate(0 {down})">{"".join(parts)}</g>'], above.height + frame.height
 
 
-def _pieces(pieces: Sequence[SidePiece], frame: _Frame, style: str = "") -> str:
-    line, at = [], None
-    for start, end, _ in pieces:
-        line += [f"L{frame.place(*end)}"] if start == at else [f"M{frame.place(*start)}L{frame.place(*end)}"]
-        at = end
-    return f'<path d="{"".join(line)}"{style}/>' if line else ""
-
-
-def _dot(point: Point, frame: _Frame, radius: float, style: str = "") -> str:
-    x, y = frame.place(*point).split()
+def _dot(pose: Pose, frame: _Frame, radius: float, style: str = "") -> str:
+    x, y = frame.place_of(pose).split()
     return f'<circle cx="{x}" cy="{y}" r="{radius:g}"{style}/>'
 
 
 def _line(strokes: Sequence[Stroke], frame: _Frame, style: str = "") -> str:
-    line, at = [], None
+    """Return strokes as one SVG path, without those that coincide in this view."""
+    line, at, drawn = [], None, set[tuple[str, str]]()
     for stroke in strokes:
-        start, end = frame.place(stroke.start.x, stroke.start.y), frame.place(stroke.end.x, stroke.end.y)
-        if start != at:
-            line.append(f"M{start}")
-        if stroke.radius:
+        start, end = frame.place_of(stroke.start), frame.place_of(stroke.end)
+        shape = f"L{end}"
+        if stroke.radius and not frame.from_the_side:
             radius = _number(stroke.radius * frame.scale)
-            line.append(f"A{radius} {radius} 0 0 {0 if stroke.turn > 0 else 1} {end}")
-        else:
-            line.append(f"L{end}")
+            shape = f"A{radius} {radius} 0 0 {0 if stroke.turn > 0 else 1} {end}"
+        if (start, shape) in drawn or start == end:
+            continue
+        drawn.add((start, shape))
+        line.append(shape if start == at else f"M{start}{shape}")
         at = end
     return f'<path d="{"".join(line)}"{style}/>' if line else ""
 

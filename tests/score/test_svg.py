@@ -65,11 +65,56 @@ def test_endless_paths_are_cut_off_and_dashed_unless_they_close() -> None:
 
 @given(finite_movements)
 def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
-    drawn = paths(score_with(movement))[0]
+    drawn = paths(score_with(movement), most_strokes=10_000)[0]
     expected = pose_at(part_of(movement), 10**6)
     assert expected is not None
     if drawn.whole:
-        assert (drawn.end.x, drawn.end.y) == pytest.approx((expected.x, expected.y), abs=1e-6)
+        ends = [(pose.x, pose.y, pose.z) for pose in (drawn.end, expected)]
+        assert ends[0] == pytest.approx(ends[1], abs=1e-6)
+
+
+HELIX = "repeat 8 (forward || left || scale 1/4 up)"
+
+
+def test_a_helix_shows_every_turn_and_its_height() -> None:
+    helix = path(f"r $ {HELIX}")
+    across, high = zip(
+        *((each.x, each.z) for stroke in helix.strokes for each in (stroke.start, stroke.end)), strict=True
+    )
+    radius = 4 / math.pi
+    assert (min(across), max(across), min(high), max(high)) == pytest.approx((-radius, radius, 0, 4), abs=1e-3)
+    assert len([stroke for stroke in helix.strokes if stroke.start.x < 1e-6 < stroke.end.x]) == 2
+
+
+@pytest.mark.parametrize(
+    ("program", "views"),
+    [("r $ forward left forward", 1), ("", 1), ("r $ up\nq $ forward", 2), ("r $ up down", 2)],
+)
+def test_only_a_dance_with_a_robot_that_climbs_is_seen_from_the_side(program: str, views: int) -> None:
+    score = score_of(analyze(program))
+    for drawn in (plot(score), picture(score)):
+        assert drawn.count("from the side") == views - 1
+        assert drawn.count('stroke-linejoin="round"') == views * len(score.parts)
+
+
+def test_what_coincides_from_above_is_drawn_there_once() -> None:
+    above, side = re.findall(r'<path d="(M[^"]*)"/>', picture(score_of(analyze(f"r $ {HELIX}"))))
+    assert (above.count("A"), side.count("L")) == (40, 80)
+
+
+@pytest.mark.parametrize(
+    ("program", "whole"),
+    [("r $ repeat (up forward)", False), (f"r $ repeat ({HELIX})", False), ("r $ repeat (up down)", True)],
+)
+def test_an_endless_climb_is_dashed(program: str, whole: bool) -> None:
+    assert path(program).whole is whole
+
+
+@pytest.mark.slow("draws a long climb")
+def test_a_small_picture_of_a_long_climb_stays_small() -> None:
+    wild = "r $ repeat 10000 (forward fast 1.01 (left forward || up) fast 7/5 (halfright || scale 1/7 down))"
+    for program in (wild, f"r $ repeat 500 ({HELIX})", "r $ slow 9999 up || repeat 9999 (forward || left)"):
+        assert len(picture(score_of(analyze(program))).encode()) < LARGEST
 
 
 @given(movements)
@@ -110,6 +155,7 @@ def test_strokes_after_an_until_are_guesses() -> None:
     assert dashed("r $ (until near repeat forward) left forward\n---\nr $ left forward") == (1, 2)
     assert dashed("r $ (until near repeat slow 3 forward) left forward") == (1, 1)
     assert dashed("r $ (until near (forward left)) pause near (forward left) if near left else forward") == (3, 0)
+    assert dashed("r $ up until near (repeat up) down") == (2, 1)
     assert dashed("r $ until cue repeat left\n---\nr $ forward left forward") == (0, 2)
     drawn = plot(score_of(analyze("r $ (until near repeat forward) left forward")), timeline=True)
     assert len(re.findall(r'<path d="[^"]*" stroke-dasharray="6 3"/>', drawn)) == 1

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Collection
 from pathlib import Path
 
+from improv_core import LineError
 from improv_core.classroom.messages import FromChildren, Remove, Serving
 from improv_core.classroom.roster import new_code
 from improv_core.ipc.child import Policy
@@ -20,7 +21,7 @@ POLICY = Policy(1.0, leads=True, errors=subprocess.PIPE)
 """Ctrl-C in the terminal must not reach it: it would end the processes that read dances."""
 
 
-class ChildrenError(Exception):
+class ChildrenError(LineError):
     """The children can't be served. The message is one line, which says what to do if somebody can do something."""
 
 

@@ -13,7 +13,7 @@ from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.xacro import expand, find_xacro, is_xacro
 from improv_core.ipc.child import output
 from improv_core.outputs.ros.discovery import limited
-from improv_core.outputs.ros.setup.interpreter import SETUP, InterpreterError, find_ros_python
+from improv_core.outputs.ros.setup.interpreter import SETUP, find_ros_python
 from improv_core.plain import printable
 from improv_core.program.files import STANDARD_INPUT, read_bytes
 from improv_core.protocol.limits import FOLDER
@@ -66,12 +66,8 @@ LIMIT = 30.0
 
 
 def _published(topic: str) -> bytes:
-    """Return the URDF that ROS 2 publishes on a topic. Raises CommandError."""
-    try:
-        found = find_ros_python(None)
-    except InterpreterError as error:
-        raise CommandError(str(error)) from None
-    if not found:
+    """Return the URDF that ROS 2 publishes on a topic. Raises CommandError and InterpreterError."""
+    if not (found := find_ros_python(None)):
         raise CommandError(f"there is no ROS 2 to read {topic} with: {SETUP} installs it")
     try:
         said = json.loads(

@@ -13,14 +13,14 @@ from pathlib import Path
 
 import click
 
-from improv_core.classroom.children import Children, ChildrenError, check_site
+from improv_core.classroom.children import Children, check_site
 from improv_core.classroom.desk import Desk
 from improv_core.classroom.messages import FromDesk
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.page.own_machine import HOST
-from improv_core.program.files import ReadError, robots_in
+from improv_core.program.files import robots_in
 from improv_core.robots.config import Robots
 from improv_core.session.start import Options, usual_port
 
@@ -62,11 +62,8 @@ def command(site: Path, address: str | None, port: int, folder: Path, file: Path
     """
     robots = _robots(file) if file else None
     options = LiveOptions("both", 0, browser=False).options(file) if file else Options(backend="sim")
-    try:
-        check_site(site)
-        children = Children(site, folder, _confirmed(address, port), port)
-    except ChildrenError as problem:
-        raise CommandError(str(problem)) from None
+    check_site(site)
+    children = Children(site, folder, _confirmed(address, port), port)
     try:
         sys.exit(run(teach(children, options, robots, usual_port(str(folder.resolve())))))
     finally:
@@ -75,11 +72,8 @@ def command(site: Path, address: str | None, port: int, folder: Path, file: Path
 
 
 def _robots(file: Path) -> Robots:
-    """Return the real robots that may perform. Raises CommandError."""
-    try:
-        robots = robots_in(file)
-    except ReadError as problem:
-        raise CommandError(str(problem)) from None
+    """Return the real robots that may perform. Raises ReadError and CommandError."""
+    robots = robots_in(file)
     if not robots.ok:
         raise CommandError(f"{file} has errors: `improv check {file}` shows them")
     if not robots.robots:

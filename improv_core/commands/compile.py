@@ -14,7 +14,7 @@ from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import code_of, read_each
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import compiled
-from improv_core.program.files import ENDING, ReadError, read_program
+from improv_core.program.files import ENDING, read_program
 from improv_core.program.report import as_json
 from improv_core.program.script import ScriptError, read_script
 from improv_core.score.performance import SenseSpan
@@ -52,10 +52,8 @@ def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Pa
 
 
 def _script(path: Path) -> Sequence[SenseSpan]:
-    """Read the senses of robots from a file."""
+    """Read the senses of robots from a file. Raises ReadError and CommandError."""
     try:
         return read_script(read_program(path))
-    except ReadError as problem:
-        raise CommandError(str(problem)) from None
     except ScriptError as problem:
         raise CommandError(f"{path}: {problem}") from None

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
-
 import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.group import Group
-from improv_core.safety.allowed import HostError, approve, approved, approved_file, withdraw
+from improv_core.safety.allowed import approve, approved, approved_file, withdraw
 from improv_core.score.score import is_address
-
-T = TypeVar("T")
 
 
 @click.group("hosts", cls=Group)
@@ -25,7 +20,7 @@ def command() -> None:
 @click.argument("host")
 def allow(host: str) -> None:
     """Allow Improv to use a host or an address that an `improv.toml` names."""
-    _tried(lambda: approve(host))
+    approve(host)
     if is_address(host):
         echo(f"Improv may move robots at {host}.")
         return
@@ -35,7 +30,7 @@ def allow(host: str) -> None:
 @command.command("list")
 def list_all() -> None:
     """List the hosts that Improv may use."""
-    hosts = _tried(approved)
+    hosts = approved()
     for host in hosts:
         echo(host)
     if not hosts:
@@ -47,13 +42,6 @@ def list_all() -> None:
 @click.argument("host")
 def remove(host: str) -> None:
     """Remove a host from this list. Robots that play there keep playing until you stop them."""
-    if not _tried(lambda: withdraw(host)):
+    if not withdraw(host):
         raise CommandError(f"{host} was not allowed")
     echo(f"Improv may no longer use {host}.")
-
-
-def _tried(work: Callable[[], T]) -> T:
-    try:
-        return work()
-    except HostError as error:
-        raise CommandError(str(error)) from None

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from improv_core import __version__
+from improv_core import LineError, __version__
 from improv_core.commands.echo import echo, printable_usage_errors
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, MEANINGS, CommandError
 from improv_core.commands.group import Group
@@ -92,7 +92,7 @@ WIDEST_HELP = 100
 class Commands(Group):
     """Imports only the command that is used, also for help and completion: `improv stop` must start fast.
 
-    Problems of files and interrupts end in one line.
+    Errors for people, problems of files, and interrupts end in one line.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -128,14 +128,8 @@ class Commands(Group):
         except KeyboardInterrupt:
             echo("improv: interrupted", err=True)
             sys.exit(INTERRUPTED)
-        except (click.ClickException, click.exceptions.Exit):  # such as after --help
-            raise
-        except Exception as problem:
-            from improv_core.program.files import ReadError  # `improv stop` reads no program
-
-            if isinstance(problem, ReadError):
-                raise CommandError(str(problem)) from None
-            raise
+        except LineError as problem:
+            raise CommandError(str(problem)) from None
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Exit codes"):

@@ -10,7 +10,7 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import files_in
-from improv_core.ide.merging import Dance, MergeError, merge
+from improv_core.ide.merging import Dance, merge
 from improv_core.program.files import ENDING, analyze_file
 from improv_core.storage.atomic_write import why
 from improv_core.storage.compare_and_swap import swap
@@ -25,10 +25,7 @@ def command(files: tuple[Path, ...], output: Path | None) -> None:
     Each robot gets its program's name and plays what it plays alone. FILES are programs or folders of programs.
     """
     sources = [Dance(path.stem, analyze_file(path)) for path in files_in(files, ENDING)]
-    try:
-        merged = merge(sources)
-    except MergeError as problem:
-        raise CommandError(str(problem)) from None
+    merged = merge(sources)
     for note in merged.notes:
         echo(f"improv: {note}", err=True)
     if output is None:

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from improv_core.commands.echo import echo
-from improv_core.commands.exit_codes import CommandError
 
 
 @click.command("new")
@@ -28,12 +27,9 @@ def with_ending(name: Path) -> Path:
 
 
 def make(path: Path | None) -> Path:
-    """Make a small program, with the first free name if none is given. Raises CommandError."""
-    from improv_core.storage.program_file import WriteError, create
+    """Make a small program, with the first free name if none is given. Raises WriteError."""
+    from improv_core.storage.program_file import create
 
-    try:
-        made = create(path)
-    except WriteError as problem:
-        raise CommandError(str(problem)) from None
+    made = create(path)
     echo(f"made {made}")
     return made

@@ -8,11 +8,11 @@ from pathlib import Path
 import click
 
 from improv_core.commands.echo import echo
-from improv_core.commands.exit_codes import PROBLEMS, CommandError
+from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.group import Group
 from improv_core.commands.output_check import Row, checks
 from improv_core.commands.output_subjects import Subject, subject_for
-from improv_core.program.files import ReadError, robots_near
+from improv_core.program.files import robots_near
 
 LIMIT = 0.6
 """Seconds within which a robot has to stand, whatever happens. Reports of a robot may be a tenth of one apart."""
@@ -33,10 +33,7 @@ def check(name: str, robot: str | None, yes: bool, limit: float) -> None:
 
     NAME is the output of a robot in improv.toml, `ros`, or `simulator`. The last two move no real robot.
     """
-    try:
-        subject = subject_for(name, robot, robots_near(Path.cwd()))
-    except ReadError as error:
-        raise CommandError(str(error)) from None
+    subject = subject_for(name, robot, robots_near(Path.cwd()))
     if subject.host and not yes:
         click.confirm(f"{subject.robot} will turn on the spot for half a minute. Is it on the floor?", abort=True)
     if not asyncio.run(_printed(subject, limit)):

@@ -13,7 +13,7 @@ from improv_core.commands.group import Group
 from improv_core.hosts.connect import ConnectError
 from improv_core.hosts.setup import set_up_there
 from improv_core.outputs.ros.setup import setup as ros_setup
-from improv_core.outputs.ros.setup.environment import AGAIN, Say, SetupError
+from improv_core.outputs.ros.setup.environment import AGAIN, Say
 from improv_core.outputs.ros.setup.proof import Proof
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -34,8 +34,6 @@ def setup(host: str | None) -> None:
             set_up_there(host, proof(), echo)
         else:
             set_up(echo)
-    except SetupError as error:
-        raise CommandError(str(error)) from None
     except ConnectError as error:
         raise CommandError(f"{host}: {error}") from None
     except KeyboardInterrupt:

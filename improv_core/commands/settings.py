@@ -37,7 +37,7 @@ class PlaySettings:
     senses: Sequence[Sensed] | None = None
     arming: Arming | None = None
 
-    def selected(self, analysis: Analysis) -> Selection:
+    def chosen(self, analysis: Analysis) -> Selection:
         """Select the wanted scenes of a program; all of it if no option names any. Raises UnplayableError."""
         from improv_core.ide.rehearsal import rehearse, scenes_named
         from improv_core.ide.selection import Selection
@@ -45,15 +45,6 @@ class PlaySettings:
         if self.first is None and self.last is None:
             return Selection("", analysis)
         return rehearse(analysis, scenes_named(analysis, self.first, self.last))
-
-    def chosen(self, analysis: Analysis) -> Selection:
-        """Select the wanted scenes of a program. Raises CommandError if it lacks them."""
-        from improv_core.ide.selection import UnplayableError
-
-        try:
-            return self.selected(analysis)
-        except UnplayableError as error:
-            raise CommandError(str(error)) from None
 
     def counted_in(self, score: Score) -> Score:
         """Return the score, counted in if that is wanted."""

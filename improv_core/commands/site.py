@@ -7,8 +7,7 @@ from pathlib import Path
 import click
 
 from improv_core.commands.echo import echo
-from improv_core.commands.exit_codes import CommandError
-from improv_core.website.build import SiteError, build
+from improv_core.website.build import build
 
 
 @click.command("site")
@@ -27,9 +26,6 @@ def command(folder: Path, pyodide: Path) -> None:
     All of Improv runs in their browsers: nothing is installed, and nothing they write leaves it. Any web server can
     serve the folder.
     """
-    try:
-        files = build(folder, pyodide)
-    except (SiteError, OSError) as error:
-        raise CommandError(str(error)) from None
+    files = build(folder, pyodide)
     echo(f"{folder}: {len(files)} files, {sum(files.values()) / 1e6:.1f} MB; serve it with any web server, such as")
     echo(f"  python3 -m http.server --bind 127.0.0.1 --directory {folder}")

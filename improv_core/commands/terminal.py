@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from improv_core import STARTED
-from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.exit_codes import INTERRUPTED
 from improv_core.commands.keys import Keyboard, pressed
 from improv_core.commands.results import Results
 from improv_core.commands.screen import Screen
 from improv_core.commands.settings import PlaySettings
 from improv_core.ide.selection import UnplayableError
-from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
@@ -44,11 +43,9 @@ USUAL = PlaySettings()
 
 
 def run(command: Coroutine[Any, Any, int]) -> int:
-    """Run a command that plays, and return its exit code. Raises CommandError if there is no stage to play on."""
+    """Run a command that plays, and return its exit code."""
     try:
         return asyncio.run(command)
-    except StageError as problem:
-        raise CommandError(str(problem)) from None
     except asyncio.CancelledError:  # it was interrupted, and has closed
         return INTERRUPTED
 
@@ -177,7 +174,7 @@ class TerminalSession:
         if self.interrupted.is_set():
             return False
         settings = self._settings
-        only = settings.selected(analysis)
+        only = settings.chosen(analysis)
         self.rehearses = only.moved
         self.present(path)
         self.finished.clear()

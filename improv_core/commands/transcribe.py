@@ -14,13 +14,13 @@ import click
 
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
-from improv_core.program.files import ReadError, robots_near
+from improv_core.program.files import robots_near
 from improv_core.score.profiles import Profile
 from improv_core.storage.atomic_write import why
 from improv_core.storage.compare_and_swap import swap
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.transcription.reading import read_source
-from improv_core.transcription.sources import Recording, SourceError, robot_name
+from improv_core.transcription.sources import Recording, robot_name
 from improv_core.transcription.track import TimedPlace
 from improv_core.transcription.transcribe import Tolerance, Transcription, transcribe
 
@@ -71,11 +71,8 @@ def command(
     .db3), or drawings (.svg). A path stays within the tolerance of what was recorded, 5 degrees, and 50 ms. Ctrl-C ends
     a long search with the best program so far.
     """
-    try:
-        recorded = _only(_recorded(files, seconds, scale), robot)
-        robots = robots_near(Path.cwd())
-    except (SourceError, ReadError) as problem:
-        raise CommandError(str(problem)) from None
+    recorded = _only(_recorded(files, seconds, scale), robot)
+    robots = robots_near(Path.cwd())
     profiles = {name: robots.profile_of(name) for name in recorded}
     made = _searched(recorded, profiles, Tolerance(tolerance), tempo)
     if output is None:

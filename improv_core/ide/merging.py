@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from improv_core import LineError
 from improv_core.diagnostics import Edit, Severity, applied
 from improv_core.ide.references import Symbol, plays, references
 from improv_core.program.analysis import Analysis, analyze
@@ -37,7 +38,7 @@ _REPLACED = ("BEAT", "AT", "ROOM", "BAR_LENGTH", "SCENE")
 """The signs of lines that the merged program has once for all programs, or replaces."""
 
 
-class MergeError(Exception):
+class MergeError(LineError):
     """Programs can't be merged. The message is one line that names the program and the reason."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 
+from improv_core import LineError
 from improv_core.diagnostics import Severity
 from improv_core.ide.cursor import touching
 from improv_core.ide.fragment import Fragment, fragment_at, is_broken
@@ -33,7 +34,7 @@ _NOWHERE = -1  # the ID of no statement
 _PLAYS_NOTHING = "choose a line with a robot, a name, or a movement"
 
 
-class UnplayableError(Exception):
+class UnplayableError(LineError):
     """A selection can't be played. The message is one line that gives the reason."""
 
 

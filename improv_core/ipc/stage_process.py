@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Literal, TypedDict
 
+from improv_core import LineError
 from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.protocol.commands import Stop, is_stop
@@ -48,7 +49,7 @@ Hear = Callable[["Stage", Heard, int], None]
 """Gets the messages from a stage. A request from a page comes with the count of stops at its arrival."""
 
 
-class StageError(Exception):
+class StageError(LineError):
     """A stage can't be started. The message is one line with the advice."""
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from improv_core import LineError
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import FILE_NAME, Robots, find_robots_file, read_robots
@@ -30,7 +31,7 @@ LARGEST_ROBOTS_FILE = 1_000_000
 _OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
-class ReadError(Exception):
+class ReadError(LineError):
     """A file can't be read as a program. The message is one line that says why."""
 
 

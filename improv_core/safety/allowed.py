@@ -14,10 +14,11 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from improv_core import LineError
 from improv_core.score.score import is_address, is_host
 
 
-class HostError(Exception):
+class HostError(LineError):
     """A host can't be used. The message is one line with the advice."""
 
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from improv_core import LineError
 from improv_core.program.files import ENDING, ReadError, read_bytes, refuse_robots_file
 from improv_core.protocol.fields import LONGEST_TEXT
 from improv_core.storage.atomic_write import check_replaceable, real, why
@@ -23,7 +24,7 @@ turtle1 $ repeat 4 (forward left)
 FREE_NAME = f"dance{ENDING}"
 
 
-class WriteError(Exception):
+class WriteError(LineError):
     """A file can't be written; one plain line that says why."""
 
 

@@ -6,13 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from improv_core import LineError
 from improv_core.transcription.track import TimedPlace
 
 LARGEST = 1e6
 """Meters and seconds: a larger number is a mistake in a file."""
 
 
-class SourceError(ValueError):
+class SourceError(LineError):
     """A recording can't be read; its text is one plain line."""
 
 

@@ -13,6 +13,7 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
+from improv_core import LineError
 from improv_core.page.files import FOLDER, page_files
 from improv_core.page.gallery import examples, guide_files, songs
 
@@ -55,7 +56,7 @@ SAME_TIME = (2020, 1, 1, 0, 0, 0)
 """The date of all files in an archive, so that equal files make equal archives."""
 
 
-class SiteError(Exception):
+class SiteError(LineError):
     """The website can't be built. The message is one line that says what to do."""
 
 

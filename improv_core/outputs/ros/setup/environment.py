@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from improv_core import LineError
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.setup.interpreter import PROVEN, VARIABLE
 
@@ -30,7 +31,7 @@ AGAIN = "run `improv ros setup` again"
 Say = Callable[[str], object]
 
 
-class SetupError(Exception):
+class SetupError(LineError):
     """Setting up ROS 2 failed. The message is one plain line that says what to do."""
 
 

@@ -6,9 +6,10 @@ from __future__ import annotations
 import math
 
 ANSWER_LIMIT = 0.5
-"""Seconds within which a standby answers a pulse; otherwise it is replaced."""
+"""Seconds within which a standby answers a pulse while robots move; otherwise it is replaced."""
 START_LIMIT = 5.0
-"""Seconds within which a new standby sends its first message; on a quiet machine it takes half a second."""
+"""Seconds within which a new standby sends its first message, on a quiet machine after half a second; and within which
+one answers while robots stand: until then it may be creating publishers, which takes long on a busy machine."""
 READY_LIMIT = 5.0
 """Seconds that robots may move without a standby that is ready: discovery alone took up to 3.3 s."""
 STALL = 0.3
@@ -27,16 +28,16 @@ class StandbyMonitor:
 
     def note_start(self, now: float) -> None:
         """Note that there is a new standby."""
-        self._due = now + START_LIMIT
+        self._due, self._starts = now + START_LIMIT, True
 
-    def note_pulse(self, now: float) -> None:
-        """Note that the standby was sent a pulse. Only the first one without an answer counts."""
-        if self._due == math.inf:
-            self._due = now + ANSWER_LIMIT
+    def note_pulse(self, now: float, moving: bool) -> None:
+        """Note that the standby was sent a pulse, and whether robots move."""
+        if not self._starts:
+            self._due = min(self._due, now + (ANSWER_LIMIT if moving else START_LIMIT))
 
     def note_message(self) -> None:
         """Note that the standby has sent something."""
-        self._due = math.inf
+        self._due, self._starts = math.inf, False
 
     def note_time(self, now: float) -> None:
         """Note that everything that the standby has sent until now has been read."""

@@ -9,9 +9,9 @@ from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, 
 PERIOD = 0.1
 
 
-def lost_at(answers_until: float, pulses_from: float = 0.0, stalls_at: float | None = None) -> float | None:
+def lost_at(answers_until: float, pulses_from: float, stalls_at: float | None, moves_from: float = 0.0) -> float | None:
     """Return the time at which a standby that answers pulses only up to a time counts as lost; None if not within 10
-    s."""
+    s. Robots begin to move at another time."""
     monitor, now = StandbyMonitor(0.0), 0.0
     while now < 10:
         if now <= answers_until:
@@ -20,7 +20,7 @@ def lost_at(answers_until: float, pulses_from: float = 0.0, stalls_at: float | N
         if monitor.is_lost():
             return round(now, 6)
         if now >= pulses_from:
-            monitor.note_pulse(now)
+            monitor.note_pulse(now, now >= moves_from)
         now = round(now + (3.0 if now == stalls_at else PERIOD), 6)
     return None
 
@@ -41,6 +41,13 @@ def test_a_standby_that_does_not_answer_is_lost(
     answers_until: float, pulses_from: float, stalls_at: float | None, expected: float | None
 ) -> None:
     assert lost_at(answers_until, pulses_from, stalls_at) == (expected and round(expected, 6))
+
+
+@pytest.mark.parametrize(
+    ("moves_from", "expected"), [(0.0, 2.0 + ANSWER_LIMIT), (4.0, 4.0 + ANSWER_LIMIT), (20.0, 2.0 + START_LIMIT)]
+)
+def test_a_standby_has_more_time_to_answer_while_robots_stand(moves_from: float, expected: float) -> None:
+    assert lost_at(2.0, 0.0, None, moves_from) == expected
 
 
 def stops(*story: tuple[bool, bool]) -> list[float]:

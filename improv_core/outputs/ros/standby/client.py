@@ -193,7 +193,7 @@ class Standby:
         now = self._clock()
         self._pulse = now + PULSE_PERIOD
         self.look()
-        self._monitor.note_pulse(now)
+        self._monitor.note_pulse(now, bool(self.moving))
 
     def _tell(self, message: ToStandby) -> None:
         if self._child:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -22,7 +23,6 @@ from improv_core.page.own_machine import HOST
 from improv_core.page.song_file import serve
 from improv_core.page.web_server import HEADERS, Access, abort, add_files, receive, serving
 from improv_core.protocol.commands import PageOpened, PageRequest
-from improv_core.protocol.page_requests import read_count, read_page
 from improv_core.safety.stage_stops import stop_stages
 
 if TYPE_CHECKING:
@@ -43,8 +43,12 @@ CONFIRM_LIMIT = 1.0
 """Seconds for which a stop may wait for its confirmation. Then the page learns that the stop has only arrived."""
 ASK_LIMIT = 0.8
 """Seconds for which stages may let a stop wait for their own confirmation: less, so that the answer has their names."""
+HEAD_START = 0.02
+"""Seconds that stages have to obey a stop that has gone straight to them: too few to notice."""
 MOST_ASKING = 16
 """The most stops whose confirmation by stages is awaited at the same time."""
+_PAGE, _NUMBER = re.compile(r"[0-9A-Za-z-]{1,64}"), re.compile(r"[0-9]{1,15}")
+"""The name that a page gives itself, and the number of a stop."""
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
 """The tag in index.html that the token replaces."""
 
@@ -162,9 +166,10 @@ class Application:
         """Take a stop over its own connection: 204 once all have obeyed it, else 202 with the names of the others, if
         known."""
         self._access.check(request, needs_origin=True)
-        page, number = read_page(request.query.get("page")), read_count(request.query.get("number"))
-        if not page or number is None:
+        page, given = _page_of(request), request.query.get("number", "")
+        if not page or not _NUMBER.fullmatch(given):
             raise web.HTTPBadRequest
+        number = int(given)
         if self._stops.arrive(page, number):
             self._pass_stop(page, number)
         elif not self._stops.is_confirmed(page, number):
@@ -174,13 +179,23 @@ class Application:
         return web.Response(status=202, text=self._stops.waits_for(page))
 
     def _pass_stop(self, page: str, number: int) -> None:
-        self._ask_stages(page, number)
-        self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
+        """Send a stop straight to all stages. Each reports it to the session, which gets it from here only if they have
+        not all obeyed soon: its work must not delay theirs."""
 
-    def _ask_stages(self, page: str, number: int) -> None:
-        """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop."""
+        def tell_session() -> None:
+            if not self._stops.is_confirmed(page, number):
+                self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
+
+        if self._ask_stages(page, number):
+            asyncio.get_running_loop().call_later(HEAD_START, tell_session)
+        else:
+            tell_session()
+
+    def _ask_stages(self, page: str, number: int) -> bool:
+        """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop. Return
+        whether they are being asked."""
         if self._show is None or self._asking >= MOST_ASKING:
-            return
+            return False
         loop, show, mark = asyncio.get_running_loop(), self._show, f"{page} {number}"
 
         def ask() -> None:
@@ -193,9 +208,12 @@ class Application:
             if waits_for is not None:
                 self._stops.obeyed(mark, waits_for)
 
-        with suppress(RuntimeError):  # there can't be more threads now: the parent gets the stop anyway
+        try:
             threading.Thread(target=ask, daemon=True).start()
-            self._asking += 1
+        except RuntimeError:  # there can't be more threads now
+            return False
+        self._asking += 1
+        return True
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)
@@ -205,7 +223,7 @@ class Application:
         page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_MESSAGE, writer_limit=0)
         outbox = self._pages.join()
         self._open[outbox] = request
-        name, framed = read_page(request.query.get("page")), "framed" in request.query
+        name, framed = _page_of(request), "framed" in request.query
         self._framed += framed
         stop = partial(self._pass_stop, name)
         connection = PageConnection(name, outbox, self._answers, self._stops, stop, self._throttle.take)
@@ -227,3 +245,9 @@ class Application:
 
     def _watched(self, framed: bool) -> PageOpened:
         return {"type": "page_opened", "framed": self._framed} if framed else {"type": "page_opened"}
+
+
+def _page_of(request: web.Request) -> str:
+    """Return the name of the page that asks; empty if it gives none."""
+    page = request.query.get("page", "")
+    return page if _PAGE.fullmatch(page) else ""

@@ -68,9 +68,7 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
         then, acts = replace(then, misplaced=None), [*acts, Tell(preflight.message(None, then.generation))]
     if (then.gate or then.is_due) and then.mode != "waiting":
         then = replace(then, gate=None, is_due=False)
-    if start_gate.is_ready(run.gate) != start_gate.is_ready(then.gate) or start_gate.begins_to_count(
-        run.gate, then.gate
-    ):
+    if then.gate is not run.gate and start_gate.is_news(run.gate, then.gate):
         acts = [*acts, Tell(start_gate.message(then.gate, then.generation))]
     return then, acts
 

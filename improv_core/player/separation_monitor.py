@@ -90,7 +90,7 @@ class SeparationMonitor:
 
     def unseen(self, run: Run, now: float) -> list[str]:
         """Return the robots that must be seen and aren't at a time on the clock."""
-        watched = _ours(run) if self._sink.real and run.score.safety.sight else ()
+        watched = _ours(run) if run.score.safety.sight else ()
         return [robot for robot in watched if now >= self._proximity.seen_until([robot])]
 
     def poses(self, run: Run, now: float) -> dict[str, Pose]:

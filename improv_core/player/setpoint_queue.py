@@ -154,17 +154,17 @@ class SetpointQueue:
 
     def stop(self, parts: Mapping[str, Part], performed: float) -> list[Exception]:
         """Stop robots at once. If one can't be stopped, the others still are. Return the exceptions."""
-        movers = self.movers(parts)
-        self.drop(movers)
-        problems, self._stops = list[Exception](), True
-        for mover in movers:
-            burst = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
+        movers, problems, self._stops = self.movers(parts), list[Exception](), True
+        for mover in movers:  # before anything else
             try:
-                self._send_now(mover, STILL, next(burst).at)
+                self._send_now(mover, STILL, performed)
             except Exception as problem:  # a sink's library may raise anything
                 problems.append(problem)
-            self.add(mover, burst, 0.0)
         self._stops = False
+        self.drop(movers)
+        for mover in movers:
+            _, *rest = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
+            self.add(mover, iter(rest), 0.0)
         return problems
 
     def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:

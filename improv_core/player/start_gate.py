@@ -62,11 +62,12 @@ def counts(gate: Gate, wall: float) -> bool:
     return gate.ready and gate.count > 0 and gate.begins - wall <= gate.count * gate.period
 
 
-def begins_to_count(before: Gate | None, after: Gate | None) -> bool:
-    """Return whether the end of a count has just become known."""
-    if not before or not after or not before.ready:
-        return False
-    return after.count > 0 and before.begins != after.begins
+def is_news(before: Gate | None, after: Gate | None) -> bool:
+    """Return whether people should know of a change: beat 0 waits only for the gate now, or no longer does, or the end
+    of a count has just become known."""
+    if is_ready(before) != is_ready(after):
+        return True
+    return bool(before and after and before.ready and after.count and before.begins != after.begins)
 
 
 def beat_zero(gate: Gate | None, now: float) -> float:

@@ -284,9 +284,10 @@ class Tracks:
             self.joints.tell(robot, self.limbs.track[mover].tell(velocity, performed), performed)
             return
         assert isinstance(velocity, Twist)
-        at = self.run.transport.clock(performed)
-        correction = self.odometry.correction(robot, velocity, max(at, self.reached) if self.sink.real else at)
-        told = velocity if correction == STILL else velocity.plus(correction)
+        at, told = self.run.transport.clock(performed), velocity
+        if velocity != STILL:
+            correction = self.odometry.correction(robot, velocity, max(at, self.reached) if self.sink.real else at)
+            told = velocity if correction == STILL else velocity.plus(correction)
         pace = self.run.simulated_pace
         self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
         self.odometry.tell(robot, velocity, at)
@@ -320,7 +321,7 @@ class Tracks:
             poses,
             {robot: each for robot, each in places.items() if robot not in self.listeners.returning},
             self.wall() if self.run.gate else 0.0,
-            self.separation.unseen(self.run, now),
+            self.separation.unseen(self.run, now) if self.sink.real else (),
             self.faults.unreached if self.sink.real else (),
             self.paths,
         )

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import Any, cast
 
 from improv_core.protocol.commands import Added
 from improv_core.protocol.decoding import by_type
-from improv_core.protocol.fields import Count
 from improv_core.protocol.page_messages import FromPage
 from improv_core.score.fits import fits, hints_of
-
-PAGE = re.compile(r"[0-9A-Za-z-]{1,64}")
-"""The name that a page gives itself."""
 
 _REQUESTS: dict[str, Any] = by_type(FromPage)
 
@@ -35,14 +30,3 @@ def read(text: str) -> FromPage | None:
         return None
     request = {name: value for name, value in message.items() if name in fields_of(expected)}
     return cast(FromPage, request) if fits(request, expected) else None
-
-
-def read_page(text: str | None) -> str:
-    """Return the name of a page; empty if the text is not one."""
-    return text if text and PAGE.fullmatch(text) else ""
-
-
-def read_count(text: str | None) -> int | None:
-    """Return a whole number from a URL."""
-    number = int(text) if text and len(text) < 16 and text.isascii() and text.isdigit() else None
-    return number if fits(number, Count) else None

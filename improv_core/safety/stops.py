@@ -133,7 +133,7 @@ class Stops:
         for after its own stop can't have waited since before it.
         """
         if is_stop(request):
-            if not (request["type"] == "stop" and request.get("direct") in self._direct):
+            if not (request["type"] == "stop" and request.get("direct", request.get("mark")) in self._direct):
                 self.stop(request)
         elif by := request.get("by"):
             with self._lock:

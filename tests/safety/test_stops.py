@@ -117,8 +117,10 @@ def test_a_stop_that_has_gone_straight_to_stages_counts_once_whoever_reports_it_
     stops.stop({"type": "pause"})
     stops.stop({"type": "stop", "direct": "improv stop"})
     assert stops.arrive({"type": "stop", "direct": "improv stop"}) == 3
+    assert stops.arrive({"type": "stop", "direct": "page 2"}) == 4
+    assert stops.arrive({"type": "stop", "mark": "page 2"}) == 4
     for stage in (simulator, real):
-        assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop"]
+        assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop", "page 2"]
 
 
 @pytest.mark.parametrize("threads", [True, False])

@@ -113,3 +113,9 @@ def _common(most: int, holds: Callable[[int], bool]) -> int:
         middle = (least + most + 1) // 2
         least, most = (middle, most) if holds(middle) else (least, middle - 1)
     return least
+
+
+def has_in_order(text: str, letters: str) -> bool:
+    """Return whether a text has these letters in this order, perhaps with others between them."""
+    rest = iter(text)
+    return all(letter in rest for letter in letters)

@@ -18,7 +18,6 @@ from improv_core.text import LineIndex
 class ProgramFile(NamedTuple):
     """A file, and the robots of its program."""
 
-    uri: str
     path: Path
     robots: Robots
 
@@ -30,12 +29,8 @@ class Findings(NamedTuple):
     diagnostics: Sequence[Diagnostic]
 
 
-def check(programs: Sequence[ProgramFile]) -> list[Findings | None]:
-    """Return the findings for each program; None if there are none, or it can't be read."""
-    return [*map(_findings, programs)]
-
-
-def _findings(program: ProgramFile) -> Findings | None:
+def check(program: ProgramFile) -> Findings | None:
+    """Return the findings for a program; None if there are none, or it can't be read."""
     from improv_core.stage.dry_run import predict  # not in the server, which only asks
 
     try:

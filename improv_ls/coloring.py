@@ -59,7 +59,8 @@ def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[TokenEdit]:
     for one, other in _runs(old[begin:old_end], new[begin:new_end]):
         before, after = encoded(one), encoded(other)
         if before != after:
-            found.append(_trimmed(start, before, after))
+            begin, end = _common(before, after)
+            found.append(TokenEdit(start + begin, len(before) - begin - end, after[begin : len(after) - end]))
         start += len(before)
     return found
 
@@ -71,11 +72,6 @@ def _runs(old: Sequence[Chunk], new: Sequence[Chunk]) -> Iterator[tuple[Sequence
         return
     for index in range(len(old)):
         yield old[index : index + 1], new[index : index + 1]
-
-
-def _trimmed(start: int, old: Sequence[int], new: Sequence[int]) -> TokenEdit:
-    begin, end = _common(old, new)
-    return TokenEdit(start + begin, len(old) - begin - end, new[begin : len(new) - end])
 
 
 def _common(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Coroutine
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 from pygls.capabilities import get_capability
@@ -26,14 +26,13 @@ ANSWER_LIMIT = 2.0
 """Seconds to wait for a client's answer: some never answer."""
 READING = 5.0
 """Seconds for which nothing should overwrite a warning, in editors that show messages and progress in one line."""
-_REFRESHES = {
+SHOWN = {
     "code_lens": types.WORKSPACE_CODE_LENS_REFRESH,
     "diagnostics": types.WORKSPACE_DIAGNOSTIC_REFRESH,
     "inlay_hint": types.WORKSPACE_INLAY_HINT_REFRESH,
     "semantic_tokens": types.WORKSPACE_SEMANTIC_TOKENS_REFRESH,
 }
-Shown = Literal["code_lens", "diagnostics", "inlay_hint", "semantic_tokens"]
-"""Things that an editor shows beside the text, and can ask for again."""
+"""Things that an editor shows beside the text, and the request that has it ask for each again."""
 
 
 def _member(given: object, name: str) -> object:
@@ -112,26 +111,10 @@ class Editor:
 
         return DiagnosticSupport(said("related_information"), said("tag_support"), said("code_description_support"))
 
-    @property
-    def takes_document_changes(self) -> bool:
-        """True if edits may name the version they are for."""
-        return bool(self.can("workspace.workspace_edit.document_changes"))
-
-    @property
-    def watches_files(self) -> bool:
-        """True if the client reports files that change on disk."""
-        return bool(self.can("workspace.did_change_watched_files.dynamic_registration"))
-
-    @property
-    def creates_files(self) -> bool:
-        """True if edits may create files."""
-        operations = self.can("workspace.workspace_edit.resource_operations") or ()
-        return types.ResourceOperationKind.Create in operations
-
-    def refresh(self, feature: Shown) -> None:
+    def refresh(self, feature: str) -> None:
         """Have the client ask again for a feature's data, if it supports that."""
         if self.can(f"workspace.{feature}.refresh_support"):
-            self.server.protocol.send_request(_REFRESHES[feature])
+            self.server.protocol.send_request(SHOWN[feature])
 
     def soon(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine after the current message. pygls starts asynchronous handlers later, too, but then messages

@@ -26,12 +26,12 @@ FEATURES = {
     types.TEXT_DOCUMENT_DID_CLOSE: "text_document_sync.did_close",
     types.TEXT_DOCUMENT_WILL_SAVE: "did_save.will_save",
     types.TEXT_DOCUMENT_DID_SAVE: "did_save.did_save",
-    types.TEXT_DOCUMENT_DIAGNOSTIC: "diagnostic.diagnostic",
+    types.TEXT_DOCUMENT_DIAGNOSTIC: "diagnostics.diagnostic",
     types.WORKSPACE_DIAGNOSTIC: "workspace_diagnostic.workspace_diagnostic",
     types.TEXT_DOCUMENT_HOVER: "hover.hover",
     types.TEXT_DOCUMENT_COMPLETION: "completion.completion",
     types.COMPLETION_ITEM_RESOLVE: "completion.resolve",
-    types.TEXT_DOCUMENT_SIGNATURE_HELP: "signature_help.signature_help",
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: "hover.signature_help",
     types.TEXT_DOCUMENT_CODE_ACTION: "code_action.code_action",
     types.CODE_ACTION_RESOLVE: "code_action.resolve",
     types.TEXT_DOCUMENT_CODE_LENS: "code_lens.code_lens",
@@ -39,18 +39,18 @@ FEATURES = {
     types.TEXT_DOCUMENT_FORMATTING: "formatting.formatting",
     types.TEXT_DOCUMENT_RANGE_FORMATTING: "formatting.range_formatting",
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: "formatting.on_type_formatting",
-    types.TEXT_DOCUMENT_DECLARATION: "definition.definition",
-    types.TEXT_DOCUMENT_DEFINITION: "definition.definition",
+    types.TEXT_DOCUMENT_DECLARATION: "references.definition",
+    types.TEXT_DOCUMENT_DEFINITION: "references.definition",
     types.TEXT_DOCUMENT_REFERENCES: "references.references",
-    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "document_highlight.document_highlight",
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "references.document_highlight",
     types.TEXT_DOCUMENT_PREPARE_RENAME: "rename.prepare_rename",
     types.TEXT_DOCUMENT_RENAME: "rename.rename",
     types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY: "call_hierarchy.prepare",
     types.CALL_HIERARCHY_INCOMING_CALLS: "call_hierarchy.incoming",
     types.CALL_HIERARCHY_OUTGOING_CALLS: "call_hierarchy.outgoing",
-    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: "document_symbol.document_symbol",
-    types.TEXT_DOCUMENT_SELECTION_RANGE: "selection_range.selection_range",
-    types.TEXT_DOCUMENT_FOLDING_RANGE: "folding_range.folding_range",
+    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: "structure.document_symbol",
+    types.TEXT_DOCUMENT_SELECTION_RANGE: "structure.selection_range",
+    types.TEXT_DOCUMENT_FOLDING_RANGE: "structure.folding_range",
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: "semantic_tokens.semantic_tokens",
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA: "semantic_tokens.semantic_tokens_delta",
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: "semantic_tokens.semantic_tokens_range",
@@ -128,7 +128,7 @@ _REQUESTS = {method for method in FEATURES if types.METHOD_TO_TYPES.get(method, 
 def create_server() -> Session:
     """Create a server with every feature; it waits for a client."""
     server = Session()
-    server.publish = partial(_loaded_later("publish_diagnostics.publish"), server)
+    server.publish = partial(_loaded_later("diagnostics.publish"), server)
     server.urdfs_changed = partial(_loaded_later("workspace_files.urdfs_changed"), server)
     for method, handler in FEATURES.items():
         about_document = method in _REQUESTS and method.startswith(("textDocument/", "callHierarchy/"))

@@ -17,7 +17,7 @@ from pygls.exceptions import FeatureRequestError
 from improv_core import STARTED, __version__
 from improv_core.protocol.commands import Stop
 from improv_core.safety.stop_socket import IDLE, StopSocket, listening
-from improv_ls.editor import Editor, Shown
+from improv_ls.editor import SHOWN, Editor
 from improv_ls.framing import StdioServer
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from improv_ls.settling import Settling
 
 T = TypeVar("T")
-_SHOWN: Sequence[Shown] = ("diagnostics", "semantic_tokens", "inlay_hint", "code_lens")
 _numbers = count(1)
 
 
@@ -161,7 +160,7 @@ class Session(StdioServer):
 
     def _refresh(self) -> None:
         """Have the editor ask again for its decorations, because a document is up to date now."""
-        for feature in _SHOWN:
+        for feature in SHOWN:
             self.editor.refresh(feature)
 
     def _fail(self, error: BaseException) -> None:

@@ -60,7 +60,7 @@ def workspace_edit(
     texts = [(each, text_edits(each, edits, editor.encoding)) for each, edits in changes if edits]
     closed = [each.uri for each, _ in texts if each.version is None]
     asks = bool(asks and closed and editor.can("workspace.workspace_edit.change_annotation_support"))
-    if not editor.takes_document_changes and not new:
+    if not editor.can("workspace.workspace_edit.document_changes") and not new:
         return types.WorkspaceEdit(changes={each.uri: edits for each, edits in texts})
     created = types.CreateFileOptions(ignore_if_exists=True)
     return types.WorkspaceEdit(

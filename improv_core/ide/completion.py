@@ -29,7 +29,7 @@ from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import A_NUMBER, Kind, Word
-from improv_core.text import Span
+from improv_core.text import Span, has_in_order
 
 MOST_NAMES = 300
 """If there are more names, completion offers only those that match the typed letters."""
@@ -241,7 +241,7 @@ def _names_in(analysis: Analysis, found: BeforeCursor) -> tuple[list[tuple[int, 
     whole = len(definers) <= MOST_NAMES
     if not whole:
         letters = found.begun.lower()
-        names = islice((name for name in names if _fits(name.lower(), letters)), MOST_NAMES)
+        names = islice((name for name in names if has_in_order(name.lower(), letters)), MOST_NAMES)
     indices = [definers[name] for name in names]
     return [(index, each) for index in indices if (each := analysis.meanings[index].definition)], whole
 
@@ -254,8 +254,3 @@ def _definers(analysis: Analysis, before: int) -> Mapping[str, int]:
         if definition and definition.name not in found:
             found[definition.name] = index
     return found
-
-
-def _fits(name: str, letters: str) -> bool:
-    rest = iter(name)
-    return all(letter in rest for letter in letters)

@@ -1,4 +1,4 @@
-"""One file per LSP method, named after it: converts the position, calls `ide`, converts the answer.
+"""The handlers of LSP's methods, by subject: each converts the position, calls `ide`, and converts the answer.
 
-`server` connects them. Begin with `hover`.
+`FEATURES` in `server` has the handler of each method. Begin with `hover`.
 """

@@ -18,7 +18,7 @@ from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.robots.edits import add, place
 from improv_core.text import Span, difference
 from improv_ls.documents import AnyDocument, Document, RobotsFile, path_of, robots_file_now
-from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
+from improv_ls.handlers.diagnostics import as_sent, diagnostics_of
 from improv_ls.positions import to_range, to_scenes, to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import workspace_edit
@@ -38,16 +38,13 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
         for action, edited in _actions(ls, document, span, fixes_all)
         if not only or _is_one_of(action.kind, only)
     ]
-    done = [
-        _command(ls, document, action)
-        for action in _play_actions(ls, document, span)
-        if not only or _is_one_of(action.kind, only)
-    ]
-    if isinstance(document, Document) and (not only or _is_one_of("improv.onSave", only)):
-        done += _on_save(ls)
-    if not only or _is_one_of("improv.resume", only):
-        done += _resumes(ls)
-    return edits + done
+    if isinstance(document, RobotsFile):
+        commands = [_command(ls, document, action) for action in trials(document.lines.text, span)]
+    else:
+        played = play_actions(document.analysis, span.start, *ls.performance.silenced)
+        commands = [*(_command(ls, document, action) for action in played), *_on_save(ls)]
+    commands += _resumes(ls)
+    return edits + [each for each in commands if not only or _is_one_of(str(each.kind), only)]
 
 
 def _resumes(ls: Session) -> Iterator[types.CodeAction]:
@@ -112,7 +109,8 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
     config, program, symbol = document.analysis.config, path_of(document.uri), symbol_at(document.analysis, span.start)
     if not program or not symbol or symbol.kind != "robot" or config.robots:
         return
-    if not config.path and not ls.editor.creates_files:
+    creates = ls.editor.can("workspace.workspace_edit.resource_operations") or ()
+    if not config.path and types.ResourceOperationKind.Create not in creates:
         return
     if not (file := robots_file_now(config.path or program.parent / FILE_NAME, ls.robots_files)):
         return
@@ -121,13 +119,6 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
         start, end, written = difference(file.lines.text, text)
         where = FILE_NAME if config.path else f"a new {FILE_NAME}"
         yield Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),)), file
-
-
-def _play_actions(ls: Session, document: AnyDocument, span: Span) -> Iterator[PlayAction]:
-    """Yield actions that play, silence, or stop something there."""
-    if isinstance(document, RobotsFile):
-        return trials(document.lines.text, span)
-    return play_actions(document.analysis, span.start, *ls.performance.silenced)
 
 
 def _command(ls: Session, document: AnyDocument, action: PlayAction) -> types.CodeAction:

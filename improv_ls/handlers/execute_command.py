@@ -168,7 +168,7 @@ def key(ls: Session, *arguments: Any) -> None:
 
 def seek(ls: Session, *arguments: Any) -> None:
     """Continue from the beat in the argument, counted from 0."""
-    if len(arguments) == 1 and _is_beat(arguments[0]):
+    if len(arguments) == 1 and _is_number(arguments[0]) and 0 <= arguments[0] <= LAST_BEAT:
         ls.performance.ask({"type": "seek", "beat": float(arguments[0])})
     else:
         ls.editor.warn("improv.seek: expected a beat, counted from 0")
@@ -259,7 +259,3 @@ def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
 
 def _is_number(value: object) -> bool:
     return type(value) in (int, float)
-
-
-def _is_beat(value: Any) -> bool:
-    return _is_number(value) and 0 <= value <= LAST_BEAT

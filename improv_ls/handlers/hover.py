@@ -1,4 +1,4 @@
-"""textDocument/hover."""
+"""textDocument/hover and signatureHelp."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from lsprotocol import types
 
 from improv_core.ide.hover import hover as hover_at
 from improv_core.ide.robots_file import hover as robots_file
+from improv_core.ide.signature_help import signature
 from improv_ls import to_lsp
-from improv_ls.documents import AnyDocument, RobotsFile
+from improv_ls.documents import AnyDocument, Document, RobotsFile
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 
@@ -24,6 +25,11 @@ def hover(ls: Session, document: AnyDocument, params: types.HoverParams) -> type
     if not found:
         return None
     return types.Hover(to_lsp.markup(found, formats), to_range(document.lines, found.span, ls.editor.encoding))
+
+
+def signature_help(ls: Session, document: Document, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+    found = signature(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
+    return to_lsp.signature(found) if found else None
 
 
 def shows_pictures(ls: Session, formats: Sequence[str] | None) -> bool:

@@ -15,8 +15,8 @@ from improv_core.plain import message_without_links
 from improv_ls.documents import AnyDocument, Document, RobotsFile, on_disk, robots_of
 from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset, to_range
+from improv_ls.programs import programs_for
 from improv_ls.session import Session
-from improv_ls.sharing import programs_for
 from improv_ls.to_lsp_locations import Changes, workspace_edit
 
 

@@ -16,8 +16,8 @@ from improv_core.robots.config import Robots, read_robots
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.positions import to_offset
+from improv_ls.programs import programs_for
 from improv_ls.session import Session
-from improv_ls.sharing import programs_for
 from improv_ls.to_lsp_locations import Changes, highlight, location
 
 

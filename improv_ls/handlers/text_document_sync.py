@@ -6,21 +6,8 @@ from lsprotocol import types
 
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.text import LineIndex
-from improv_ls.documents import (
-    Document,
-    RobotsFile,
-    changed,
-    changed_file,
-    is_program,
-    is_robots_file,
-    opened,
-)
-from improv_ls.handlers.publish_diagnostics import (
-    publish_robots,
-    publish_robots_file,
-    withdraw,
-    withdraw_robots,
-)
+from improv_ls.documents import Document, RobotsFile, changed, changed_file, is_program, is_robots_file, opened
+from improv_ls.handlers.diagnostics import publish_robots, publish_robots_file, withdraw, withdraw_robots
 from improv_ls.session import Session
 
 

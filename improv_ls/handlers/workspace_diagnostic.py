@@ -16,7 +16,7 @@ from improv_core.robots.config import Robots
 from improv_ls import to_lsp
 from improv_ls.checker import Findings, ProgramFile, check
 from improv_ls.documents import Document, path_of, robots_of
-from improv_ls.handlers.diagnostic import diagnosed
+from improv_ls.handlers.diagnostics import diagnosed
 from improv_ls.programs import LARGEST_FILE, programs_in
 from improv_ls.session import Checked, LastSent, Session, sent
 
@@ -46,7 +46,7 @@ async def workspace_diagnostic(ls: Session, params: types.WorkspaceDiagnosticPar
             _tell(ls, params.work_done_token, types.WorkDoneProgressReport(percentage=round(100 * done)))
     finally:
         _tell(ls, params.work_done_token, types.WorkDoneProgressEnd())
-    while token is not None and ls.editor.watches_files:
+    while token is not None and ls.editor.can("workspace.did_change_watched_files.dynamic_registration"):
         await next_change.wait()
         next_change = ls.next_change
         async for found, _ in _reports(ls, known):
@@ -69,8 +69,8 @@ async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Se
             opened = {path_of(uri): document for uri, document in ls.documents.items()}
             closed = [uri for uri in portion if listed[uri] not in opened]
             ls.checked |= await asyncio.to_thread(_check, closed, listed, dict(ls.checked), robots, checker, told)
-            reports = partial(_reports_now, ls, portion, opened, listed, known)
-            found = await ls.settling.run(reports)
+            reports = (partial(_report, ls, uri, opened.get(listed[uri]), known) for uri in portion)
+            found = [await ls.settling.run(report) for report in reports]
             known.update({each.uri: each.result_id for each in found if each.result_id})
             yield found, (first + len(portion)) / len(uris)
     finally:
@@ -92,12 +92,12 @@ def _check(
     listed: Mapping[str, Path],
     checked: Mapping[str, Checked],
     robots: dict[Path, Robots],
-    checker: Answerer[Sequence[ProgramFile], list[Findings | None]],
+    checker: Answerer[ProgramFile, Findings | None],
     told: Callable[[str, Findings], list[Any]],
 ) -> dict[str, Checked]:
     """Check these files on a thread. A file that has not changed is not read. `robots` keeps the robots of each
     folder's `improv.toml`; `told` converts findings to the client's diagnostics."""
-    stamps, changed = [], []
+    news = {}
     for uri in uris:
         path = listed[uri]
         try:
@@ -108,31 +108,18 @@ def _check(
             robots[path.parent] = robots_of(uri)
         config, stamp = robots[path.parent], (state.st_mtime_ns, state.st_size)
         before = checked.get(uri)
-        if state.st_size <= LARGEST_FILE and not (before and (before.stamp, before.robots) == (stamp, config)):
-            stamps.append(stamp)
-            changed.append(ProgramFile(uri, path, config))
-    news = {}
-    for program, stamp, found in zip(changed, stamps, checker.ask(changed) if changed else (), strict=True):
-        items = told(program.uri, found) if found else []
-        before = checked.get(program.uri)
+        if state.st_size > LARGEST_FILE or (before and (before.stamp, before.robots) == (stamp, config)):
+            continue
+        found = checker.ask(ProgramFile(path, config))
+        items = told(uri, found) if found else []
         same = before.sent if before and before.sent.items == items else None
-        news[program.uri] = Checked(stamp, program.robots, same or sent(items))
+        news[uri] = Checked(stamp, config, same or sent(items))
     return news
 
 
 def _diagnostics(ls: Session, uri: str, found: Findings) -> list[Any]:
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
     return [to_lsp.diagnostic(uri, found.lines, each, encoding, support) for each in found.diagnostics]
-
-
-def _reports_now(
-    ls: Session,
-    uris: Sequence[str],
-    opened: Mapping[Path | None, Document],
-    listed: Mapping[str, Path],
-    known: Mapping[str, str],
-) -> list[_Report]:
-    return [_report(ls, uri, opened.get(listed[uri]), known) for uri in uris]
 
 
 def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str, str]) -> _Report:

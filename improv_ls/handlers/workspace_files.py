@@ -7,7 +7,7 @@ from dataclasses import replace
 from lsprotocol import types
 
 from improv_ls.documents import Document, is_robots_file, moved, robots_of
-from improv_ls.handlers.publish_diagnostics import publish_robots, publish_robots_file
+from improv_ls.handlers.diagnostics import publish_robots, publish_robots_file
 from improv_ls.handlers.text_document_sync import add, did_close
 from improv_ls.session import Session
 

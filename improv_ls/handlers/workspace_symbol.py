@@ -11,7 +11,7 @@ from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.ide.document_symbol import OutlineEntry, names_in
-from improv_core.text import LineIndex
+from improv_core.text import LineIndex, has_in_order
 from improv_ls.documents import Document, path_of
 from improv_ls.positions import Encoding
 from improv_ls.programs import names_in_file, programs_in
@@ -51,7 +51,7 @@ def search(
         for entry in entries:
             if len(found) == MOST_SYMBOLS:
                 return found
-            if _fits(entry.name, query):
+            if has_in_order(entry.name.lower(), query.lower()):
                 found.append(symbol_information(uri, lines, entry, encoding))
     return found
 
@@ -67,8 +67,3 @@ def _programs(
         uri = from_fs_path(str(path))
         if uri and path not in opened:
             yield uri, *names_in_file(path)
-
-
-def _fits(name: str, query: str) -> bool:
-    letters = iter(name.lower())
-    return all(letter in letters for letter in query.lower())

@@ -24,7 +24,7 @@ def test_programs_on_disk_are_checked_until_the_process_hangs(tmp_path: Path) ->
     for path, text in zip(paths, ("ada $ forwart\n", "ada $ forward\n"), strict=False):
         path.write_text(text, encoding="utf-8")
     answerer = Answerer(checker.check)
-    found, *others = answerer.ask([ProgramFile(path.as_uri(), path, ROBOTS) for path in paths])
+    found, *others = (answerer.ask(ProgramFile(path, ROBOTS)) for path in paths)
     assert found
     assert [each.code for each in found.diagnostics] == ["unknown-name"]
     assert others == [None, None]
@@ -32,7 +32,7 @@ def test_programs_on_disk_are_checked_until_the_process_hangs(tmp_path: Path) ->
         os.kill(process, signal.SIGSTOP)
     answerer.limit = 0.1
     with pytest.raises(EOFError):
-        answerer.ask([])
+        answerer.ask(ProgramFile(paths[0], ROBOTS))
     answerer.close()
 
 

@@ -1,4 +1,5 @@
-"""textDocument/publishDiagnostics: sent with every version of a document to editors that do not ask for them."""
+"""textDocument/diagnostic, and publishDiagnostics: sent with every version of a document to editors that do not ask for
+them."""
 
 from __future__ import annotations
 
@@ -13,7 +14,25 @@ from improv_core.program.files import robots_from
 from improv_core.robots.config import Robots
 from improv_ls import to_lsp
 from improv_ls.documents import AnyDocument, Document, RobotsFile, on_disk, path_of
-from improv_ls.session import Session
+from improv_ls.session import LastSent, Session, sent
+
+
+def diagnostic(
+    ls: Session, document: Document, params: types.DocumentDiagnosticParams
+) -> types.RelatedFullDocumentDiagnosticReport | types.RelatedUnchangedDocumentDiagnosticReport:
+    """Return all diagnostics of a document, or that they have not changed since they were sent last."""
+    now = diagnosed(ls, document)
+    if now.result_id == params.previous_result_id:
+        return types.RelatedUnchangedDocumentDiagnosticReport(now.result_id)
+    return types.RelatedFullDocumentDiagnosticReport(now.items, result_id=now.result_id)
+
+
+def diagnosed(ls: Session, document: Document) -> LastSent[Any]:
+    """Return the diagnostics of an open document, with the ID of those that were sent last if they are the same."""
+    items = as_sent(ls, document, diagnostics_of(ls, document))
+    before = ls.sent_diagnostics.get(document.uri)
+    now = ls.sent_diagnostics[document.uri] = before if before and before.items == items else sent(items)
+    return now
 
 
 def publish(ls: Session, document: Document) -> None:

@@ -29,7 +29,7 @@ def read(path: Path) -> list[Message]:
         return [
             _message(time, connection.topic, reader.deserialize(raw, connection.msgtype))
             for connection, time, raw in reader.messages()
-            if connection.msgtype.startswith("geometry_msgs/")
+            if connection.msgtype.startswith("geometry_msgs/msg/Twist")
         ]
 
 

@@ -60,7 +60,7 @@ def string_of(message: bytes) -> str:
 
 
 def frame_field(frame: str) -> bytes:
-    """Return a `frame_id` for `stamped`, padded so that the velocity after it is aligned."""
+    """Return a `frame_id` for messages with a stamp, padded so that the numbers after it are aligned."""
     data = _string(frame)
     return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
 
@@ -99,17 +99,9 @@ def _trajectory_begin(joints: tuple[str, ...]) -> bytes:
     return bytes(body + bytes(-len(body) % 4))
 
 
-def odometry_message(pose: Pose, time: int) -> bytes:
-    """A nav_msgs/Odometry of this time, in nanoseconds: a pose of `base_link` in `world`, and no velocity."""
-    frames = struct.pack("<I6s2xI10s6x", 6, b"world", 10, b"base_link")
-    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + _pose(pose) + bytes(8 * (36 + 6 + 36))
-
-
-def pose_message(pose: Pose, time: int, *, uncertain: bool = False) -> bytes:
-    """A geometry_msgs/PoseStamped of this time, in nanoseconds: a pose in `world`. If `uncertain`, it is a
-    PoseWithCovarianceStamped, and its covariance is 0."""
-    frame = struct.pack("<I6s6x", 6, b"world")
-    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frame + _pose(pose) + bytes(8 * 36 * uncertain)
+def pose_message(pose: Pose, time: int, frame: bytes) -> bytes:
+    """A geometry_msgs/PoseStamped of this time, in nanoseconds, and this `frame_field`."""
+    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + _pose(pose)
 
 
 def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:

@@ -287,15 +287,22 @@ class Request(TypedDict):
     command: PageRequest | PageOpened
 
 
-class Sent(TypedDict):
+class SentAs(TypedDict):
+    """The way in which an output sends a robot's velocities: on which topic, as ROS's arguments remap it, and if with
+    stamps, unless that depends on a listener that hasn't been found yet."""
+
+    topic: NotRequired[str]
+    stamped: NotRequired[bool]
+
+
+class Sent(SentAs):
     """With `--report-sent`: a velocity has been sent, before the limits of the robot's profile (`twist`: x, y, z, and
-    yaw; as a TwistStamped if `stamped`), or a command to `joints`: the position of each, in radians or meters, and its
-    velocity."""
+    yaw), or a command to `joints`: the position of each, in radians or meters, and its velocity. `topic` and
+    `stamped` are about velocities in ROS 2."""
 
     type: Literal["sent"]
     robot: str
     twist: NotRequired[Sequence[float]]
-    stamped: NotRequired[bool]
     joints: NotRequired[Mapping[str, Sequence[float]]]
     wall: UnixNanoseconds
 

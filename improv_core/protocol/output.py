@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from improv_core.score.motion import Pose, Twist
 
 if TYPE_CHECKING:  # a standby needs nothing of a score, and little memory
-    from improv_core.protocol.messages import FromStage
+    from improv_core.protocol.messages import FromStage, SentAs
     from improv_core.score.joints import JointMotion
     from improv_core.score.score import Score
     from improv_core.score.senses import Key, RobotSense
@@ -181,9 +181,9 @@ class Sink:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
         raise NotImplementedError
 
-    def is_stamped(self, robot: str) -> bool:
-        """Return whether the robot's velocities are sent with stamps."""
-        return False
+    def sent_as(self, robot: str) -> SentAs:
+        """Return how the robot's velocities are sent."""
+        return {"stamped": False}
 
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf

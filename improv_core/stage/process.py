@@ -169,7 +169,7 @@ def report_sent(sink: Sink, put: Callable[[Sent], None], wall_at: Callable[[floa
         wall = wall_at(at) if wall_at else time.time_ns()
         send(robot, twist, at)
         told: Sent = {"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall}
-        put({**told, "stamped": True} if sink.is_stamped(robot) else told)
+        put({**told, **sink.sent_as(robot)})
 
     def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, *more: float) -> None:
         wall = wall_at(at) if wall_at else time.time_ns()

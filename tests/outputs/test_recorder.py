@@ -6,7 +6,7 @@ import io
 import json
 import math
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -263,57 +263,49 @@ def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> N
     assert {name for each in read_joints(path) for name in each.joints} == {"head_yaw", "head_pitch"}
 
 
-def test_velocities_have_the_type_that_was_sent(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("sent_as", "kind"),
+    [
+        ([False, False], "Twist"),
+        ([None, True], "TwistStamped"),  # a robot that was found late
+        ([False, None, True], "Twist"),
+        ([None], "Twist"),
+    ],
+)
+def test_a_topic_has_the_first_type_that_was_heard(sent_as: list[bool | None], kind: str, tmp_path: Path) -> None:
     path = tmp_path / "dance.mcap"
-    sent: Sent = {"type": "sent", "robot": "r", "twist": [0.1, 0, 0, 0], "wall": START}
     with path.open("wb") as file:
         recorder = Recorder(file, START)
         recorder.prepare(score_of(analyzed("r $ forward")), restart=True)
-        recorder.take({**sent, "stamped": True})
-        recorder.finish()
-    assert {topic: found.msgtype for topic, found in topics(path).items()} == {
-        "/r/cmd_vel": "geometry_msgs/msg/TwistStamped"
-    }
-    (message,) = read(path)
-    assert (message.stamp, message.velocity) == (START, (0.1, 0, 0, 0))
-
-
-@pytest.mark.parametrize("kind", ["geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped"])
-def test_measured_poses_have_the_type_that_came(kind: str, tmp_path: Path) -> None:
-    path, pose = tmp_path / "dance.mcap", {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
-    measured: Any = {"pose": pose, "wall": START, "source": kind}
-    with path.open("wb") as file:
-        recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward", "[robots.r]\nodom = 'pose'\n")), restart=True)
-        recorder.record_poses({"type": "measured", "generation": 1, "robots": {"r": measured}})
+        for number, stamped in enumerate(sent_as):
+            sent: Sent = {"type": "sent", "robot": "r", "twist": [0.1, 0, 0, 0], "wall": START + number}
+            sent["topic"] = "/base/cmd_vel"
+            if stamped is not None:
+                sent["stamped"] = stamped
+            recorder.take(sent)
         recorder.finish()
     with AnyReader([path], default_typestore=ROS) as reader:
-        ((connection, _, raw),) = reader.messages()
-        found: Any = reader.deserialize(raw, connection.msgtype)
-    assert (connection.topic, connection.msgtype) == ("/r/pose", kind.replace("/", "/msg/"))
-    assert found.header.frame_id == "world"
-    recorded = pose_in(raw, POSE_TEXTS[kind])
-    assert recorded
-    assert recorded.apart(Pose(**pose)) == pytest.approx((0, 0), abs=1e-9)
+        found = [(connection.topic, connection.msgtype) for connection in reader.connections]
+    assert found == [("/base/cmd_vel", f"geometry_msgs/msg/{kind}")]
+    stamps = [START + number if kind == "TwistStamped" else None for number in range(len(sent_as))]
+    assert [(message.velocity, message.stamp) for message in read(path)] == [((0.1, 0, 0, 0), at) for at in stamps]
 
 
-def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:
-    robots = "[robots.r]\nodom = 'odom'\n"
+def test_measured_poses_have_a_topic_of_their_own_and_the_frame_in_which_they_came(tmp_path: Path) -> None:
     path = tmp_path / "dance.mcap"
-    pose = {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
-    measured: Any = {"pose": pose, "wall": START, "source": "nav_msgs/Odometry"}
+    origin, pose = Pose(1.0, 2.0, 0.0, math.radians(90)), Pose(1.5, -2.0, 0.25, math.radians(60))
+    measured: Any = {"pose": asdict(pose), "origin": asdict(origin), "frame": "odom", "wall": START, "source": "any"}
     with path.open("wb") as file:
         recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward", robots)), restart=True)
+        recorder.prepare(score_of(analyzed("r $ forward", "[robots.r]\nodom = 'odom'\n")), restart=True)
         recorder.record_poses({"type": "measured", "generation": 1, "robots": {"r": measured, "left": measured}})
         recorder.finish()
     with AnyReader([path], default_typestore=ROS) as reader:
         ((connection, time, raw),) = reader.messages()
         found: Any = reader.deserialize(raw, connection.msgtype)
-    assert (connection.topic, connection.msgtype, time) == ("/r/odom", "nav_msgs/msg/Odometry", START)
-    assert (found.header.frame_id, found.child_frame_id) == ("world", "base_link")
+    assert (connection.topic, connection.msgtype, time) == ("/improv/r/pose", "geometry_msgs/msg/PoseStamped", START)
+    assert found.header.frame_id == "odom"
     assert found.header.stamp.sec * SECOND + found.header.stamp.nanosec == START
-    assert (found.pose.pose.position.x, found.pose.pose.position.y, found.pose.pose.position.z) == (1.5, -2.0, 0.25)
-    turn = found.pose.pose.orientation
-    assert 2 * math.atan2(turn.z, turn.w) == pytest.approx(math.radians(150))
-    assert not any([*found.pose.covariance, *found.twist.covariance, found.twist.twist.linear.x])
+    recorded = pose_in(raw, POSE_TEXTS["geometry_msgs/PoseStamped"])
+    assert recorded
+    assert recorded.apart(Pose(3.0, 3.5, 0.25, math.radians(150))) == pytest.approx((0, 0), abs=1e-9)

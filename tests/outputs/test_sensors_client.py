@@ -31,8 +31,8 @@ def reading(
 ) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses | RawJoints]]]:
     """A reader whose process runs a script, and everything that it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
-    monkeypatch.setattr(client, "helper_command", lambda name, node: [sys.executable, "-c", script])
-    reader = RosReader("node", heard.put, time.monotonic)
+    monkeypatch.setattr(client, "helper_command", lambda name, *arguments: [sys.executable, "-c", script])
+    reader = RosReader("node", (), heard.put, time.monotonic)
     reader.read(Wanted({ANNA: Topic("/anna/bump", "std_msgs/Bool")}))
     try:
         yield reader, heard
@@ -133,7 +133,7 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
         raise OSError("not in this test")
 
     monkeypatch.setattr(client, "Child", start)
-    reader = RosReader("node", lambda heard: None, time.monotonic)
+    reader = RosReader("node", (), lambda heard: None, time.monotonic)
     reader.read(Wanted(odometry={"anna": "/anna/pose"}, period=period))
     assert ("prompt" in started.get(timeout=LIMIT)) == urgent
     reader.close()
@@ -151,7 +151,7 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
 )
 def test_beat_0_waits_longer_for_poses_that_are_published_than_for_missing_ones(story: str, waits: list[bool]) -> None:
     now, topics = 100.0, {"anna": "/anna/amcl_pose", "bert": "/bert/amcl_pose"}
-    reader = RosReader("node", lambda heard: None, lambda: now)
+    reader = RosReader("node", (), lambda heard: None, lambda: now)
     reader._thread = threading.Thread(target=lambda: None)  # no process
     reader.read(Wanted(odometry=topics))
     for word in story.split():

@@ -13,7 +13,6 @@ from improv_core.outputs.cdr import (
     SECOND,
     frame_field,
     joint_state_message,
-    odometry_message,
     pose_message,
     stamped,
     string_message,
@@ -42,24 +41,8 @@ SCHEMAS = {
     "geometry_msgs/msg/TwistStamped": _BETWEEN.join(
         ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
     ),
-    "nav_msgs/msg/Odometry": _BETWEEN.join(
-        [
-            "std_msgs/Header header\nstring child_frame_id\n"
-            "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
-            "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance",
-            "MSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance",
-            *(_POSE, _POINT, _QUATERNION, f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME),
-        ]
-    ),
     "geometry_msgs/msg/PoseStamped": _BETWEEN.join(
         ["std_msgs/Header header\nPose pose", _POSE, _POINT, _QUATERNION, _HEADER, _TIME]
-    ),
-    "geometry_msgs/msg/PoseWithCovarianceStamped": _BETWEEN.join(
-        [
-            "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose",
-            "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance",
-            *(_POSE, _POINT, _QUATERNION, _HEADER, _TIME),
-        ]
     ),
     "sensor_msgs/msg/JointState": _BETWEEN.join(
         [
@@ -69,11 +52,6 @@ SCHEMAS = {
     ),
 }
 """Each message and its components, in the order that `ros2msg` requires, separated by its lines of 80 `=`."""
-
-TF = "tf2_msgs/TFMessage"
-"""The source of poses that are not recorded."""
-POSES = {"geometry_msgs/msg/PoseStamped": False, "geometry_msgs/msg/PoseWithCovarianceStamped": True}
-"""The types of poses without velocities, and whether they are uncertain."""
 
 # The QoS that outputs/ros/output.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to
 # Iron: later releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
@@ -131,9 +109,11 @@ class Recorder(Sink):
         self._writer.start(profile="ros2")
         self._start = start
         self._robots: dict[str, tuple[Profile, bytes, str]] = {}  # with the frame and the topic of each
-        self._odometry: dict[str, str] = {}  # the topics of poses
+        self._poses: dict[str, str] = {}  # the topics of measured poses
         self._joints: dict[str, str] = {}  # the topics of joints
-        self._channels: dict[tuple[str, str], int] = {}
+        self._held: dict[str, list[tuple[bytes, bytes, int]]] = {}  # velocities on topics whose type isn't known yet
+        self._stamped: dict[str, bool] = {}
+        self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
         self.setpoints = 0
@@ -153,24 +133,27 @@ class Recorder(Sink):
         for robot, part in score.parts.items():
             self._robots[robot] = part.profile, frame_field(part.frame), part.topic
             if part.odom:
-                self._odometry[robot] = part.odom
+                self._poses[robot] = f"/improv{in_namespace('pose', part.namespace)}"
             if body := part.profile.body:
                 self._joints[robot] = in_namespace(body.joint_states or JOINT_STATES, part.namespace)
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self.record(robot, twist, self.time(at))
 
-    def record(self, robot: str, twist: Twist, time: int, *, is_stamped: bool = False) -> None:
-        """Record a command at a Unix time in nanoseconds, as the type that was sent. Raises ValueError if it isn't
-        finite, and OSError."""
+    def record(self, robot: str, twist: Twist, time: int, *, topic: str = "", is_stamped: bool | None = False) -> None:
+        """Record a command at a Unix time in nanoseconds. A topic has one type: the first that is known to have been
+        sent. Raises ValueError if the command isn't finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
-        profile, frame, topic = self._robots[robot]
-        data, kind = twist_message(profile.told(twist)), "Twist"
-        if is_stamped or profile.message == "TwistStamped":
-            data, kind = stamped(data, time, frame), "TwistStamped"
-        channel = self._channel(topic, f"geometry_msgs/msg/{kind}")
-        self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+        profile, frame, own_topic = self._robots[robot]
+        topic = topic or own_topic
+        if profile.message != "auto":
+            is_stamped = profile.message == "TwistStamped"
+        self._held.setdefault(topic, []).append((twist_message(profile.told(twist)), frame, time))
+        if is_stamped is not None:
+            self._stamped.setdefault(topic, is_stamped)
+        if topic in self._stamped:
+            self._write_held(topic)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)
         self.setpoints += 1
@@ -187,8 +170,8 @@ class Recorder(Sink):
             self.note(message, message["wall"])
         else:
             if "twist" in message:
-                is_stamped = message.get("stamped", False)
-                self.record(message["robot"], Twist(*message["twist"]), message["wall"], is_stamped=is_stamped)
+                twist, topic, is_stamped = Twist(*message["twist"]), message.get("topic", ""), message.get("stamped")
+                self.record(message["robot"], twist, message["wall"], topic=topic, is_stamped=is_stamped)
             if "joints" in message:
                 joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
                 self.record_joints(message["robot"], joints, message["wall"])
@@ -200,17 +183,13 @@ class Recorder(Sink):
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def record_poses(self, message: Measured) -> None:
-        """Record the measured poses of robots, in the world of the score, on their topics, as the types that came
-        there. Raises OSError."""
+        """Record the measured poses of robots in the frames of their sources, on topics of our own, so that nothing
+        takes them for new ones when the recording is played. Raises OSError."""
         for robot, each in message["robots"].items():
-            topic = self._odometry.get(robot)
-            if topic and each["source"] != TF:  # players of tf need its whole tree
-                kind, pose = each["source"].replace("/", "/msg/"), Pose(**each["pose"])
-                if kind in POSES:
-                    data = pose_message(pose, each["wall"], uncertain=POSES[kind])
-                else:
-                    data, kind = odometry_message(pose, each["wall"]), "nav_msgs/msg/Odometry"
-                channel = self._channel(topic, kind)
+            if topic := self._poses.get(robot):
+                channel = self._channel(topic, "geometry_msgs/msg/PoseStamped")
+                pose = Pose(**each["origin"]).then(Pose(**each["pose"]))
+                data = pose_message(pose, each["wall"], frame_field(each["frame"] or "world"))
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
     def send_joints(
@@ -230,12 +209,22 @@ class Recorder(Sink):
 
     def finish(self) -> None:
         """Write the index at the end of the file. Without it, the file can't be played. Raises OSError."""
+        for topic in self._held:
+            self._write_held(topic)
         self._writer.finish()  # type: ignore[no-untyped-call]
+
+    def _write_held(self, topic: str) -> None:
+        is_stamped = self._stamped.get(topic, False)
+        channel = self._channel(topic, f"geometry_msgs/msg/{'TwistStamped' if is_stamped else 'Twist'}")
+        for data, frame, time in self._held[topic]:
+            data = stamped(data, time, frame) if is_stamped else data
+            self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+        self._held[topic].clear()
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:
             self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
-        if (topic, kind) not in self._channels:
+        if topic not in self._channels:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
-            self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
-        return self._channels[topic, kind]
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
+        return self._channels[topic]

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Collection
 from typing import Any
 
-from improv_core.outputs.ros.nodes import subscribe
+from improv_core.outputs.ros.nodes import is_published, subscribe
 from improv_core.outputs.ros.topic import Now
 from improv_core.protocol.limits import DEADMAN_LIMIT
 from improv_core.protocol.output import Edge, StopButton
@@ -77,7 +77,7 @@ class Buttons:
         if not self._safety.stop:
             return False
         now = self._now()
-        if not self._count_publishers(self._safety.stop):
+        if not is_published(self._node, self._safety.stop):
             self._found = math.inf
             return now < self._asked + FIND_LIMIT
         self._found = min(self._found, now)
@@ -90,16 +90,13 @@ class Buttons:
             wanted.append((self._safety.deadman.topic, "sensor_msgs/msg/Joy", "robots wait for it"))
         found = {}
         for topic, kind, so in wanted:
-            if topic and not self._count_publishers(topic):
+            if topic and not is_published(self._node, topic):
                 found[topic] = f"nobody publishes on {topic}, so {so}"
             elif topic:
                 kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(topic)}
                 if kind not in kinds:
                     found[topic] = f"{topic} carries {', '.join(sorted(kinds))}, not {kind}, so {so}"
         return found
-
-    def _count_publishers(self, topic: str) -> int:
-        return int(self._node.count_publishers(self._node.resolve_topic_name(topic)))
 
     def _hold(self, what: str, value: bool | None) -> None:
         if self._held != value:

@@ -28,7 +28,7 @@ class Nodes:
     `arguments` are ROS's: `--ros-args …`, without a name for the node. Raises what rclpy raises if they are wrong.
     """
 
-    def __init__(self, name: str, arguments: Sequence[str] = (), **options: bool) -> None:
+    def __init__(self, name: str, arguments: Sequence[str] = (), **options: Any) -> None:
         imported_later("numpy")  # messages import it for fields that nobody here uses: it takes 12 MB
         import rclpy
 
@@ -105,6 +105,11 @@ def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos
     return node.create_subscription(kind, topic, take, qos, event_callbacks=none)
 
 
+def is_published(node: Any, topic: str) -> bool:
+    """Return whether a topic, as ROS's arguments remap it, has a publisher."""
+    return bool(node.count_publishers(node.resolve_topic_name(topic)))
+
+
 def is_latched(publisher: Any) -> bool:
     """Return whether a publisher keeps messages for later subscriptions: those that ask for that get them."""
     qos = publisher.qos_profile
@@ -160,7 +165,7 @@ def is_harmless(node: str) -> bool:
     return False
 
 
-def _node(context: Any, name: str, arguments: Sequence[str], **options: bool) -> Any:
+def _node(context: Any, name: str, arguments: Sequence[str], **options: Any) -> Any:
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 

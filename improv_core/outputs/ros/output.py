@@ -7,6 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from improv_core.ipc.arrivals import End
@@ -17,7 +18,15 @@ from improv_core.outputs.ros.clock import FrozenTime, SimulatedTime
 from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
-from improv_core.outputs.ros.nodes import PUBLISHER, READER, Nodes, is_harmless, node_name, without_name
+from improv_core.outputs.ros.nodes import (
+    PUBLISHER,
+    READER,
+    Nodes,
+    is_harmless,
+    is_published,
+    node_name,
+    without_name,
+)
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
@@ -27,7 +36,7 @@ from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic, message_class
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
-from improv_core.protocol.messages import FromStage
+from improv_core.protocol.messages import FromStage, SentAs
 from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses, Sink
 from improv_core.safety.zeros import LINGER
 from improv_core.score.joints import JointMotion
@@ -84,7 +93,7 @@ class RosSink(Sink):
         self._resets = Resets(self._node, now)
         self._simulated_time = SimulatedTime(self._node, hear, now)
         self._buttons = Buttons(self._node, hear, now)
-        self._reader = RosReader(node_name() + READER, hear, now)
+        self._reader = RosReader(node_name() + READER, arguments, hear, now)
         self._publisher = PublisherClient(node_name() + PUBLISHER, arguments, now)
         self.pending_zeros: PendingZeros = PendingZeros(self._standby, self._clock, self._others, tell, now)
         """The zeros that robots may not have received."""
@@ -176,7 +185,7 @@ class RosSink(Sink):
             self._resets.under_way(),
             self._buttons.under_way(),
             self._standby.under_way(topics),
-            self._reader.under_way(self._node.count_publishers),
+            self._reader.under_way(partial(is_published, self._node)),
         ]
         if any(waits) and (line := self._reader.slowness()):
             self._tell(line)
@@ -273,9 +282,11 @@ class RosSink(Sink):
         if (late := self._publisher.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
             self._late[robot] = max(self._late.get(robot, 0.0), late)
 
-    def is_stamped(self, robot: str) -> bool:
-        known = self._robots.get(robot)
-        return known is not None and known.topic.is_stamped
+    def sent_as(self, robot: str) -> SentAs:
+        if robot not in self._robots:
+            return {}
+        topic = self._robots[robot].topic
+        return {"topic": topic.seen_as, "stamped": topic.is_stamped} if topic.was_heard else {"topic": topic.seen_as}
 
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf

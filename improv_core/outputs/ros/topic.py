@@ -70,7 +70,8 @@ class RosTopic:
 
     def __init__(self, name: str, message: str, node: Any, advertise: Advertise, now: Now, at_once: bool) -> None:
         self.name = name
-        self._seen_as = node.resolve_topic_name(name)  # its name in the graph, which ROS's arguments may remap
+        self.seen_as: str = node.resolve_topic_name(name)
+        """Its name in the graph, which ROS's arguments may remap."""
         self._node = node
         self._advertise = advertise
         self._now = now
@@ -117,7 +118,7 @@ class RosTopic:
         self._destroy_left()
         counts = [publisher.count() for publisher in self._publishers.values()]
         self.was_heard = self.was_heard or any(counts)
-        listeners = self._node.count_subscribers(self._seen_as)
+        listeners = self._node.count_subscribers(self.seen_as)
         wanted: set[str] = set()
         if listeners and (listeners != sum(counts) or 0 in counts):
             # Listeners of another type never match, but the graph shows their type.
@@ -128,20 +129,20 @@ class RosTopic:
         heard = [publisher.is_heard(moves, self._now(), self._confirms) for publisher in self._publishers.values()]
         if all(heard) or not listeners:
             self._finding = math.inf
-            return None if all(heard) else f"nothing is listening on {self._seen_as}"
+            return None if all(heard) else f"nothing is listening on {self.seen_as}"
         if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
             return self._unfit(", ".join(sorted(wanted)))
         if any(counts):
             if any(is_overdue(publisher.hearing, self._now()) for publisher in self._publishers.values()):
                 return (
-                    f"a listener on {self._seen_as} doesn't confirm that it hears anything: "
+                    f"a listener on {self.seen_as} doesn't confirm that it hears anything: "
                     "check whether it hangs or started before its network was up"
                 )
             return ""
         self._finding = min(self._finding, self._now())
         if self._now() < self._finding + FIND_LIMIT:
             return self._incompatible() or ""
-        return self._incompatible() or f"the listener on {self._seen_as} can't be reached: check the network"
+        return self._incompatible() or f"the listener on {self.seen_as} can't be reached: check the network"
 
     def count_listeners(self) -> int:
         """The number of listeners that our publishers are matched with."""
@@ -158,7 +159,7 @@ class RosTopic:
     def others(self, own: Collection[str], standby: bool) -> list[str]:
         """The other nodes that publish here, without our `own`. A `standby` has as many publishers as we have."""
         own_publishers = len(self._publishers) + len(self._leaving)
-        if self._node.count_publishers(self._seen_as) == own_publishers * (1 + standby):
+        if self._node.count_publishers(self.seen_as) == own_publishers * (1 + standby):
             return []
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
@@ -179,10 +180,10 @@ class RosTopic:
         wanted = {each.qos_profile.durability.name for each in listeners if each.topic_type in ours}
         if wanted != {"TRANSIENT_LOCAL"}:
             return None
-        return f"the listener on {self._seen_as} requires transient local, which Improv can't offer: make it volatile"
+        return f"the listener on {self.seen_as} requires transient local, which Improv can't offer: make it volatile"
 
     def _unfit(self, wanted: str) -> str:
-        found = f"the listener on {self._seen_as} expects {wanted}"
+        found = f"the listener on {self.seen_as} expects {wanted}"
         if self._message in TWISTS:
             return f"{found}, but `message` in improv.toml is {self._message}: change it"
         if self._message in TYPES:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import asdict
 from typing import NamedTuple
 
@@ -80,13 +80,18 @@ class RosReader:
     """Has another process read senses and poses, starts it when the first is needed, and passes on edges and poses on a
     thread of its own.
 
-    If that process fails, all senses are silent until the next one receives something.
+    `arguments` are ROS's own. If that process fails, all senses are silent until the next one receives something.
     """
 
     def __init__(
-        self, node: str, hear: Callable[[Edge | RawPoses | RawJoints], None], clock: Callable[[], float]
+        self,
+        node: str,
+        arguments: Sequence[str],
+        hear: Callable[[Edge | RawPoses | RawJoints], None],
+        clock: Callable[[], float],
     ) -> None:
         self._node = node
+        self._arguments = arguments
         self._hear = hear
         self._clock = clock
         self.problem: str | None = None
@@ -168,9 +173,11 @@ class RosReader:
     def _run(self) -> None:
         """Keep one process running until the reader is closed."""
         while not self._closing.is_set():
-            urgent = [URGENT] if self._wanted.period == PROMPT else []
+            haste = URGENT if self._wanted.period == PROMPT else ""
             try:
-                child = Child(helper_command("outputs.ros.sensors.process", self._node, *urgent), POLICY)
+                child = Child(
+                    helper_command("outputs.ros.sensors.process", self._node, haste, *self._arguments), POLICY
+                )
             except OSError as error:
                 what = f"can't start: {error}"
             else:

@@ -30,7 +30,7 @@ NICENESS = 5
 """The process's niceness. If all processors are busy, commands come first, unless robots have to keep apart: then poses
 are as urgent."""
 PROMPT = "prompt"
-"""The argument that makes poses as urgent as commands."""
+"""The second argument, if poses are as urgent as commands; otherwise it is empty."""
 LOOK = 0.05
 """The most seconds between two checks for silence and for messages of the stage."""
 
@@ -39,7 +39,8 @@ def main() -> int:
     """Read the senses that the stage requests on standard input, until that ends; edges go to standard output."""
     lines: Lines[ToReader] = Lines()
     tell: Callable[[FromReader], None] = own_output()
-    if PROMPT not in sys.argv[2:]:
+    node, haste, *arguments = sys.argv[1:]
+    if haste != PROMPT:
         os.nice(NICENESS)
     from improv_core.outputs.ros.sensors.subscriptions import Subscriptions
 
@@ -55,7 +56,7 @@ def main() -> int:
     def tell_unread(topic: str, message: str) -> None:
         tell({"type": "unread", "topic": topic, "message": message})
 
-    subscriptions = Subscriptions(sys.argv[1], hear, tell_unread)
+    subscriptions = Subscriptions(node, arguments, hear, tell_unread)
     # As in the stage: collecting garbage among all imported modules would make edges late.
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)

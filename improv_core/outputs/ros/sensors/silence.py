@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from improv_core.outputs.ros.nodes import is_published
 from improv_core.outputs.ros.sensors.client import RosReader
 from improv_core.score.score import Part
 from improv_core.score.senses import CUE, BuiltIn, RobotSense, Topic
@@ -22,7 +23,7 @@ def silence(part: Part, moves_since: float | None, reader: RosReader, node: Any)
     topic = part.odom
     if not topic or moves_since is None or not reader.lacks_poses(robot, moves_since):
         return None
-    silent = "no poses arrive" if node.count_publishers(topic) else "nobody publishes"
+    silent = "no poses arrive" if is_published(node, topic) else "nobody publishes"
     return f"{reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from improv_core.outputs.ros.nodes import Nodes
+from improv_core.outputs.ros.nodes import Nodes, is_published
 from improv_core.outputs.ros.sensors.polled import PolledTopics, Unread, try_subscribe
 from improv_core.outputs.ros.sensors.poses import KINDS
 from improv_core.outputs.ros.sensors.readings import holds
@@ -24,13 +24,18 @@ Hear = Callable[[Topic, bool | None], None]
 class Subscriptions:
     """Subscribes to topics, each once, and passes on the values of the senses in each message.
 
-    The caller takes the messages about `poses`, `batteries`, and `joint_states`.
+    `arguments` are ROS's own. The caller takes the messages about `poses`, `batteries`, and `joint_states`.
     """
 
-    def __init__(self, node: str, hear: Hear, unread: Unread) -> None:
+    def __init__(self, node: str, arguments: Sequence[str], hear: Hear, unread: Unread) -> None:
         self._hear = hear
         self._unread = unread
-        self._nodes = Nodes(node, start_parameter_services=False, enable_rosout=False)
+        from rclpy.parameter import Parameter
+
+        # A thousand messages a second on /clock would wake this process, which needs no time.
+        untimed = [Parameter("use_sim_time", value=False)]
+        options = {"start_parameter_services": False, "enable_rosout": False, "parameter_overrides": untimed}
+        self._nodes = Nodes(node, arguments, **options)
         self._node = self._nodes.first
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
@@ -61,7 +66,7 @@ class Subscriptions:
 
     def is_published(self, topic: str) -> bool:
         """Return whether a topic has a publisher."""
-        return bool(self._node.count_publishers(topic))
+        return is_published(self._node, topic)
 
     def close(self) -> None:
         """Destroy all nodes."""

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 from improv_core.robots.ros_names import ros_name
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import PROFILES, TomlReading, listed
+from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.score.body import (
     START,
     Body,
@@ -74,7 +74,7 @@ def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None
             changed[name] = replace(joint, offset=offset if joint.slides else math.radians(offset))
         else:
             advice = f"write one of {listed(list(body.joint))}" if body and body.joint else "remove this"
-            reading.at_key((*keys, name), f"its profile has no joint `{name}`: {advice}", given=(PROFILES,))
+            reading.at_key((*keys, name), f"its profile has no joint `{name}`: {advice}", whole=True)
     if not (body and changed):
         return body
     return replace(body, joints=tuple(changed.get(each.name, each) for each in body.joints))
@@ -105,7 +105,7 @@ class _Bodies:
             )
             if isinstance(tables[name], dict) and tables[name].keys() <= {"mirror", "poses"}:
                 message = f"`{name}` moves nothing: add a direction, such as `{_EXAMPLE}`"
-                reading.at_key((*keys, name), message, given=((*keys, name),))
+                reading.at_key((*keys, name), message, whole=True)
             parts[name] = BodyPart(name, drives)
         for name, table in self.own.items():
             if mirror := reading.text((*keys, name, "mirror"), table):
@@ -127,7 +127,7 @@ class _Bodies:
     def _drive(self, keys: Keys, value: Any) -> Drive | None:
         reading, direction = self.reading, str(keys[-1])
         if not isinstance(value, dict) or "joint" not in value or len(value.keys() & {"degrees", "meters"}) != 1:
-            reading.at_value(keys, f"write `{direction}` as a joint and degrees, or meters: `{_VALUE}`", given=(keys,))
+            reading.at_value(keys, f"write `{direction}` as a joint and degrees, or meters: `{_VALUE}`", whole=True)
             return None
         table = reading.table(keys, value)
         joint = reading.text((*keys, "joint"), table)
@@ -153,9 +153,7 @@ class _Bodies:
         if mirror not in parts or mirror == name:
             others = [each for each in parts if each != name]
             advice = f"write one of {listed(others)}" if others else "remove this line"
-            self.reading.at_value(
-                keys, f"`{mirror}` is not another body part of this profile: {advice}", given=(PROFILES,)
-            )
+            self.reading.at_value(keys, f"`{mirror}` is not another body part of this profile: {advice}", whole=True)
         elif any(parts[each].mirror not in (None, other) for each, other in ((name, mirror), (mirror, name))):
             self.reading.at_value(keys, f"`{mirror}` or `{name}` has another mirror already: remove one of them")
         else:
@@ -177,7 +175,7 @@ class _Bodies:
         for place, each in enumerate(value):
             if not isinstance(each, str) or each not in parts:
                 message = f"a group stands for body parts, not for groups: write one of {listed(list(parts))}"
-                self.reading.at_value((*keys, "parts", place), message, given=(PROFILES,))
+                self.reading.at_value((*keys, "parts", place), message, whole=True)
         return tuple(dict.fromkeys(each for each in value if isinstance(each, str) and each in parts))
 
     def joints(self, tables: Mapping[str, Any], slides: Mapping[str, bool], base: Body) -> dict[str, Joint]:
@@ -185,7 +183,7 @@ class _Bodies:
         for name in tables:
             if name not in slides:
                 self.reading.at_key(
-                    (*keys, name), f"no direction moves `{name}`: name it in one or remove this", given=(PROFILES,)
+                    (*keys, name), f"no direction moves `{name}`: name it in one or remove this", whole=True
                 )
         return {
             name: self._joint((*keys, name), tables.get(name), base.joint.get(name) or Joint(name), is_sliding)
@@ -259,7 +257,7 @@ class _Bodies:
                 if drive.direction in steps and not self._reaches(joint, steps[drive.direction] * drive.per_step):
                     keys = (*self.keys, "body", str(part.mirror), "poses", pose.name)
                     message = f"its mirror image is beyond the limits of `{joint.name}`: {_limits(joint)}"
-                    self.reading.at_key(keys, message, given=(PROFILES,))
+                    self.reading.at_key(keys, message, whole=True)
             images.append(BodyPose(pose.name, steps))
         return replace(part, poses=(*part.poses, *images))
 
@@ -275,9 +273,7 @@ class _Bodies:
             table = reading.table((*keys, name), value)
             found = table.get("joints")
             if not isinstance(found, list) or not found:
-                reading.at_key(
-                    (*keys, name), f'add the joints of `{name}`: `joints = ["head_yaw"]`', given=((*keys, name),)
-                )
+                reading.at_key((*keys, name), f'add the joints of `{name}`: `joints = ["head_yaw"]`', whole=True)
                 continue
             for place, joint in enumerate(found):
                 if not (isinstance(joint, str) and joint and joint.isprintable()):
@@ -296,7 +292,7 @@ class _Bodies:
             used = tuple(dict.fromkeys(each for each in found if isinstance(each, str)))
             made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
-            reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the `joints` of one", given=(PROFILES,))
+            reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the `joints` of one", whole=True)
         return made or [each for each in base.controllers if not set(joints).isdisjoint(each.joints)]
 
     def can_move_home(
@@ -314,7 +310,7 @@ class _Bodies:
             )
         else:
             return
-        self.reading.at_key(keys, message, given=(PROFILES,))
+        self.reading.at_key(keys, message, whole=True)
 
 
 def _limits(joint: Joint) -> str:

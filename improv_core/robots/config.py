@@ -22,7 +22,7 @@ from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_nam
 from improv_core.robots.safety import read_safety
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import PROFILES, WORLD, TomlReading
+from improv_core.robots.toml_reading import TomlReading
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.following import refusal
@@ -199,7 +199,7 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
         starts = dict(zip(free, formation.poses(len(free)), strict=True))
         robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
     if safety.rejoin == "return" and (why := _refuses_return(robots, world)):
-        reading.at_value(("ros", "rejoin"), f"`return` {why}", given=(WORLD, ("robots",)))
+        reading.at_value(("ros", "rejoin"), f"`return` {why}", whole=True)
     found = Robots(
         robots,
         profiles,
@@ -310,10 +310,10 @@ class _Listed:
         wide = 2 * robot.profile.radius
         if self.world.size and wide > min(self.world.size):
             message = f"`{keys[-1]}` is {wide:g} m wide and doesn't fit: make the world larger"
-            self.reading.at_key(keys, message, given=(PROFILES, WORLD))
+            self.reading.at_key(keys, message, whole=True)
         if robot.start and not self.world.holds(robot.start.x, robot.start.y):
             message = "this start is outside the walls: move it inside"
-            self.reading.at_value((*keys, "start"), message, given=(WORLD,))
+            self.reading.at_value((*keys, "start"), message, whole=True)
 
     def one_role_each(self, robots: Mapping[str, Robot]) -> None:
         """Report robots that share a namespace or a topic: a real robot can't dance two parts at once."""
@@ -325,25 +325,25 @@ class _Listed:
         for name in sorted(robots, key=lambda each: robots[each].namespace is not None):
             if (other := namespaces.setdefault(inside[name], name)) != name:
                 message = f"`{other}` has this namespace too: give each its own"
-                self.reading.at_value(("robots", name, "namespace"), message, given=(("robots", other),))
+                self.reading.at_value(("robots", name, "namespace"), message, whole=True)
         devices: dict[tuple[str, int | None], str] = {}
         machines = {each.host.name for each in robots.values() if each.host and not each.host.output}
         for name, each in robots.items():
             at = each.device and (each.device.address, each.device.node)
             if at and (other := devices.setdefault(at, name)) != name:
                 message = f"`{other}` is the robot at this address, too: give each its own `address` or `node`"
-                self.reading.at_value(("robots", name, "address"), message, given=(("robots", other),))
+                self.reading.at_value(("robots", name, "address"), message, whole=True)
             if each.host and each.host.output and each.host.name in machines:
                 message = f"`{each.host.name}` is also a host: give that another name in ~/.ssh/config"
                 self.reading.at_value(("robots", name, "output"), message)
         for name in sorted(robots, key=own.__contains__):
             if (other := topics.setdefault(robots[name].topic, name)) != name and name in own:
                 message = f"`{other}` listens on this topic too: give each its own"
-                self.reading.at_value(("robots", name, "topic"), message, given=(("robots", other),))
+                self.reading.at_value(("robots", name, "topic"), message, whole=True)
 
     def robot(self, keys: Keys, table: Mapping[str, Any]) -> Robot:
         reading, namespace, values = self.reading, self.namespace, self.reading.values(keys, table)
-        kind = reading.one_of((*keys, "profile"), table, self.profiles, given=(PROFILES,))
+        kind = reading.one_of((*keys, "profile"), table, self.profiles, whole=True)
         profile = self.profiles[kind] if kind else DEFAULT
         if "joints" in table:
             body = with_offsets(reading, (*keys, "joints"), table["joints"], profile.body)
@@ -355,12 +355,12 @@ class _Listed:
         follow = values.get("follow", False)
         if follow and not odom and profile.dynamics != "motors":
             message = "`follow` needs to know where the robot is: add `odom`"
-            reading.at_key((*keys, "follow"), message, given=(keys, PROFILES))
+            reading.at_key((*keys, "follow"), message, whole=True)
         elif follow and (why := refusal(profile)):
-            reading.at_key((*keys, "follow"), f"`follow` {why}", given=(keys, PROFILES))
+            reading.at_key((*keys, "follow"), f"`follow` {why}", whole=True)
         if "odom_frame" in values and not odom:
             message = "`odom_frame` is about the poses on `odom`: add `odom`"
-            reading.at_key((*keys, "odom_frame"), message, given=(keys,))
+            reading.at_key((*keys, "odom_frame"), message, whole=True)
         return Robot(
             profile,
             _start(reading, (*keys, "start"), table["start"]) if "start" in table else None,
@@ -391,5 +391,5 @@ def _clock(reading: TomlReading, table: Mapping[str, Any]) -> OutsideClock | Non
     port = reading.text(("clock", "port"), table) or ""
     if port and follow != "midi":
         message = '`port` is a MIDI input: it works only with `follow = "midi"`'
-        reading.at_key(("clock", "port"), message, given=(("clock",),))
+        reading.at_key(("clock", "port"), message, whole=True)
     return OutsideClock(follow, port) if follow else None

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from improv_core.robots.schema import known
-from improv_core.robots.toml_reading import PROFILES, ROBOTS, WORLD, TomlReading, listed
+from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.score.motion import Pose, wrapped
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.world import World
@@ -76,14 +76,14 @@ def read_formation(
     values = reading.values(_SECTION, table)
     shape, facing, distance = (values.get(name) for name in ("shape", "facing", "distance"))
     if "shape" not in table:
-        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}", given=(_SECTION,))
+        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}", whole=True)
     if shape and shape != "circle" and "facing" in table:
         reading.at_key((*_SECTION, "facing"), '`facing` works only with `shape = "circle"`: remove it')
     if not shape or ("distance" in table and distance is None):
         return None
     formation = Formation(shape, distance or float(known((*_SECTION, "distance")).default), facing or "in")
     if error := _misfit(formation, robots, world):
-        reading.at_value((*_SECTION, "distance"), error, given=(_SECTION, ROBOTS, PROFILES, WORLD))
+        reading.at_value((*_SECTION, "distance"), error, whole=True)
     return formation
 
 

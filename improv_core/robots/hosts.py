@@ -41,7 +41,7 @@ def host_of(
     if name is None:
         if "link_patience" in table:
             reading.at_key(
-                (*keys, "link_patience"), "`link_patience` is about a robot with a `host`: add it", given=(keys,)
+                (*keys, "link_patience"), "`link_patience` is about a robot with a `host`: add it", whole=True
             )
         return None
     if not is_host(name):
@@ -55,14 +55,14 @@ def device_of(reading: TomlReading, keys: Keys, table: Mapping[str, Any], node: 
     """Return the place where a robot's output finds it; None if it has no output."""
     for name in ("address", "node", "settings"):
         if name in table and "output" not in table:
-            reading.at_key((*keys, name), f"`{name}` is about a robot with an `output`: add it", given=(keys,))
+            reading.at_key((*keys, name), f"`{name}` is about a robot with an `output`: add it", whole=True)
     if "output" not in table:
         return None
     address = reading.text((*keys, "address"), table)
     if address is None or not is_address(address):
         message = "an `output` needs an `address`, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`"
         (reading.at_key if address is None else reading.at_value)(
-            (*keys, "output" if address is None else "address"), message, given=(keys,)
+            (*keys, "output" if address is None else "address"), message, whole=True
         )
         return None
     return DeviceAddress(address, node, _settings(reading, (*keys, "settings"), table))

@@ -21,7 +21,7 @@ def read_osc(reading: TomlReading, table: Mapping[str, Any]) -> Osc | None:
     port = values.get("listen")
     host = _host(reading, ("osc", "host"), table)
     if "host" in table and "listen" not in table:
-        reading.at_key(("osc", "host"), "`host` sets where Improv listens: add `listen`, a port", given=(("osc",),))
+        reading.at_key(("osc", "host"), "`host` sets where Improv listens: add `listen`, a port", whole=True)
     listen = Peer(host or HERE, port) if port is not None else None
     send = tuple(_peers(reading, ("osc", "send"), table["send"], listen)) if "send" in table else ()
     time_tags = values.get("time_tags", True)

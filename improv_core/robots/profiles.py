@@ -10,7 +10,7 @@ from typing import Any
 from improv_core.robots.bodies import read_body
 from improv_core.robots.schema import known as known_key
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import PROFILES, TomlReading, listed
+from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 
 MOST_SCALE = 2.0
@@ -46,8 +46,8 @@ def read_profiles(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, 
 def _base(reading: TomlReading, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
     if "base" not in table and "step" not in table:
         message = "add `step`, in meters, or `base`, the profile to take all other values from"
-        reading.at_key(("profiles", name), message, given=(("profiles", name),))
-    return reading.one_of(("profiles", name, "base"), table, known, given=(PROFILES,))
+        reading.at_key(("profiles", name), message, whole=True)
+    return reading.one_of(("profiles", name, "base"), table, known, whole=True)
 
 
 def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
@@ -61,7 +61,7 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
             changes[scale] = commanded / changes.get(key, getattr(base, key))
             if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
                 message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
-                reading.at_value((*keys, f"commanded_{key}"), message, given=(PROFILES,))
+                reading.at_value((*keys, f"commanded_{key}"), message, whole=True)
     motions = _motions(reading, (*keys, "motions"), table["motions"]) if "motions" in table else ()
     if "wheel_error" in table:
         changes["wheel_error"] = _wheel_error(reading, (*keys, "wheel_error"), table["wheel_error"])
@@ -71,7 +71,7 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
         for key in _MOTORS_ONLY:
             if key in table:
                 reading.at_key(
-                    (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', given=(PROFILES,)
+                    (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', whole=True
                 )
     return profile
 

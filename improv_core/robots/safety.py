@@ -53,9 +53,7 @@ def _preflight(values: Mapping[str, Any]) -> Preflight:
 def _deadman(reading: TomlReading, value: Any, namespace: str) -> Deadman | None:
     keys = ("ros", "deadman")
     if not isinstance(value, dict) or not value.keys() >= {"topic", "button"}:
-        reading.at_value(
-            keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`', given=(keys,)
-        )
+        reading.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`', whole=True)
         return None
     table = reading.table(keys, value)
     topic = ros_name(reading, (*keys, "topic"), table, namespace)

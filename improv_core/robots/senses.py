@@ -59,12 +59,10 @@ def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Sourc
             reading.at_key((*keys, other), f"OSC messages decide this sense, so `{other}` has no effect: remove it")
         return _osc(reading, keys, table)
     if "topic" not in table:
-        reading.at_key(keys, "add `topic` and `message`, `key`, or `osc`", given=(keys,))
+        reading.at_key(keys, "add `topic` and `message`, `key`, or `osc`", whole=True)
         return None
     if "message" not in table:
-        reading.at_key(
-            (*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`", given=(keys,)
-        )
+        reading.at_key((*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`", whole=True)
         return None
     topic = ros_name(reading, (*keys, "topic"), table, "")
     message = reading.one_of((*keys, "message"), table)
@@ -98,7 +96,7 @@ def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: 
         limits = {name: number for name, number in numbers.items() if number is not None}
         if not written:
             reading.at_value(
-                (*keys, "message"), f"add `below` or `above`, a limit in {_LIMITS[message][0]}", given=(keys,)
+                (*keys, "message"), f"add `below` or `above`, a limit in {_LIMITS[message][0]}", whole=True
             )
         elif len(written) == 2:
             reading.at_key((*keys, "above"), "write `below` or `above`, not both")
@@ -119,7 +117,7 @@ def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple
         reading.at_value(
             (*keys, name),
             "`from` must be less than `to`, by at most 360: degrees count counterclockwise",
-            given=(keys,),
+            whole=True,
         )
     return math.radians(start), math.radians(end)
 

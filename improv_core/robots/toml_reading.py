@@ -14,17 +14,14 @@ from improv_core.text import Span
 
 Range = tuple[str, float, float]
 """The unit, the minimum, and the maximum of a number."""
-Given = Collection[Keys]
-"""The keys of tables."""
-PROFILES, ROBOTS, WORLD = ("profiles",), ("robots",), ("world",)
 
 
 @dataclass(frozen=True, slots=True)
 class TomlReading:
     """Reads values by their keys, according to the schema. The public methods never raise; they add to `diagnostics`.
 
-    Errors about missing keys or tables that don't fit together name these tables with `given`: such an error isn't
-    reported if one of the tables could be read only in part.
+    An error about a missing key, or about tables that don't fit together, is reported only if the `whole` text could be
+    read.
     """
 
     toml: TomlText
@@ -64,7 +61,7 @@ class TomlReading:
         return None
 
     def one_of(
-        self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = (), given: Given = ()
+        self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = (), whole: bool = False
     ) -> str | None:
         """Read one of these words, by default one of the schema's choices."""
         word = self.text(keys, table)
@@ -72,7 +69,7 @@ class TomlReading:
         if word is None or word in words:
             return word
         message, near = _unknown(word, words)
-        self.at_value(keys, message, near and f'"{near}"', given)
+        self.at_value(keys, message, near and f'"{near}"', whole)
         return None
 
     def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
@@ -97,14 +94,14 @@ class TomlReading:
         """Report a key that is none of these names."""
         self.at_key(keys, *_unknown(str(keys[-1]), names))
 
-    def at_key(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
+    def at_key(self, keys: Keys, message: str, fixed: str = "", whole: bool = False) -> None:
         """Report a key; `fixed` is the likely correction."""
-        if all(map(self.toml.is_whole, given)):
+        if not (whole and self.toml.diagnostics):
             self._report(self.toml.positions.nearest(keys).key, message, fixed)
 
-    def at_value(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
+    def at_value(self, keys: Keys, message: str, fixed: str = "", whole: bool = False) -> None:
         """Report a value; `fixed` is the likely correction."""
-        if all(map(self.toml.is_whole, given)):
+        if not (whole and self.toml.diagnostics):
             self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
     def warn_value(self, keys: Keys, message: str) -> None:

@@ -1,15 +1,14 @@
 """A TOML text: its data, or why it is not valid, and the positions of its keys and values.
 
-A text that is not valid is read one statement at a time, so that a wrong statement hides no other. Such a text is only
-checked; it never plays.
+A text that is not valid is read without its wrong statements, so that they hide no other. Such a text is only checked;
+it never plays.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import tomllib
 
 from improv_core.diagnostics import Diagnostic, replace
-from improv_core.robots.toml_positions import Keys, Positions, comments, find_positions, statements
+from improv_core.robots.toml_positions import Positions, find_positions, statements
 from improv_core.slices import checkpoint
 from improv_core.text import LineIndex, Span
 
@@ -27,19 +26,13 @@ class TomlText:
     """The data of a text, and its positions.
 
     If the text is not valid TOML, there is no data, but there are the positions that can be found. `readable` is the
-    data of its valid statements, in which other errors can be found, and `broken` has the tables that may have more
-    data.
+    data of its valid statements, in which other errors can be found.
     """
 
     text: str
     data: Mapping[str, Any] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
     readable: Mapping[str, Any] = field(default_factory=dict)
-    broken: frozenset[Keys] = frozenset()
-
-    def is_whole(self, keys: Keys) -> bool:
-        """True if all of a table could be read. If not, a missing key proves nothing."""
-        return not any(keys[: len(each)] == each[: len(keys)] for each in self.broken)
 
     @cached_property
     def positions(self) -> Positions:
@@ -54,101 +47,47 @@ def read_toml(text: str) -> TomlText:
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        found = read_statements(text)
-        return found if found.diagnostics else dataclasses.replace(found, diagnostics=(unreadable(text, str(error)),))
+        return _partly_read(text, str(error))
     return TomlText(text, data, readable=data)
 
 
-def read_statements(text: str) -> TomlText:
-    """Read the valid statements of a text, and report the others. Never raises.
-
-    Statements below an invalid header are left out, since it isn't known to which table they belong. If a key has two
-    values, the first one counts.
-    """
-    readable: dict[str, Any] = {}
+def _partly_read(text: str, error: str) -> TomlText:
+    """Read the valid statements of a text, and report the others: those that are wrong by themselves, and those that
+    repeat a key or a section. `tomllib` stopped at this error."""
     diagnostics: list[Diagnostic] = []
-    broken: set[Keys] = set()
-    headers = {span.start: keys for span, keys in find_positions(text).headers}
-    declared: set[Keys] = set()
-    table: Keys | None = ()  # the table of the statement; None below an invalid header
-    for start, statement in _each(text, sorted(headers)):
-        checkpoint()
-        header = headers.get(start)
-        try:
-            data = tomllib.loads(statement)
-        except (ValueError, RecursionError) as error:
-            diagnostics.append(unreadable(statement, str(error), start))
-            if header is not None:
-                broken |= {header, header[:-1]}
-                table = None
-            elif table is not None:
-                broken.add(table)
-            continue
-        if header is not None:
-            table, data = header, _below(data, header)
-            if header in declared:
-                diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_SECTION))
-            declared.add(header)
-        if table is not None and not _merge(_entered(readable, table), data):
-            diagnostics.append(Diagnostic("syntax", _first_line(start, statement), DUPLICATE_KEY))
-    return TomlText(text, {}, tuple(diagnostics), readable, frozenset(broken))
-
-
-def _each(text: str, headers: list[int]) -> Iterator[tuple[int, str]]:
-    """Yield the statements of a text, and their offsets. Every header starts one."""
+    headers = [span.start for span, _ in find_positions(text).headers]
+    places, heads, left = list[int](), list[bool](), list[str]()
+    is_lost = False  # below a wrong header, nobody knows to which table a statement belongs
     for start, statement in statements(text):
-        end = start + len(statement)
-        inside = headers[bisect_right(headers, start) : bisect_left(headers, end)]
-        for begin, stop in zip([start, *inside], [*inside, end], strict=True):
-            if begin < stop:
-                yield begin, text[begin:stop]
+        checkpoint()
+        places.append(start)
+        heads.append(bisect_left(headers, start) < bisect_left(headers, start + len(statement)))
+        is_lost = is_lost and not heads[-1]
+        left.append(_NO_LINE_END.sub(" ", statement) if is_lost else statement)
+        try:
+            tomllib.loads(statement)
+        except (ValueError, RecursionError) as wrong:
+            diagnostics.append(unreadable(statement, str(wrong), start))
+            left[-1] = _NO_LINE_END.sub(" ", statement)
+            is_lost = is_lost or heads[-1]
+    for _ in range(MOST_REPEATED + 1):
+        try:
+            readable = tomllib.loads("".join(left))
+        except (ValueError, RecursionError) as wrong:
+            diagnostics.append(unreadable("".join(left), str(wrong)))
+            first = bisect_right(places, diagnostics[-1].span.start) - 1
+            last = first + 1
+            while heads[first] and last < len(left) and not heads[last]:
+                last += 1
+            left[first:last] = [_NO_LINE_END.sub(" ", each) for each in left[first:last]]
+            continue
+        return TomlText(text, {}, tuple(diagnostics) or (unreadable(text, error),), readable)
+    return TomlText(text, {}, tuple(diagnostics))
 
 
-def _entered(data: Any, keys: Keys) -> dict[str, Any]:
-    """Return the table that keys lead to, and make it if necessary. If it has another value there, return a table that
-    belongs to nothing."""
-    for key, following in zip(keys, (*keys[1:], ""), strict=False):
-        if isinstance(key, str) and isinstance(data, dict):
-            data = data.setdefault(key, {} if isinstance(following, str) else [])
-        elif isinstance(key, int) and isinstance(data, list) and key <= len(data):
-            if key == len(data):
-                data.append({})
-            data = data[key]
-        else:
-            return {}
-    return data if isinstance(data, dict) else {}
-
-
-def _below(data: Any, keys: Keys) -> dict[str, Any]:
-    """Return the data below a header that was read alone. An array of tables has one table there."""
-    for key in keys:
-        if isinstance(data, dict):
-            data = data.get(str(key), {})
-        elif data:
-            data = data[0]
-    return data if isinstance(data, dict) else {}
-
-
-def _merge(data: dict[str, Any], more: Mapping[str, Any]) -> bool:
-    """Add entries to a table; False if one is there already and was left as it is."""
-    fits = True
-    for name, value in more.items():
-        old = data.setdefault(name, value)
-        if isinstance(old, dict) and isinstance(value, dict):
-            fits &= old is value or _merge(old, value)
-        else:
-            fits &= old is value
-    return fits
-
-
-def _first_line(start: int, statement: str) -> Span:
-    """Return the span of a statement's first line, without the space and the comment around it."""
-    comment = next((span.start for span in comments(statement)), len(statement))
-    line = statement.lstrip().partition("\n")[0]
-    begin = len(statement) - len(statement.lstrip())
-    return Span(begin, begin + len(line[: max(comment - begin, 0)].rstrip())).shifted(start)
-
-
+_NO_LINE_END = re.compile(r"[^\n]")
+MOST_REPEATED = 3
+"""The most repeated keys and sections that are reported. After them, nothing else in the text is read."""
 DUPLICATE_KEY = "this key already has a value: remove one of them"
 DUPLICATE_SECTION = "this section already exists above: merge the two"
 # Fixes for the errors that tomllib reports, by the start of its message.
@@ -197,7 +136,7 @@ def unreadable(text: str, error: str, start: int = 0) -> Diagnostic:
     before = _BEFORE.get(what.split()[0])
     begin = before and before.search(text, lines.start(lines.position(at).line), at)
     if begin:
-        span = Span(begin.start(), at)
+        span = Span(begin.start(), at + len(text[at:]) - len(text[at:].lstrip("]")))
     unquoted = what.startswith("Invalid value") and _UNQUOTED.fullmatch(text, *span)
     shown = span.shifted(start)
     fixes = replace("Put it in quotes", shown, f'"{unquoted[0]}"') if unquoted else ()

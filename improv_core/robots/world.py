@@ -56,7 +56,7 @@ def _obstacle(reading: TomlReading, keys: Keys, value: Any) -> dict[str, float] 
     table = reading.table(keys, value)
     missing = [name for name in key.required if name not in value]
     if missing:
-        reading.at_value(keys, f"add `{missing[0]}`, in meters", given=(keys,))
+        reading.at_value(keys, f"add `{missing[0]}`, in meters", whole=True)
         return None
     found = reading.values(keys, table)
     if any(name not in found for name in key.required):

@@ -112,8 +112,8 @@ def test_syntax_errors(drawn: str) -> None:
         y
          ^ syntax: write `=` and a value after the key
         [robots.b]
-        profile = "husk"
-                  ^^^^^^ robots: `husk` is not valid here: did you mean `husky`?
+        message = "Twst"
+                  ^^^^^^ robots: `Twst` is not valid here: did you mean `Twist`?
         """,
         """
         [robots.a]
@@ -122,8 +122,7 @@ def test_syntax_errors(drawn: str) -> None:
         ^^^^^^^^^^^^^^^^^^ syntax: this key already has a value: remove one of them
         [robots.a] # twice
         ^^^^^^^^^^ syntax: this section already exists above: merge the two
-        start = { x = "1" }
-                      ^^^ robots: write `x` in meters, from -1000 to 1000
+        start = { x = "below a repeated section, nothing is read" }
         [ros]
         node = '''
         [robots.a]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from improv_core.diagnostics import applied
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_text import read_statements, read_toml
+from improv_core.robots.toml_text import read_toml
 
 # Texts that look like syntax, to reveal a scanner that they fool.
 words = st.sampled_from(["a", "b-1", "2", "x_y"])
@@ -105,12 +105,6 @@ def test_every_key_and_value_is_found_where_it_stands(text: str) -> None:
         if entry.value != entry.key or not isinstance(value, dict | list):
             assert written == written.strip()
             assert tomllib.loads(f"value = {written}")["value"] == value
-
-
-@given(documents().filter(is_valid))
-def test_statements_read_alone_mean_the_same_as_together(text: str) -> None:
-    found = read_statements(text)
-    assert (found.readable, found.diagnostics) == (tomllib.loads(text), ())
 
 
 @given(documents() | st.text(st.sampled_from("ab=\"'[]{}.,#\\\n\r \ufeff🐢\x000")))

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from random import Random
 
 SHARED = "motif"
 """Name that a third of the lines use in a document with a shared name."""
 SHARED_LINE = 3
 """Line of its definition."""
+
+DEEPEST = 6
+"""Names within names: enough to be realistic, and every movement's fractions stay short."""
 
 _MOVES = ("forward", "backward", "left", "right", "halfleft", "halfright", "rest", "strafeleft", "straferight")
 _CHANGES = (
@@ -36,22 +40,16 @@ class Edit:
 
 def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
     """Write a program of so many lines (100 or more give no hint either); if `shared`, a third of them use `SHARED`."""
-    random = Random(seed)
+    dance = _Dance(Random(seed))
     made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
-    name = before = SHARED
     while len(made) < lines:
-        moves = " ".join(random.choices(_MOVES, k=random.randrange(2, 5)))
-        if name != before:  # a name is used right after its definition, and perhaps in the next one
-            made.append(f"{random.choice(_ROBOTS)} $ {name} {SHARED if before == SHARED else random.choice(_MOVES)}")
-            nested = "" if before == SHARED else random.choice((name, ""))
-            name = before = SHARED if shared and random.random() < 0.4 else nested
-        elif random.random() < 0.15:
-            made.append(random.choice(("", f"# The {random.choice(_NOUNS)}.")))
-        elif len(made) == lines - 1:
-            made.append(f"{random.choice(_ROBOTS)} $ {moves}")
+        left = lines - len(made)
+        if not shared:
+            made += dance.lines(left, left)
+        elif len(made) % 3 == 0:
+            made.append(_user(len(made)))
         else:
-            name, term = f"{random.choice(_NOUNS)}{len(made)}", f"{random.choice(_CHANGES)} ({before} {moves})"
-            made.append(f"{name} = {random.choice((f'{moves} {term}', f'[{moves}] {term}', term))}")
+            made += dance.lines(left, min(left, 2))
     return "".join(f"{line}\n" for line in made)
 
 
@@ -84,3 +82,67 @@ def edits(text: str, only: int | None = None, seed: int = 1, added: tuple[str, s
             yield Edit(place, len(now[place]), new, new == wrong)
             now[place] = new
             count += 1
+
+
+def _user(number: int) -> str:
+    change = _CHANGES[number % len(_CHANGES)]
+    if number % 2 == 0:
+        return f"variation{number} = {_MOVES[number % len(_MOVES)]} {change} {SHARED}"
+    return f"{_ROBOTS[number % len(_ROBOTS)]} $ variation{number - 3} {change} {SHARED}"
+
+
+class _Dance:
+    """Writes a program line by line: people use names that are near, and in the end use every name that they have
+    defined."""
+
+    def __init__(self, random: Random) -> None:
+        self.random = random
+        self.depths = {SHARED: 1}
+        self.unused = {SHARED: None}
+
+    def lines(self, left: int, room: int) -> list[str]:
+        """Return one to `room` lines that may come next, with `left` of them to the end."""
+        kind = self.random.random()
+        robots = " ".join(self.random.sample(_ROBOTS, self.random.choice((1, 1, 1, 2))))
+        if len(self.unused) + 3 >= left:
+            return [f"{robots} $ {' '.join(self.name(DEEPEST)[0] for _ in range(3))}"]
+        if kind < 0.16:
+            return [f"{robots} $ {' '.join(self.term(DEEPEST)[0] for _ in range(self.random.randrange(2, 5)))}"]
+        if kind < 0.24:
+            return [""]
+        if kind < 0.30:
+            return [f"# {self.random.choice(_NOUNS).capitalize()}, then {self.random.choice(_NOUNS)}."]
+        movement, depth = self.voices() if kind < 0.36 else self.series()
+        name = f"{self.random.choice(_NOUNS)}{len(self.depths)}"
+        self.depths[name] = depth + 1
+        self.unused[name] = None
+        if kind > 0.95 and room >= 3:
+            return [f"{name} = repeat {self.random.randrange(2, 9)} (", f"  {movement}", ")"]
+        return [f"{name} = {movement}"]
+
+    def voices(self) -> tuple[str, int]:
+        """Return two voices that end together."""
+        first, second = (" ".join(self.random.choices(_MOVES, k=4)) for _ in range(2))
+        return f"{first} || {second}", 0
+
+    def series(self) -> tuple[str, int]:
+        terms = [self.term(DEEPEST - 1) for _ in range(self.random.randrange(2, 5))]
+        return " ".join(text for text, _ in terms), max(depth for _, depth in terms)
+
+    def term(self, deepest: int) -> tuple[str, int]:
+        """Return a movement that takes one term, and the depth of the names in it, `deepest` at most."""
+        kind = self.random.random()
+        if kind < 0.2:
+            return f"[{' '.join(self.random.choices(_MOVES, k=self.random.randrange(2, 5)))}]", 0
+        body, depth = self.name(deepest) if kind < 0.8 else (self.random.choice(_MOVES), 0)
+        if kind < 0.6:
+            return body, depth
+        return f"{self.random.choice(_CHANGES)} ({body} {self.random.choice(_MOVES)})", depth
+
+    def name(self, deepest: int) -> tuple[str, int]:
+        """Return a name that nothing uses yet, or else one of the latest."""
+        fitting = [name for name in self.unused if self.depths[name] <= deepest]
+        latest = [name for name in islice(reversed(self.depths), 40) if self.depths[name] <= deepest]
+        name = fitting[0] if fitting else self.random.choice(latest)
+        self.unused.pop(name, None)
+        return name, self.depths[name]

@@ -37,10 +37,11 @@ class RobotMoves(TypedDict):
 
 class Pulse(TypedDict):
     """The stage lives; if nothing more comes within `patience` seconds, it hangs. Sent ten times a second while robots
-    move."""
+    move. Its stamps are `ahead` of the machine's time by so many nanoseconds, as in a simulation."""
 
     type: Literal["pulse"]
     patience: float
+    ahead: int
 
 
 class RobotsStand(TypedDict):

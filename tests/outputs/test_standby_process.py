@@ -8,8 +8,8 @@ from improv_core.outputs.ros.standby.process import LOOK, ParentWatch
 from improv_core.protocol.standby_messages import ToStandby
 
 MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "frame": "base_link", "patience": 0.5}
-PULSE: ToStandby = {"type": "pulse", "patience": 0.5}
-LOADS: ToStandby = {"type": "pulse", "patience": 10.0}
+PULSE: ToStandby = {"type": "pulse", "patience": 0.5, "ahead": 0}
+LOADS: ToStandby = {"type": "pulse", "patience": 10.0, "ahead": 0}
 STANDS: ToStandby = {"type": "stands"}
 CONFIRMED: ToStandby = {"type": "confirmed", "topic": "/r/cmd_vel"}
 END: ToStandby = {"type": "end"}

@@ -104,7 +104,9 @@ def test_a_stage_publishes_its_paths_and_messages(
         assert all(1.9 <= side <= 2.9 for side in size)
         assert math.dist(middle, (1, 1)) < math.dist(middle, (0, 3))
         words = re.compile(r"anna\nbeat .*\n(forward|left)")
-        markers.wait(lambda seen: any(words.fullmatch(each["text"]) for each in seen["markers"]))
+        seen = markers.wait(lambda seen: any(words.fullmatch(each["text"]) for each in seen["markers"]))
+        assert all(each["header"]["stamp"]["sec"] == 0 for each in seen["markers"]), "rviz waits for no transforms"
+        assert all(each["lifetime"]["sec"] > 1 for each in seen["markers"]), "labels vanish without their publisher"
         position = plays()
         assert (position["tempo"], position["beats"], position["muted"]) == (60, None, [])
         known = statuses(diagnostics.wait(all_known))

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from improv_core.protocol.play_again import STOPPED
-from tests.ros.conftest import LIMIT, Listen, Sink
+from tests.ros.conftest import LIMIT, Listen, Publish, Sink
 from tests.ros.dance import Server, at_speed, still
 
 pytestmark = pytest.mark.slow("starts what plays, and somebody who asks")
@@ -101,15 +101,18 @@ def test_the_first_sink_already_offers_its_services(ask: Ask, sink: Sink) -> Non
 
 
 def test_an_armed_dance_with_ros_arguments_begins_with_the_service(
-    ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+    ask: Ask, listen: Listen, publish: Publish, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """The arguments set a name, remapping (also for the standby), QoS, and the file of parameters from `ros2 launch`.
-    Before the service, a robot hears only zeros."""
+    """The arguments set a name, remapping (also for the standby), QoS, and the file of parameters from `ros2 launch`,
+    whose time is also that of messages for monitors. Before the service, a robot hears only zeros."""
+    publish("/clock", "rosgraph_msgs/Clock")({"clock.sec": 12})
+    diagnostics = listen("/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    (tmp_path / "improv.toml").write_text("[ros]\npublish = true\n")
     robot = listen("/base/cmd_vel", best_effort=True)
     reliable = listen("/base/cmd_vel", name="reliable")
     best_effort = "qos_overrides./base/cmd_vel.publisher.reliability:=best_effort"
     parameters = tmp_path / "launch_params"
-    parameters.write_text("/**:\n  ros__parameters:\n    speed: 0.5\n")
+    parameters.write_text("dancer:\n  ros__parameters:\n    speed: 0.5\n    use_sim_time: true\n")
     words = ["-r", "__node:=dancer", "-r", "/turtle1/cmd_vel:=/base/cmd_vel", "-p", best_effort]
     with play(ros_env, tmp_path, PROGRAM, "--armed", "--ros-args", *words, "--params-file", str(parameters)) as playing:
         assert playing.stdout
@@ -117,6 +120,7 @@ def test_an_armed_dance_with_ros_arguments_begins_with_the_service(
         assert any("armed: all is ready, and begins with the service ~/play" in line for line in lines)
         robot.wait(still)
         assert ask("call /dancer/play")[0]
+        assert diagnostics.wait(lambda message: True)["header"]["stamp"] == {"sec": 12, "nanosec": 0}
         begun = robot.wait(at_speed(SPEED / 2))
         assert all(map(still, robot.heard[: robot.heard.index(begun)]))
         robot.wait_for_publishers(lambda count: count == 2)

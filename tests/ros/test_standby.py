@@ -13,7 +13,7 @@ import pytest
 
 from improv_core.outputs.ros.subscriber_check import ZEROS
 from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listen, Listener, Publish, Sink, Start, with_limits
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Publish, Sink, Start, with_limits
 from tests.ros.dance import at_speed, still
 
 pytestmark = pytest.mark.slow("starts processes to end them")
@@ -94,6 +94,18 @@ def test_the_standby_stops_a_robot_if_the_stage_ends_while_it_moves(listen: List
     sink.close()
     turtles.wait(still)
     assert sink.process.returncode == 0
+
+
+def test_zeros_of_the_standby_have_the_time_of_the_simulation(listen: Listen, publish: Publish, sink: Sink) -> None:
+    robot = listen(TOPICS[0], type=STAMPED)
+    publish("/clock", "rosgraph_msgs/Clock")({"clock.sec": 12})
+    sink("prepare", {"turtle1": TOPICS[0]}, use_sim_time=True)
+    sink("wait")
+    sink("send", "turtle1", 1.0, 0.0, 0.0, 0.0)
+    sink("advance", 0.0)
+    robot.wait(at_speed(1.0))
+    sink.process.kill()
+    assert 12 <= robot.wait(still)["stamp"] < 12 + LIMIT
 
 
 def test_a_standby_that_is_lost_is_replaced_while_robots_move(listen: Listen, sink: Sink) -> None:

@@ -77,11 +77,13 @@ class RosSink(Sink):
         standby.alarm = lambda line: hear(Alarm(line))
         from rclpy.executors import SingleThreadedExecutor
 
-        self._nodes = Nodes(name or node or node_name(), arguments)
+        name = name or node or node_name()
+        self._nodes = Nodes(name, arguments)
         message_class("Twist")  # imported before the first robot waits for it
         self._node = self._nodes.first
         self._requests = Requests(self._node, ask)
         self._clock = self._node.get_clock()
+        standby.time = lambda: self._clock.now().nanoseconds
         self._frozen = FrozenTime(self._clock)
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
@@ -93,8 +95,10 @@ class RosSink(Sink):
         self._resets = Resets(self._node, now)
         self._simulated_time = SimulatedTime(self._node, hear, now)
         self._buttons = Buttons(self._node, hear, now)
-        self._reader = RosReader(node_name() + READER, arguments, hear, now)
-        self._publisher = PublisherClient(node_name() + PUBLISHER, arguments, now)
+        self._reader = RosReader(name + READER, arguments, hear, now)
+        if self._clock.ros_time_is_active:  # the parameter may be for the stage's node only
+            arguments += ["-p", "use_sim_time:=true"]
+        self._publisher = PublisherClient(name + PUBLISHER, arguments, now)
         self.pending_zeros: PendingZeros = PendingZeros(self._standby, self._clock, self._others, tell, now)
         """The zeros that robots may not have received."""
         where = lambda robot: self._reader.joints.get(robot, {})  # noqa: E731

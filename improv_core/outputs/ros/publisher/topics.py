@@ -19,6 +19,8 @@ from improv_core.safety.fault_rules import LATE
 from improv_core.score.faults import Fault
 from improv_core.score.motion import Pose
 
+MARKER_LIFETIME = 3
+"""Seconds until a marker vanishes without another: its robot has left, or its publisher has ended or was killed."""
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
 """Meters: the size of a marker's text, and its height above the robot."""
 LONGEST_NAME = 200
@@ -50,7 +52,6 @@ class Publications:
         self._transport = self._advertise(String, "/improv/transport")
         self._diagnostics = self._advertise(DiagnosticArray, "/diagnostics")
         self._paths: dict[str, Advertised] = {}
-        self._marked: set[str] = set()
 
     def spin(self) -> None:
         """Read the time from /clock, if the node uses it."""
@@ -91,21 +92,20 @@ class Publications:
             return
         from visualization_msgs.msg import Marker, MarkerArray
 
-        stamp, markers = self._clock.now().to_msg(), []
+        markers = []
         for number, robot in enumerate(score.parts):
             current = forecast.robot(robot, now)
             marker = Marker(ns=robot, type=Marker.TEXT_VIEW_FACING, action=Marker.ADD)
             frame = forecast.frame(robot)
-            marker.header.frame_id, marker.header.stamp = frame.name, stamp
+            # Stamped with the present time, it would be hidden until the frame's next transform.
+            marker.header.frame_id, marker.frame_locked, marker.lifetime.sec = frame.name, True, MARKER_LIFETIME
             marker.text = f"{robot}\n{_position(forecast, now)}\n{' '.join(current.words)}"
             _place(marker.pose, current.pose or frame.origin.then(score.parts[robot].start), ABOVE)
             marker.scale.z = TEXT_HEIGHT
             marker.color.r, marker.color.g, marker.color.b = colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.6, 1.0)
             marker.color.a = 1.0
             markers.append(marker)
-        gone = [Marker(ns=robot, action=Marker.DELETE) for robot in self._marked - score.parts.keys()]
-        self._marked = set(score.parts)
-        self._markers[0].publish(MarkerArray(markers=[*markers, *gone]))
+        self._markers[0].publish(MarkerArray(markers=markers))
 
     def close(self) -> None:
         """Destroy the nodes."""

@@ -61,6 +61,8 @@ class Standby:
         self.wanted = wanted
         """True if there is to be a standby; one that is lost is replaced."""
         self.alarm = alarm
+        self.time: Callable[[], int] = time.time_ns
+        """The time of the stage's stamps, in nanoseconds."""
         self.problem: str | None = None
         """The latest problem with the standby, in one line."""
         self._publishers: dict[tuple[str, str], tuple[Publish, Callable[[], int]]] = {}  # by topic and kind
@@ -189,7 +191,7 @@ class Standby:
 
     def _ask(self, patience: float) -> None:
         """Send a sign of life, request one, and check for replies to earlier ones."""
-        self._tell({"type": "pulse", "patience": patience})
+        self._tell({"type": "pulse", "patience": patience, "ahead": self.time() - time.time_ns()})
         now = self._clock()
         self._pulse = now + PULSE_PERIOD
         self.look()

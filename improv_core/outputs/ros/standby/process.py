@@ -172,6 +172,7 @@ class _Publishers:
         message_class("Twist")  # imported before the first robot waits for it
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
         self._joints: dict[str, int] = {}  # the number of joints of the controllers on topics
+        self._ahead = 0  # nanoseconds by which stamps are ahead of this machine's time
         self.new: dict[tuple[str, str], float] = {}
         """Publishers without a listener so far, each with the time until which to search."""
 
@@ -191,6 +192,8 @@ class _Publishers:
             self._made[topic, kind] = self._nodes.advertise(message_class(kind), topic, message["second"])
             self._joints[topic] = message["joints"]
             self.new[topic, kind] = time.monotonic() + FIND_LIMIT
+        elif message["type"] == "pulse":
+            self._ahead = message["ahead"]
         elif message["type"] == "withdraw":
             _, destroy = self._made.pop((message["topic"], message["kind"]))
             self.new.pop((message["topic"], message["kind"]), None)
@@ -259,7 +262,7 @@ class _Publishers:
         if joints := self._joints[topic]:
             publisher.publish(numbers_message([0.0] * joints))
             return
-        zero, now = twist_message(STILL), self._nodes.first.get_clock().now().nanoseconds
+        zero, now = twist_message(STILL), time.time_ns() + self._ahead
         publisher.publish(stamped(zero, now, frame_field(frame)) if kind == "TwistStamped" else zero)
 
     def close(self) -> None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import re
 import socket
+import sys
+import threading
 from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
 from typing import Any
-
-from improv_core.outputs.ros.lazy import imported_later
 
 DEPTH = 10
 """QoS history depth. It is reliable, like teleop_twist_keyboard and Nav2, so all listeners match."""
@@ -172,3 +175,25 @@ def _node(context: Any, name: str, arguments: Sequence[str], **options: Any) -> 
     # rclpy's own handlers would invalidate the context before the last zero is sent.
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)
+
+
+def imported_later(name: str) -> None:
+    """Make later imports of this module return a stand-in that loads it on first use. Nothing changes if the module is
+    loaded already or doesn't exist."""
+    if name not in sys.modules and (spec := find_spec(name)):
+        later = _LazyModule(name)
+        later.__spec__ = spec  # without it, `find_spec` would fail
+        sys.modules[name] = later
+
+
+class _LazyModule(ModuleType):
+    """A stand-in for a module that isn't loaded yet. It keeps working after the module was loaded."""
+
+    def __getattr__(self, name: str) -> Any:
+        with _replacing:
+            if sys.modules.get(self.__name__) is self:
+                del sys.modules[self.__name__]
+        return getattr(import_module(self.__name__), name)
+
+
+_replacing = threading.Lock()

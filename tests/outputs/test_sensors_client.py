@@ -15,14 +15,23 @@ from typing import Any
 import pytest
 
 from improv_core.outputs.ros.sensors import client
-from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, Wanted
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, request_for
 from improv_core.protocol.output import Edge, RawJoints, RawPoses
+from improv_core.protocol.reader_messages import Read
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part
 from improv_core.score.senses import RobotSense, Topic
 from tests.processes import command_of, descendants
 
 LIMIT = 60.0
 ANNA = RobotSense("anna", "bump")
 EDGE = '{"type": "edge", "robot": "anna", "sense": "bump", "value": false, "at": 1.0}'
+
+
+def wanted(period: float = USUAL, **part: Any) -> Read:
+    """Return the request to read this for anna's part."""
+    return request_for({"anna": Part("anna", (), TURTLESIM, Pose(), "/anna/cmd_vel", **part)}, period)
 
 
 @contextmanager
@@ -33,7 +42,7 @@ def reading(
     heard: queue.SimpleQueue[Edge | RawPoses | RawJoints] = queue.SimpleQueue()
     monkeypatch.setattr(client, "helper_command", lambda name, *arguments: [sys.executable, "-c", script])
     reader = RosReader("node", (), heard.put, time.monotonic)
-    reader.read(Wanted({ANNA: Topic("/anna/bump", "std_msgs/Bool")}))
+    reader.read(wanted(senses={"bump": Topic("/anna/bump", "std_msgs/Bool")}))
     try:
         yield reader, heard
     finally:
@@ -116,7 +125,7 @@ sys.stdin.readline()
 
 def test_a_pose_from_a_topic_that_no_longer_counts_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     with reading(monkeypatch, POSES) as (reader, heard):
-        reader.read(Wanted(odometry={"anna": "/anna/odom"}))
+        reader.read(wanted(odom="/anna/odom"))
         found = heard.get(timeout=LIMIT)
         assert isinstance(found, RawPoses)
         assert [pose.topic for pose in found.poses] == ["/anna/odom"]
@@ -134,7 +143,7 @@ def test_poses_are_as_urgent_as_commands_if_robots_have_to_keep_apart(
 
     monkeypatch.setattr(client, "Child", start)
     reader = RosReader("node", (), lambda heard: None, time.monotonic)
-    reader.read(Wanted(odometry={"anna": "/anna/pose"}, period=period))
+    reader.read(wanted(period, odom="/anna/pose"))
     assert ("prompt" in started.get(timeout=LIMIT)) == urgent
     reader.close()
 
@@ -153,7 +162,7 @@ def test_beat_0_waits_longer_for_poses_that_are_published_than_for_missing_ones(
     now, topics = 100.0, {"anna": "/anna/amcl_pose", "bert": "/bert/amcl_pose"}
     reader = RosReader("node", (), lambda heard: None, lambda: now)
     reader._thread = threading.Thread(target=lambda: None)  # no process
-    reader.read(Wanted(odometry=topics))
+    reader.read({**wanted(), "odometry": topics})
     for word in story.split():
         if word == "alive":
             reader._take({"type": "alive"})

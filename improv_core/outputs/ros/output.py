@@ -30,8 +30,7 @@ from improv_core.outputs.ros.nodes import (
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
-from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, wanted_by
-from improv_core.outputs.ros.sensors.silence import silence
+from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, request_for, silence
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
 from improv_core.outputs.ros.topic import Advertise, Now, RosTopic, message_class
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
@@ -151,7 +150,7 @@ class RosSink(Sink):
         if restart:
             self._publisher.health.zero = None  # performance time starts over
         is_urgent = score.world.keep_apart is not None or score.safety.sight
-        self._reader.read(wanted_by(parts, PROMPT if is_urgent else USUAL))
+        self._reader.read(request_for(parts, PROMPT if is_urgent else USUAL))
         self._current = list(parts)
         self._controllers.take(parts, restart, score.tempo)
         self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))

@@ -7,19 +7,20 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import asdict
-from typing import NamedTuple
+from typing import Any
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.joints.channels import joint_states_of
+from improv_core.outputs.ros.nodes import is_published
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper_command
 from improv_core.protocol.output import Edge, RawJoints, RawPose, RawPoses
-from improv_core.protocol.reader_messages import FromReader, MeasuredPose, MeasuredPoses, SenseToRead, ToReader
+from improv_core.protocol.reader_messages import FromReader, MeasuredPose, MeasuredPoses, Read
 from improv_core.safety.fault_texts import in_one_phrase
 from improv_core.score.motion import Pose
 from improv_core.score.score import Part
-from improv_core.score.senses import RobotSense, Topic
+from improv_core.score.senses import CUE, BuiltIn, RobotSense, Topic
 
 START_LIMIT = 30.0
 """Seconds until the first sign of life of a new process: half a second on a quiet machine, more than ten on one that is
@@ -47,33 +48,22 @@ USUAL, PROMPT = 0.05, 0.02
 """Seconds between two looks for poses: usually, and while robots have to keep apart."""
 
 
-class Wanted(NamedTuple):
-    """The senses to read, the topics of robots' poses, batteries, and joint states, robots' own frames in tf, and the
-    seconds between two looks for poses."""
-
-    sources: Mapping[RobotSense, Topic] = {}
-    odometry: Mapping[str, str] = {}
-    batteries: Mapping[str, str] = {}
-    joint_states: Mapping[str, str] = {}
-    bases: Mapping[str, str] = {}
-    period: float = USUAL
-
-
-def wanted_by(parts: Mapping[str, Part], period: float) -> Wanted:
-    """Return what has to be read for these parts."""
-    return Wanted(
-        {
-            RobotSense(robot, sense): source
+def request_for(parts: Mapping[str, Part], period: float) -> Read:
+    """Return the request to read what these parts need, with so many seconds between two looks for poses."""
+    return {
+        "type": "read",
+        "period": period,
+        "senses": [
+            {"robot": robot, "sense": sense, "source": asdict(source)}
             for robot, part in parts.items()
             for sense, source in part.senses.items()
             if isinstance(source, Topic)
-        },
-        {robot: part.odom for robot, part in parts.items() if part.odom},
-        {robot: part.battery for robot, part in parts.items() if part.battery},
-        {robot: topic for robot, part in parts.items() if (topic := joint_states_of(part))},
-        {robot: f"{part.namespace.strip('/')}/{part.frame}" for robot, part in parts.items() if part.odom},
-        period,
-    )
+        ],
+        "odometry": {robot: part.odom for robot, part in parts.items() if part.odom},
+        "bases": {robot: f"{part.namespace.strip('/')}/{part.frame}" for robot, part in parts.items() if part.odom},
+        "batteries": {robot: part.battery for robot, part in parts.items() if part.battery},
+        "joint_states": {robot: topic for robot, part in parts.items() if (topic := joint_states_of(part))},
+    }
 
 
 class RosReader:
@@ -98,7 +88,7 @@ class RosReader:
         """The problem with the process, in one line."""
         self.unread: dict[str, str] = {}
         """Topics that can't be read, with the reasons."""
-        self._wanted = Wanted()
+        self._wanted = request_for({}, USUAL)
         self._asked = -math.inf  # when the latest sense was added
         self._found = -math.inf  # when something that was asked for was heard first
         self._told = -math.inf  # when the latest sense was added whose wait people know of
@@ -116,27 +106,29 @@ class RosReader:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def read(self, wanted: Wanted) -> None:
+    def read(self, wanted: Read) -> None:
         """Read only this from now on."""
         before, self._wanted = self._wanted, wanted
-        if wanted.sources.items() - before.sources.items() or wanted.odometry.items() - before.odometry.items():
+        same = before["odometry"].items() & wanted["odometry"].items()
+        if len(same) < len(wanted["odometry"]) or any(each not in before["senses"] for each in wanted["senses"]):
             self._asked = self._clock()
-        same = before.odometry.items() & wanted.odometry.items()
         self.posed &= {robot for robot, _ in same}
-        kept = before.joint_states.items() & wanted.joint_states.items()
+        kept = before["joint_states"].items() & wanted["joint_states"].items()
         self.joints = {robot: self.joints.get(robot, {}) for robot, _ in kept}
-        self.batteries = {robot: share for robot, share in self.batteries.items() if robot in wanted.batteries}
-        if any(wanted[:-1]) and not self._thread.ident:
+        self.batteries = {robot: share for robot, share in self.batteries.items() if robot in wanted["batteries"]}
+        needed = wanted["senses"] or wanted["odometry"] or wanted["batteries"] or wanted["joint_states"]
+        if needed and not self._thread.ident:
             self._thread.start()
 
     def under_way(self, is_published: Callable[[str], bool]) -> bool:
         """Return whether a recently added sense or pose is still missing, and may come soon."""
         waited = self._waited
-        if waited >= POSES_LIMIT or not (self._unposed or any(map(self.is_silent, self._wanted.sources))):
+        silent = any(self.is_silent(RobotSense(each["robot"], each["sense"])) for each in self._wanted["senses"])
+        if waited >= POSES_LIMIT or not (self._unposed or silent):
             return False
         if waited < FIND_LIMIT or self.alive < self._asked:
             return True
-        return any(is_published(self._wanted.odometry[robot]) for robot in self._unposed)
+        return any(is_published(self._wanted["odometry"][robot]) for robot in self._unposed)
 
     def slowness(self) -> str | None:
         """Return the line about poses for which beat 0 waits long, once."""
@@ -148,7 +140,7 @@ class RosReader:
     @property
     def _unposed(self) -> Set[str]:
         """The robots of which no pose has come."""
-        return self._wanted.odometry.keys() - self.posed
+        return self._wanted["odometry"].keys() - self.posed
 
     @property
     def _waited(self) -> float:
@@ -158,7 +150,7 @@ class RosReader:
     def lacks_poses(self, robot: str, since: float) -> bool:
         """Return whether a robot that has moved since a time has never sent a pose. Poses that stop later are a fault
         of the robot (safety/fault_rules.py)."""
-        return robot in self._wanted.odometry and robot not in self.posed and self.alive > since + POSE_LIMIT
+        return robot in self._wanted["odometry"] and robot not in self.posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Return whether a sense has no known value."""
@@ -173,7 +165,7 @@ class RosReader:
     def _run(self) -> None:
         """Keep one process running until the reader is closed."""
         while not self._closing.is_set():
-            haste = URGENT if self._wanted.period == PROMPT else ""
+            haste = URGENT if self._wanted["period"] == PROMPT else ""
             try:
                 child = Child(
                     helper_command("outputs.ros.sensors.process", self._node, haste, *self._arguments), POLICY
@@ -197,7 +189,7 @@ class RosReader:
         while not self._closing.is_set():
             if asked != (wanted := self._wanted):
                 asked, self.unread = wanted, {}
-                child.write(_request(wanted))
+                child.write(json.dumps(wanted).encode() + b"\n")
             try:
                 lines = child.read(WAIT)
             except EOFError:
@@ -237,7 +229,7 @@ class RosReader:
         elif message["type"] == "batteries":
             self.batteries = {**self.batteries, **message["batteries"]}
         elif message["type"] == "joints":
-            if message["robot"] in self._wanted.joint_states:
+            if message["robot"] in self._wanted["joint_states"]:
                 new = {joint: (position, message["at"]) for joint, position in message["positions"].items()}
                 self.joints = {**self.joints, message["robot"]: {**self.joints.get(message["robot"], {}), **new}}
                 self._hear(RawJoints(message["robot"], message["positions"], message["at"]))
@@ -245,7 +237,7 @@ class RosReader:
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
     def _measure(self, message: MeasuredPoses) -> None:
-        asked = [each for each in message["poses"] if self._wanted.odometry.get(each["robot"]) == each["topic"]]
+        asked = [each for each in message["poses"] if self._wanted["odometry"].get(each["robot"]) == each["topic"]]
         if asked:  # others are from topics that counted until just now
             robots = {each["robot"] for each in asked}
             if not robots <= self.posed:
@@ -271,17 +263,27 @@ def _pose(each: MeasuredPose) -> RawPose:
     return RawPose(*where, each["frame"], each["stamp"], each["topic"])
 
 
-def _request(wanted: Wanted) -> bytes:
-    senses: list[SenseToRead] = [
-        {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in wanted.sources.items()
-    ]
-    request: ToReader = {
-        "type": "read",
-        "period": wanted.period,
-        "senses": senses,
-        "odometry": wanted.odometry,
-        "bases": wanted.bases,
-        "batteries": wanted.batteries,
-        "joint_states": wanted.joint_states,
-    }
-    return json.dumps(request).encode() + b"\n"
+def silence(part: Part, moves_since: float | None, reader: RosReader, node: Any) -> str | None:
+    """Return one line about a sense of a robot that is silent, or about the unknown position of one that has moved
+    since a time; None if everything arrives."""
+    robot = part.robot
+    for sense, source in part.senses.items():
+        if isinstance(source, BuiltIn) and sense != CUE:
+            return f"no topic provides `{sense}` for real robots: add [senses.{sense}] to improv.toml"
+        if isinstance(source, Topic) and reader.is_silent(RobotSense(robot, sense)):
+            problem = reader.unread.get(source.topic) or _unheard(source, node)
+            return f"{problem}, so {robot} stands still where it reads `{sense}`"
+    topic = part.odom
+    if not topic or moves_since is None or not reader.lacks_poses(robot, moves_since):
+        return None
+    silent = "no poses arrive" if is_published(node, topic) else "nobody publishes"
+    return f"{reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
+
+
+def _unheard(source: Topic, node: Any) -> str:
+    kinds = {info.topic_type for info in node.get_publishers_info_by_topic(source.topic)}
+    if not kinds:
+        return f"nobody publishes on {source.topic}"
+    if source.message.replace("/", "/msg/") not in kinds:
+        return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
+    return f"nothing usable comes on {source.topic}"

@@ -114,7 +114,7 @@ class Performance:
                 return
         if choose:
             self._before = None
-        self._present(document, only=choose is not None)
+        self._present(document, plays=True)
         restarts = not choose and self.playing.state == "playing" and self._editor.settings.on_save is None
         when = self._editor.settings.switch_at if joins else self._when
         await self._play(prepared, when, asked, keep=keep, joins=joins)
@@ -226,14 +226,13 @@ class Performance:
         self._show(playback)
         return playback.link()
 
-    def _present(self, document: Document, only: bool = False) -> None:
-        """Have pages show the program that should play, and the errors that prevent it, unless `only` some of it
-        plays."""
+    def _present(self, document: Document, plays: bool = False) -> None:
+        """Have pages show the program that should play, and the errors that prevent it, unless it `plays`."""
         path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
         if document.uri != self.presented:
             self.presented = document.uri
             self.ask(NO_DRAFT)
-        found = [] if only else mistakes(path, analysis)
+        found = [] if plays else mistakes(path, analysis)
         if not found and not analysis.config.ok:  # its text could not be read
             found = [Mistake(FILE_NAME, 0, 0, "", analysis.config.diagnostics[0].message)]
         folder = str(path.parent) if path.is_absolute() else ""

@@ -76,11 +76,13 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     _send_still(tracks, old.keys() - new.keys(), performed)
     tracks.queue.leave_topics(old, new, performed)
     tracks.sink.prepare(score, act.play.stood is None)
-    tracks.start_poses = reports.as_json(tracks.sink.poses())
+    tracks.start_poses = tracks.sink.poses()
     tracks.queue.restart(both, performed)
     tracks.paths = Paths()
     tracks.limbs.restart(both, performed)
-    if not tracks.sink.real:
+    if tracks.sink.real:
+        tracks.separation.forget()
+    else:
         tracks.limbs.learn(new.values(), score.tempo)
     tracks.queue.stop_leaving(old, new, 0.0)
     tracks.advanced, tracks.measured, tracks.measured_until = 0.0, -math.inf, -math.inf
@@ -90,7 +92,6 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     tracks.sensing.forget_announced()
     tracks.sensing.announce(map(foreseen, senses or ()))
     tracks.listeners.forget()
-    tracks.separation.forget()
     tracks.listeners.begin(score, both, now)
     tracks.listeners.expect(new, now)
 
@@ -106,7 +107,8 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
 
 def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:
     tracks.odometry.begin(tracks.run.score.parts, now)
-    tracks.faults.restart()
+    if tracks.sink.real:
+        tracks.faults.restart()
 
 
 def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:

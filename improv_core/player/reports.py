@@ -173,13 +173,12 @@ def worst_json(worst: Worst) -> WorstJson:
     return found
 
 
-def whereabouts(start: Mapping[str, PoseJson], now: Mapping[str, Pose]) -> Poses:
+def whereabouts(start: Mapping[str, Pose], now: Mapping[str, Pose]) -> Poses:
     """Return the poses of simulated robots at beat 0 and now; empty for real robots."""
-    return {"start": start, "poses": as_json(now)} if now else {}
+    return {"start": _as_json(start), "poses": _as_json(now)} if now else {}
 
 
-def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
-    """Return poses by robot."""
+def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
     return {robot: to_pose_json(pose) for robot, pose in poses.items()}
 
 

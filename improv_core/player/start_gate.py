@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from improv_core.protocol.messages import Armed, Arming
+from improv_core.protocol.messages import Armed
 
 LATE = 0.01
 """Seconds after its time from which on a beginning is late, and people get a line about it."""
@@ -32,11 +32,6 @@ class Gate:
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins
-
-
-def made_of(arming: Arming | None, *, shared: bool = False) -> Gate | None:
-    """Return the gate that somebody has requested."""
-    return None if arming is None else Gate(arming.get("begins", math.inf), shared=shared)
 
 
 def counted(gate: Gate | None, beats: int) -> Gate:
@@ -70,14 +65,14 @@ def is_news(before: Gate | None, after: Gate | None) -> bool:
     return bool(before and after and before.ready and after.count and before.begins != after.begins)
 
 
-def beat_zero(gate: Gate | None, now: float) -> float:
+def beat_zero(gate: Gate, now: float) -> float:
     """Return beat 0 in monotonic seconds: when its gate opened, unless checks of robots took long after that."""
-    return gate.opened if gate and gate.opened is not None and abs(now - gate.opened) < LATE else now
+    return gate.opened if gate.opened is not None and abs(now - gate.opened) < LATE else now
 
 
-def passed(gate: Gate | None, now: float) -> float:
+def passed(gate: Gate, now: float) -> float:
     """Return the seconds since other stages have begun, if this one is late: it has to begin where they are."""
-    late = now - gate.opened if gate and gate.shared and gate.opened is not None else 0.0
+    late = now - gate.opened if gate.shared and gate.opened is not None else 0.0
     return late if late >= LATE else 0.0
 
 
@@ -91,9 +86,9 @@ def time_left(gate: Gate, wall: float) -> float:
     return max(gate.begins - wall, 0.0) if gate.ready else 0.0
 
 
-def lateness(gate: Gate | None, wall: float) -> str:
+def lateness(gate: Gate, wall: float) -> str:
     """Return the line about a late beginning; empty if it is in time, or if it catches up with a clock."""
-    late = wall - gate.begins if gate and gate.begins > -math.inf and not gate.at_bar else 0.0
+    late = wall - gate.begins if gate.begins > -math.inf and not gate.at_bar else 0.0
     return f"begins {late:.2f} s late: the stage still waited for robots, or the clock was set" if late > LATE else ""
 
 

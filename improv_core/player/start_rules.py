@@ -62,7 +62,7 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         generation=load["generation"],
         restarted=load["generation"],
         anyway=load.get("anyway", False),
-        gate=start_gate.made_of(load.get("arming"), shared="here" in load),
+        gate=Gate(load["arming"].get("begins", math.inf), shared="here" in load) if "arming" in load else None,
         is_due=False,
         next=None,
     )
@@ -129,9 +129,12 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
 
 def _begin(run: Run, facts: Facts) -> Decided:
     """Begin: beat 0 is now."""
-    late = start_gate.lateness(run.gate, facts.wall)
-    run = replace(run, transport=replace(run.transport, zero=start_gate.beat_zero(run.gate, facts.now)))
-    run, acts = play_from(run, run.later(0, start_gate.passed(run.gate, facts.now)), 0.0, facts, facts.places)
+    zero, passed, late = facts.now, 0.0, ""
+    if gate := run.gate:
+        zero, passed = start_gate.beat_zero(gate, facts.now), start_gate.passed(gate, facts.now)
+        late = start_gate.lateness(gate, facts.wall)
+    run = replace(run, transport=replace(run.transport, zero=zero))
+    run, acts = play_from(run, run.later(0, passed), 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
     return run, [StartMeasuring(), *acts, CheckSoon(run.score.parts), *told]
 
@@ -266,7 +269,7 @@ def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
     if entry:
         pace = Fraction(str(entry["pace"])) if "pace" in entry else ONE
         return replace(run, clock=None, pace=pace, behind=entry.get("behind", 0.0))
-    clock = followed(run.clock, run.score.clock, facts.real)
+    clock = followed(run.clock, run.score.clock, facts.real) if run.score.clock else None
     pace = run.pace_at(clock.rate) if clock and clock.rate else ONE
     return replace(run, clock=clock, pace=pace, behind=0.0)
 
@@ -285,7 +288,8 @@ def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
 
 def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:
     """Return the robots that have to be in their places first, and are not."""
-    return preflight.misplaced(places, run.score.safety.preflight) if run.moves and not run.anyway else {}
+    must_be_there = places and run.moves and not run.anyway
+    return preflight.misplaced(places, run.score.safety.preflight) if must_be_there else {}
 
 
 def _stands(score: Score, robot: str) -> bool:

@@ -21,7 +21,6 @@ from improv_core.player.separation_monitor import SeparationMonitor
 from improv_core.player.setpoint_queue import SetpointQueue
 from improv_core.player.setpoints import Velocity, zeros
 from improv_core.player.subscribers import Listeners
-from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import SIMULATED, FromStage, Play
 from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_monitor import FaultMonitor
@@ -46,7 +45,7 @@ class Tracks:
         self.run = Run(startable_by=frozenset())  # until a person has played something
         """The latest decision. Only the player's loop replaces it."""
         self.backend = sink.name
-        self.start_poses: dict[str, PoseJson] = {}
+        self.start_poses: Mapping[str, Pose] = {}
         self.joints = JointCommands(
             lambda robot, joints, at: sink.send_joints(
                 robot, joints, at, self.run.simulated_pace, self.queue.next_of_limbs(robot, at)
@@ -291,8 +290,9 @@ class Tracks:
         pace = self.run.simulated_pace
         self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
         self.odometry.tell(robot, velocity, at)
-        self.faults.tell(robot, velocity, at)
-        self.separation.tell(self.run, robot, told, max(at, self.reached))
+        if self.sink.real:
+            self.faults.tell(robot, velocity, at)
+            self.separation.tell(self.run, robot, told, max(at, self.reached))
 
     def _stands(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)
@@ -335,13 +335,14 @@ class Tracks:
         """Take measured poses, and report where robots were and where they ideally would have been."""
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
-        strays = self.odometry.strays
-        taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
-        self.separation.hear(run, [raw for raw in taken if raw.robot not in strays])
-        if seen := self.separation.shared(run, taken):
-            self.tell(seen)
-        for comparison in found if self.sink.real else ():
-            self.faults.take(comparison)
+        if self.sink.real:
+            strays = self.odometry.strays
+            taken = [raw._replace(at=self.odometry.taken_at(raw)) for raw in poses]
+            self.separation.hear(run, [raw for raw in taken if raw.robot not in strays])
+            if seen := self.separation.shared(run, taken):
+                self.tell(seen)
+            for comparison in found:
+                self.faults.take(comparison)
         if found and (not self.sink.real or now < self.measured_until):
             robots = {
                 each.raw.robot: reports.compared(run, self.active_parts.over, each, self.wall() - (now - each.raw.at))

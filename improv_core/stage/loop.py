@@ -62,7 +62,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class OpenedOutput:
-    """A sink, and functions that send a message to the parent and announce a score that is about to play."""
+    """A sink, and functions that send a message to the parent and announce a score before any message about it."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
@@ -122,6 +122,7 @@ class Loop:
         self._is_one_of_many = False  # true if stages on other machines play the same score
         self._deserted = False  # true if its parent was silent, and has sent nothing to play since
         self._held: dict[str | Key, float] = {}  # what people hold at pages, and when it counts as released
+        self._unannounced: tuple[Score, int] | None = None  # a score that the player has just been given
 
     @property
     def _may_move(self) -> bool:
@@ -275,9 +276,16 @@ class Loop:
     def _tell(self, message: FromStage) -> None:
         if self.failed:
             return
+        self._announce()
         if message["type"] == "transport" and self._deserted:
             message["deserted"] = True
         self._opened.tell(message)
+
+    def _announce(self) -> None:
+        """Announce the latest score, unless that has happened: its first velocities come before that."""
+        score, self._unannounced = self._unannounced, None
+        if score:
+            self._opened.announce(*score)
 
     def _load(self, asked: Play, now: float) -> None:
         load = asked.load
@@ -292,9 +300,10 @@ class Loop:
         self._is_far = "patience" in load
         self._parent.patience = load.get("patience", SILENCE_LIMIT)
         self._is_one_of_many = "here" in load
-        self._opened.announce(asked.score, load["generation"])
+        self._unannounced = asked.score, load["generation"]
         at = self._as_of(load.get("at"), now)
         self.player.take(asked, at, min(self._late(load, at), LATEST))
+        self._announce()
 
     def _obey(self, message: ToStage, now: float) -> None:
         match message["type"]:

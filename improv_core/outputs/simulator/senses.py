@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from functools import cached_property
 from typing import NamedTuple
 
 from improv_core.outputs.simulator.collisions import OVERLAP
@@ -27,12 +28,17 @@ class SimulatedSenses:
     """Computes the senses that are read, and no others, and finds their changes."""
 
     def __init__(self, world: World, robots: Mapping[str, SimulatedRobot]) -> None:
-        self._scene = scene(world)
+        self._world = world
         self._robots = robots
         self._values: dict[RobotSense, bool] = {}  # the values of the senses that are read
         self._nearby: dict[RobotSense, _Nearby] = {}
         self._reach = 0.0
         self._jumped = False
+
+    @cached_property
+    def _scene(self) -> Scene:
+        """Everything in the world. It is found when a sense needs it, since first velocities must not wait for it."""
+        return scene(self._world)
 
     def ask(self, asked: Collection[RobotSense], at: float) -> list[Edge]:
         """Watch these senses, and return an edge for each one that wasn't watched before.

@@ -48,13 +48,13 @@ class Simulator(Sink):
     def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], NoCollisions] = Collisions) -> None:
         self.period = period
         self._collide = collide
+        self._collisions = collide(World())
         self._lock = Lock()  # any thread may read poses
         self._placed = 0
         self._clear(World())
 
     def _clear(self, world: World) -> None:
-        self._world = world
-        self._collisions = self._collide(world)
+        self._world, self._is_new_world = world, True
         self._robots: dict[str, SimulatedRobot] = {}
         self._senses = SimulatedSenses(world, self._robots)
         self._awake: list[str] = []  # robots near something
@@ -77,7 +77,7 @@ class Simulator(Sink):
                 self._clear(score.world)
                 self._placed += 1
             elif score.world != self._world:
-                self._world, self._collisions = score.world, self._collide(score.world)
+                self._world, self._is_new_world = score.world, True
                 self._senses = SimulatedSenses(score.world, self._robots)
             for name, part in score.parts.items():
                 if known := self._robots.get(name):
@@ -197,6 +197,8 @@ class Simulator(Sink):
     def _look(self) -> None:
         """Find the robots that could touch something before the next search."""
         now = self._steps / STEPS_PER_SECOND
+        if self._is_new_world:  # only now: the first velocities don't wait for it
+            self._collisions, self._is_new_world = self._collide(self._world), False
         self._look_again = self._steps + LOOK
         reach = self._fastest * LOOK / STEPS_PER_SECOND + MARGIN
         self._senses.look(reach)

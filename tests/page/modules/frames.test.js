@@ -38,19 +38,22 @@ test("a page asks for another frame while something moves, and for none at rest"
   assert.deepEqual([rest(), rest(), looks], [1, 0, 6]) // a hidden page does not even look
 })
 
-test("while somebody writes, a frame that takes long is followed by a break of twice that", async (context) => {
+test("while somebody writes, a frame that takes long is followed by a break of four times that", async (context) => {
   const { setTimeout, clearTimeout } = globalThis
   context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
-  let now = 5000
+  let [now, takes] = [5000, 30]
   context.mock.method(performance, "now", () => now)
-  const { draw, rest, redraw, makeWay, delays } = await opened(() => ((now += 30), false))
+  const { draw, rest, redraw, makeWay, delays } = await opened(() => ((now += takes), false))
   draw()
   makeWay()
   redraw()
   assert.equal(draw(), 1)
   redraw() // during the break
-  assert.deepEqual([draw(), rest(), delays.at(-1), draw(), rest()], [0, 1, 60, 0, 1])
+  assert.deepEqual([draw(), rest(), delays.at(-1), draw(), rest()], [0, 1, 120, 0, 1])
+  takes = 5 // keys need not wait for that
   assert.equal(draw(), 1)
+  assert.deepEqual([rest(), delays.at(-1), rest()], [1, 0, 1])
+  takes = 30
   now += 2000 // nobody writes any more
   redraw()
   rest()

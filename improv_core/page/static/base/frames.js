@@ -4,7 +4,8 @@
 
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
-const KEYS_SHARE = 2 // times as long as they take it
+const QUICK = 8 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
+const BREAK = 4 // times as long as the frame
 
 /** What the next frame has to do: draw the stage, and before that fit it to what covers it. */
 export const due = { draw: true, fit: true }
@@ -29,7 +30,7 @@ export function wake() {
   isAsked = true
 }
 
-/** Somebody writes: for a while, frames take breaks in which keys are shown. On a fast machine, these are too short to be seen. */
+/** Somebody writes: for a while, frames take breaks in which keys are shown, unless the machine is fast. */
 export function makeWay() {
   written = performance.now()
 }
@@ -57,8 +58,12 @@ function next() {
     if (more || isWanted) wake()
     else rest = window.setTimeout(look, REST_PERIOD)
   }
+  const pause = () => {
+    const taken = performance.now() - begun
+    setTimeout(end, taken < QUICK ? 0 : BREAK * taken)
+  }
   if (begun > written + WRITING_TIME) end()
-  else setTimeout(() => setTimeout(end, KEYS_SHARE * (performance.now() - begun))) // once it is painted, too
+  else setTimeout(pause) // once it is painted, too
 }
 
 /** Looks whether something has changed by itself. To ask the browser for a frame would cost more. */

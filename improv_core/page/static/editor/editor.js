@@ -15,7 +15,7 @@ import { showProblem } from "../score/changes.js"
 import { program } from "../score/program.js"
 import { readAnalysis } from "./analysis.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
-import { applyEdits, difference, marksAfter, offsetsAfter, wellFormed } from "./edits.js"
+import { applyEdits, difference, marksAfter, offsetsAfter } from "./edits.js"
 import { Highlight } from "./highlight.js"
 import { Offer } from "./offer.js"
 import { PendingChanges } from "./pending-changes.js"
@@ -32,7 +32,7 @@ const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
 
 export class Editor {
   #control = findA("text", HTMLTextAreaElement)
-  #highlight = new Highlight(find("highlight"), find("paper"))
+  #highlight = new Highlight(find("highlight"))
   offer = new Offer(this.#control, {
     sent: () => (this.#sent === this.#number ? this.#number : null),
     codePoints: () => this.#codePoints,
@@ -68,15 +68,16 @@ export class Editor {
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
     for (const kind of ["focus", "blur"]) control.addEventListener(kind, () => setTimeout(() => whenReleased(() => this.#showFocus())))
+    control.addEventListener("scroll", () => (control.scrollTop = 0)) // only the paper scrolls
     find("paper").addEventListener("scroll", () => {
       this.offer.move()
-      this.#draw()
+      this.#look()
     })
     listenForArrows()
     // Errors, a bar, or a phone's keyboard may cover the line that is written.
     new ResizeObserver(() => {
       if (document.activeElement === control) this.#reveal()
-      this.#draw()
+      this.#look()
     }).observe(find("paper"))
     this.saving = new Saving({
       getText: () => this.#text,
@@ -158,7 +159,7 @@ export class Editor {
     const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")
     if (typed) this.offer.begin(false)
     else this.offer.end()
-    this.#reveal()
+    requestAnimationFrame(() => this.#reveal()) // the frame lays the page out anyway
   }
 
   /** @param {KeyboardEvent} event */
@@ -246,7 +247,7 @@ export class Editor {
 
   /** The text may have changed. */
   #refresh() {
-    const text = wellFormed(this.#control.value)
+    const text = this.#control.value.toWellFormed() // halves of characters can't be saved
     if (text !== this.#text) {
       const edit = difference(this.#text, text)
       this.#text = text
@@ -259,7 +260,6 @@ export class Editor {
       this.saving.edited()
     }
     this.#draw()
-    this.#control.scrollTop = 0
   }
 
   #analyze() {
@@ -298,7 +298,7 @@ export class Editor {
     const rest = this.#edited + DIAGNOSTICS_DELAY - performance.now()
     if (rest <= 0) this.#showDiagnostics()
     else this.#calm = window.setTimeout(() => whenReleased(() => this.#showDiagnostics()), rest)
-    this.#draw()
+    this.#look()
   }
 
   #showDiagnostics() {
@@ -315,6 +315,12 @@ export class Editor {
       )
     }
     this.#listed = listed // the same rows stay, so that a button that is being pressed is not replaced
+    this.#draw()
+  }
+
+  /** Draws, with colors for what is visible now. */
+  #look() {
+    this.#highlight.look(find("paper"))
     this.#draw()
   }
 

@@ -63,8 +63,3 @@ export function offsetsAfter(all, { start, end, text }) {
   }
   return found
 }
-
-/** Without halves of characters, which can't be saved. @param {string} text */
-export function wellFormed(text) {
-  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
-}

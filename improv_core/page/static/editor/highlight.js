@@ -13,33 +13,29 @@ import { partitionPoint } from "../base/search.js"
 
 export class Highlight {
   #sheet
-  #scroller
   /** @type {Line[]} */
   #lines = []
   /** @type {number[]} */
   #starts = [] // of lines
+  /** @type {[number, number]} */
+  #near = [0, Infinity] // the first line that has colors, and the one after the last
   /** @type {Set<HTMLElement>} */
   lit = new Set() // words
 
-  /**
-   * With a scroller, only lines near what it shows have colors: browsers paint much more than that, with every key.
-   * @param {HTMLElement} sheet
-   * @param {HTMLElement} [scroller] in which it is
-   */
-  constructor(sheet, scroller) {
+  /** @param {HTMLElement} sheet */
+  constructor(sheet) {
     this.#sheet = sheet
-    this.#scroller = scroller
   }
 
   /**
-   * Shows a text, and the colors near what is visible now. Only lines that have changed are made again.
+   * Shows a text, and the colors near what was visible at the latest look. Only lines that have changed are made again.
    * @param {string} text
    * @param {Color[]} colors in order
    * @param {Underline[]} underlines
    */
   show(text, colors, underlines) {
     const before = this.#lines
-    const wanted = described(text, colors, underlines, this.#near())
+    const wanted = described(text, colors, underlines, this.#near)
     const [first, same] = sharedEnds(before.map(({ key }) => key), wanted.map(({ key }) => key))
     const old = before.slice(first, before.length - same)
     const now = wanted.slice(first, wanted.length - same)
@@ -55,11 +51,14 @@ export class Highlight {
     this.#starts = wanted.map(({ start }) => start)
   }
 
-  /** The first line that has colors, and the one after the last. @returns {[number, number]} */
-  #near() {
-    if (!this.#scroller) return [0, Infinity]
-    const { top, bottom, height } = this.#scroller.getBoundingClientRect()
-    return [this.#lineAt(top - height / 4), this.#lineAt(bottom + height / 4) + 1]
+  /**
+   * Has only lines near what a scroller shows have colors: browsers paint much more than that, with every key. To look
+   * has them lay the page out, if it has changed: not with every key.
+   * @param {HTMLElement} scroller
+   */
+  look(scroller) {
+    const { top, bottom, height } = scroller.getBoundingClientRect()
+    this.#near = [this.#lineAt(top - height / 4), this.#lineAt(bottom + height / 4) + 1]
   }
 
   get lines() {

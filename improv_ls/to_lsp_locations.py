@@ -69,17 +69,15 @@ def workspace_edit(
             *(
                 types.TextDocumentEdit(
                     types.OptionalVersionedTextDocumentIdentifier(each.uri, each.version),
-                    [_annotated(edit) for edit in edits] if asks and each.version is None else edits,
+                    [types.AnnotatedTextEdit(_CLOSED, edit.range, edit.new_text) for edit in edits]
+                    if asks and each.version is None
+                    else edits,
                 )
                 for each, edits in texts
             ),
         ],
         change_annotations={_CLOSED: types.ChangeAnnotation("Files that aren't open", True)} if asks else None,
     )
-
-
-def _annotated(edit: types.TextEdit) -> types.AnnotatedTextEdit:
-    return types.AnnotatedTextEdit(annotation_id=_CLOSED, range=edit.range, new_text=edit.new_text)
 
 
 def document_symbol(lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.DocumentSymbol:

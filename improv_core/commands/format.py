@@ -52,7 +52,7 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
             if path != STANDARD_INPUT and path.suffix not in (ENDING, PAGES):
                 raise ReadError(f"{path}: it was not changed: only {ENDING} and {PAGES} files are formatted")
             text = read_program(path)
-            formatted = _formatted(path, text)
+            formatted = _BLOCK.sub(_block, text) if path.suffix == PAGES else format_text(text)
             if path == STANDARD_INPUT and not check and not diff:
                 echo_text(formatted)
                 continue
@@ -74,10 +74,6 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
 
 class RewriteError(Exception):
     """A file can't be rewritten; one plain line that says why."""
-
-
-def _formatted(path: Path, text: str) -> str:
-    return _BLOCK.sub(_block, text) if path.suffix == PAGES else format_text(text)
 
 
 def _block(block: re.Match[str]) -> str:

@@ -8,12 +8,9 @@ import click
 
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_text
-from improv_core.commands.exit_codes import CommandError
-from improv_core.commands.programs import files_in
+from improv_core.commands.programs import files_in, write_new
 from improv_core.ide.merging import Dance, merge
 from improv_core.program.files import ENDING, analyze_file
-from improv_core.storage.atomic_write import why
-from improv_core.storage.compare_and_swap import swap
 
 
 @click.command("merge")
@@ -31,9 +28,5 @@ def command(files: tuple[Path, ...], output: Path | None) -> None:
     if output is None:
         echo_text(merged.text)
         return
-    try:
-        if not swap(output, None, merged.text.encode()):
-            raise CommandError(f"{output} exists already: name a new file")
-    except OSError as error:
-        raise CommandError(f"{output}: {why(error)}") from None
+    write_new(output, merged.text)
     echo(f"merged {len(sources)} programs into {output}")

@@ -94,7 +94,8 @@ class _Placing:
         if lines := [*distances(travelers)]:
             for line in lines:
                 self._say(line)
-            if not yes and not await self._may_drive():
+            asked = "They drive there now. Is the floor clear, and a stop at hand? [y/N]"
+            if not yes and (await TypedAnswers(self._say).to(asked)).lower() not in ("y", "yes"):
                 self._say("no robot was moved")
                 return PROBLEMS
             if not yes and (code := await self._play(looking(self._score))) is not None:  # they may have been moved
@@ -102,10 +103,6 @@ class _Placing:
             if (code := await self._drive_all()) is not None:
                 return code
         return self._conclude()
-
-    async def _may_drive(self) -> bool:
-        answer = await TypedAnswers(self._say).to("They drive there now. Is the floor clear, and a stop at hand? [y/N]")
-        return answer.lower() in ("y", "yes")
 
     async def _drive_all(self) -> int | None:
         """Drive until all robots are in their places or can't get there. Return the exit code if a stop ended that."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from improv_core.commands.echo import echo
@@ -12,6 +12,8 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.files import ReadError, analyze_file, robots_in
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.storage.atomic_write import why
+from improv_core.storage.compare_and_swap import swap
 
 
 def read_each(named: Sequence[Path], *endings: str) -> Iterator[tuple[Path, Analysis | Robots | None]]:
@@ -46,15 +48,24 @@ def _files(top: Path, endings: tuple[str, ...]) -> Sequence[Path]:
     found: list[Path] = []
     for folder, folders, names in os.walk(top, onerror=fail):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        found.extend(Path(folder, name) for name in sorted(names) if _is_wanted(name, endings))
+        found.extend(
+            Path(folder, name)
+            for name in sorted(names)
+            if name in endings or (name[0] != "." and Path(name).suffix in endings)
+        )
     if not found:
         what = f"no files that end in {' or '.join(each for each in endings if each[0] == '.')}"
         raise ReadError(f"{top}: it has {what}{f', and no {FILE_NAME}' if FILE_NAME in endings else ''}")
     return found
 
 
-def _is_wanted(name: str, endings: Collection[str]) -> bool:
-    return name in endings or (name[0] != "." and Path(name).suffix in endings)
+def write_new(path: Path, text: str) -> None:
+    """Write a file that is not there yet. Raises CommandError."""
+    try:
+        if not swap(path, None, text.encode()):
+            raise CommandError(f"{path} exists already: name a new file")
+    except OSError as error:
+        raise CommandError(f"{path}: {why(error)}") from None
 
 
 def read_to_play(path: Path) -> Analysis | None:

@@ -14,10 +14,10 @@ import click
 
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.programs import write_new
 from improv_core.program.files import robots_near
 from improv_core.score.profiles import Profile
 from improv_core.storage.atomic_write import why
-from improv_core.storage.compare_and_swap import swap
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.transcription.reading import read_source
 from improv_core.transcription.sources import Recording, robot_name
@@ -78,7 +78,7 @@ def command(
     if output is None:
         echo_text(made.text)
     else:
-        _write(output, made)
+        write_new(output, made.text)
     for name, (far, turned) in made.deviations.items():
         within = "" if far <= tolerance else f", more than {100 * tolerance:.2g} cm: allow more, or record more poses"
         echo(
@@ -113,14 +113,6 @@ def _searched(
 def _brief(value: float) -> str:
     """Return a number with at most two digits after the point."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
-
-
-def _write(output: Path, made: Transcription) -> None:
-    try:
-        if not swap(output, None, made.text.encode()):
-            raise CommandError(f"{output} exists already: name a new file")
-    except OSError as error:
-        raise CommandError(f"{output}: {why(error)}") from None
 
 
 def _recorded(files: Sequence[Path], seconds: float, scale: float | None) -> dict[str, Sequence[TimedPlace]]:

@@ -9,7 +9,6 @@ from itertools import islice, pairwise
 
 from improv_core.ide import body_words
 from improv_core.ide.completion_item import Item
-from improv_core.ide.completion_measures import A_RADIUS, default_unit, turns, units_offered, usual_measures
 from improv_core.ide.completion_opening import after_robots, first_words, offers, usual_numbers
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
@@ -26,8 +25,9 @@ from improv_core.score.body import Body
 from improv_core.score.lengths import lengths
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.syntax.derivation import may_come_next
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Parameter
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import RADIUS, UNITS, WORDS
 from improv_core.syntax.words import A_NUMBER, Kind, Word
 from improv_core.text import Span, has_in_order
 
@@ -36,6 +36,8 @@ MOST_NAMES = 300
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
 _KINDS = ("movement", "number")
+
+_A_RADIUS = Item(RADIUS, "keyword", "Drives along a circle with this radius.", f"{RADIUS} ${{1:1m}}")
 
 _DECIMAL_BEGUN = re.compile(r"\d\.$")
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
@@ -61,7 +63,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
     if not found or _DECIMAL_BEGUN.search(analysis.text, max(offset - 2, 0), offset):
         return None
     if found.in_number:
-        units = list(units_offered(found))
+        units = list(_units_offered(found))
         return Completion(Span(offset - len(found.unit), offset), units, found.statement, True) if units else None
     if found.sign is None:
         items, whole = list(_heads(analysis, found)), True
@@ -85,7 +87,7 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
         accepted = accepted - _NUMBERS if not wanted else _NUMBERS
     names, whole = _names_in(analysis, found) if "NAME" in accepted else ([], True)
     offered = (_name(each, analysis.statements[index].parameters, bare) for index, each in names)
-    unit = default_unit(last) if last and found.measures is last else ""
+    unit = _default_unit(last) if last and found.measures is last else ""
     parameters = (
         Item(f"{each.name}*1{unit}" if unit and each.is_number else each.name, "parameter", _KINDS[each.is_number])
         for each in found.parameters
@@ -193,9 +195,9 @@ def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterato
             yield Item(word.text, kind, word.about, _snippet(word, bare))
     if "NUMBER" in accepted and found.tokens:
         last = found.tokens[-1]
-        yield from usual_measures(last) if last.type in ("PRIMITIVE", "RADIUS") else _numbers(last.text)
-    if "RADIUS" in accepted and found.measures and turns(found.measures):
-        yield A_RADIUS
+        yield from _usual_measures(last) if last.type in ("PRIMITIVE", "RADIUS") else _numbers(last.text)
+    if "RADIUS" in accepted and found.measures and _turns(found.measures):
+        yield _A_RADIUS
 
 
 def _numbers(word: str) -> Iterator[Item]:
@@ -203,6 +205,42 @@ def _numbers(word: str) -> Iterator[Item]:
     arguments = WORDS[word].arguments if word in WORDS else ()
     wanted = arguments[0] if arguments else A_NUMBER
     return (Item(value, "number", wanted.unit) for value in wanted.usual)
+
+
+def _turns(word: Token) -> bool:
+    """Return whether a token is a word that turns robots."""
+    return word.text in WORDS and bool(WORDS[word.text].velocity.yaw)
+
+
+def _default_unit(word: Token) -> str:
+    """Return the usual unit behind a primitive or `radius`; "" behind those that take no measure."""
+    if word.type != "RADIUS" and (word.text == "rest" or word.text.startswith("half")):
+        return ""
+    return "deg" if _turns(word) else "m"
+
+
+def _usual_measures(word: Token) -> Iterator[Item]:
+    """Yield usual measures behind a primitive or `radius`."""
+    values = {"deg": ("90deg", "45deg"), "m": ("1m", "50cm")}.get(_default_unit(word), ())
+    return (Item(value, "number", "meters" if word.type == "RADIUS" else "in one beat") for value in values)
+
+
+def _units_offered(found: BeforeCursor) -> Iterator[Item]:
+    """Yield the units that may stand directly behind the number at the cursor, the likelier ones first: under body
+    parts, each direction takes what its joint does."""
+    head = found.measures
+    if found.sign and head:
+        fields = ["meters"] if head.type == "RADIUS" else ["meters", "degrees"]
+        fields = fields[::-1] if _turns(head) else fields
+    elif not found.sign and found.opening and found.opening.kind in ("AT", "ROOM"):
+        words = [word.text for word in found.opening.words if word.type != "UNIT"]
+        fields = ["degrees"] if words[-1:] == ["facing"] else ["meters"]
+    else:
+        return
+    for field in fields:
+        for name, unit in UNITS.items():
+            if unit.field == field:
+                yield Item(name, "value", unit.about)
 
 
 def _snippet(word: Word, bare: bool) -> str:

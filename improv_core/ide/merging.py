@@ -144,7 +144,7 @@ def as_robot(name: str) -> str:
 def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Sequence[str]:
     """Return the texts of the programs without their openings, which fit into one program."""
     tempo = sources[0].analysis.tempo
-    defined = [_defined(each.analysis) for each in sources]
+    defined = [{line.defines for line in each.analysis.statements if line.defines} for each in sources]
     foreign = [
         {name for statement in each.analysis.statements for name in statement.uses} - own
         for each, own in zip(sources, defined, strict=True)
@@ -163,10 +163,6 @@ def _bodies(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]]) -> Se
         head = f"# {' '.join(source.name.split())}\n"
         bodies.append(head + _body(source.analysis, names, renamed, tempo / source.analysis.tempo).strip("\r\n"))
     return bodies
-
-
-def _defined(analysis: Analysis) -> set[str]:
-    return {statement.defines for statement in analysis.statements if statement.defines}
 
 
 def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, str], slower: Fraction) -> str:
@@ -191,7 +187,7 @@ def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, s
             continue
         assert statement.sign
         rests = [
-            f"{robots[robot]} $ {_slowed(beats * slower, 'rest')}\n"
+            f"{robots[robot]} $ {'' if beats * slower == 1 else f'slow {beats * slower} '}rest\n"
             for robot, beats in waiting.rests(line.scene, line.parts)
         ]
         edits.append(Edit(Span(start, start), "".join(rests)))
@@ -217,10 +213,6 @@ class _Waiting:
                 assert not isinstance(end, float)
                 yield robot, Fraction(begin - end)
             self._ends[robot] = math.inf if part.open else max(end, begin) + part.duration
-
-
-def _slowed(factor: Fraction, movement: str) -> str:
-    return movement if factor == 1 else f"slow {factor} {movement}"
 
 
 def _with_line(text: str, span: Span) -> Span:

@@ -45,7 +45,9 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     if spelled(new) == symbol.text:
         return []
     if symbol.kind == "scene":
-        _refuse_other_scene(analysis, spelled(new))
+        if found := next(scenes_called(analysis, spelled(new)), None):
+            line = analysis.line_number(found[0])
+            raise RefusalError(f"`{spelled(new)}` is already a scene, on line {line}: choose another name")
     elif symbol.kind == "parameter":
         _refuse_other_parameter(analysis, symbol, spelled(new))
     else:
@@ -102,11 +104,6 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
         raise RefusalError(
             f"`{new}` on line {analysis.line_number(captured[0])} would then mean this one: choose another name"
         )
-
-
-def _refuse_other_scene(analysis: Analysis, new: str) -> None:
-    if found := next(scenes_called(analysis, new), None):
-        raise RefusalError(f"`{new}` is already a scene, on line {analysis.line_number(found[0])}: choose another name")
 
 
 def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> None:

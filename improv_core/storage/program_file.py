@@ -88,7 +88,8 @@ def write_text(path: Path, text: str, revision: str) -> Version:
 
 def create(path: Path | None = None) -> Path:
     """Make a file with a small program: at `path`, or in this folder with the first free name. Raises WriteError."""
-    names = [path] if path else _free_names()
+    free = Path(FREE_NAME)
+    names = [path] if path else [free, *(free.with_stem(f"{free.stem}-{number}") for number in range(2, 1000))]
     for name in names:
         try:
             with name.open("x", encoding="utf-8", newline="\n") as file:
@@ -109,11 +110,6 @@ def latest() -> Path | None:
             if path.is_file():
                 saved.append((path.stat().st_mtime_ns, path))
     return max(saved)[1] if saved else None
-
-
-def _free_names() -> list[Path]:
-    first = Path(FREE_NAME)
-    return [first, *(first.with_stem(f"{first.stem}-{number}") for number in range(2, 1000))]
 
 
 def _with_ends(before: str, text: str) -> str:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
-from collections.abc import Callable
 from enum import Enum, auto
 from pathlib import Path
 from typing import NamedTuple
@@ -72,10 +71,9 @@ def look(path: Path) -> Seen:
 class StopWitness:
     """Looks at a program at each stop, on a thread: a drive that hangs must not hold up the stop."""
 
-    def __init__(self, stops: Stops, path: Path, see: Callable[[Path], Seen] = look) -> None:
+    def __init__(self, stops: Stops, path: Path) -> None:
         self._stops = stops
         self._path = path
-        self._see = see
         self._changed = threading.Condition()
         self._number, self._seen = -1, Seen(None, None)
         stops.on_stop(self._look_soon)
@@ -96,7 +94,7 @@ class StopWitness:
 
     def _look(self) -> None:
         number = self._stops.stopped
-        seen = self._see(self._path)
+        seen = look(self._path)
         with self._changed:
             if number > self._number:
                 self._number, self._seen = number, seen

@@ -14,14 +14,13 @@ from urllib.parse import unquote
 
 from improv_core.ide.code_action_play import trial
 from improv_core.ide.rehearsal import rehearse, scenes_named
-from improv_core.ide.selection import Selection, select
+from improv_core.ide.selection import select
 from improv_core.plain import printable
-from improv_core.program.analysis import Analysis
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.robots.config import read_robots
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, path_of
-from improv_ls.handlers.workspace_files import refresh_robots
+from improv_ls.handlers.text_document_sync import refresh_robots
 from improv_ls.positions import range_of, scenes_of, to_span
 from improv_ls.session import Session
 
@@ -52,7 +51,11 @@ def _play(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
     elif not rest and command == "play":
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
     elif len(rest) == 1 and (ends := scenes_of(rest[0])):
-        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, partial(_rehearsed, ends=ends)))
+        ls.editor.soon(
+            ls.performance.play(
+                document, ls.arrival.stops, lambda analysis: rehearse(analysis, scenes_named(analysis, *ends))
+            )
+        )
     elif rest and (wanted := _wanted(ls, document, rest)) is not None:
         choose = partial(select, wanted=wanted)
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops, choose, joins=command == "play"))
@@ -229,10 +232,6 @@ def _wanted(ls: Session, document: Document, rest: Sequence[Any]) -> Span | str 
         return last
     place = range_of(last) if len(rest) == 1 else None
     return to_span(lines, place, ls.editor.encoding) if place else None
-
-
-def _rehearsed(analysis: Analysis, ends: tuple[str | int | None, str | int | None]) -> Selection:
-    return rehearse(analysis, scenes_named(analysis, *ends))
 
 
 def _play_trial(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:

@@ -6,8 +6,8 @@ from __future__ import annotations
 from lsprotocol import types
 
 from improv_core.ide import references as finding
-from improv_core.ide.body_definition import declarations
 from improv_core.ide.references import Symbol, symbol_at
+from improv_core.ide.robots_file.body_names import declared
 from improv_core.slices import in_slices
 from improv_ls.documents import Document, on_disk, robots_of
 from improv_ls.positions import to_offset
@@ -33,13 +33,13 @@ def references(ls: Session, document: Document, params: types.ReferenceParams) -
     symbol = _symbol(ls, document, params.position)
     if not symbol:
         return []
-    declared = params.context.include_declaration
+    with_declared = params.context.include_declaration
     return [
-        *(_sections(ls, document, symbol) if declared else []),
+        *(_sections(ls, document, symbol) if with_declared else []),
         *(
             location(document, each.span, ls.editor.encoding)
             for each in in_slices(finding.references(document.analysis, symbol))
-            if declared or not each.defines
+            if with_declared or not each.defines
         ),
     ]
 
@@ -58,7 +58,7 @@ def _declared(ls: Session, document: Document, position: types.Position) -> list
     if not (file := on_disk(robots)):
         return []
     offset = to_offset(document.lines, position, ls.editor.encoding)
-    spans = declarations(document.analysis, offset, robots)[:1]
+    spans = declared(document.analysis, offset, robots)[:1]
     return [location(file, span, ls.editor.encoding) for span in spans]
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from lsprotocol import types
 
 from improv_ls.documents import Document, is_robots_file, moved, robots_of
-from improv_ls.handlers.diagnostics import publish_robots, publish_robots_file
-from improv_ls.handlers.text_document_sync import add, did_close
+from improv_ls.handlers.diagnostics import publish_robots_file
+from improv_ls.handlers.text_document_sync import add, did_close, refresh_robots
 from improv_ls.session import Session
 
 
@@ -56,17 +56,3 @@ def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
     """Handle an `improv.toml` that may be gone. Documents stay open until the editor closes them."""
     ls.files_changed()
     refresh_robots(ls)
-
-
-def refresh_robots(ls: Session) -> None:
-    """Check each document against the robots that the nearest `improv.toml` has now."""
-    different = False
-    for document in list(ls.documents.values()):
-        robots = robots_of(document.uri)
-        if robots != document.analysis.config:
-            if robots.path != document.analysis.config.path:
-                publish_robots(ls, replace(document.analysis.config, diagnostics=()))
-            add(ls, replace(document, analysis=document.analysis.with_robots(robots)))
-            different = True
-    if different and ls.editor.pulls_diagnostics:
-        ls.editor.refresh("diagnostics")

@@ -1,18 +1,37 @@
-"""Rename body parts and poses: in `improv.toml`, and in the programs of its robots."""
+"""Find body parts and poses in programs, and rename them there and in `improv.toml`."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 from improv_core.diagnostics import Edit, applied
+from improv_core.ide.body_words import takes
 from improv_core.ide.phrases import poses_at
 from improv_core.ide.references import names_used, performers
 from improv_core.ide.rename import RefusalError
-from improv_core.ide.robots_file.references import FileSymbol, declarations, uses
+from improv_core.ide.robots_file.references import FileSymbol, declarations, section, uses
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots, read_robots
+from improv_core.robots.toml_text import read_toml
 from improv_core.score.body import Body
 from improv_core.text import Span
+
+
+def declared(analysis: Analysis, offset: int, robots: Robots) -> Sequence[Span]:
+    """Return the spans in `improv.toml` that declare the body part or the pose at the cursor, those of robots that
+    perform the statement first."""
+    placed = analysis.statement_at(offset)
+    if not placed:
+        return ()
+    place, text = offset - placed.start, placed.statement.text
+    symbols = {("poses", text[slice(*span)]) for span in poses_at(placed) if span.holds(place)}
+    for name in names_used(placed):
+        if name.span.holds(place) and takes(analysis, name.text, placed.index) is not None:
+            symbols.add(("body", name.text))
+    profiles = {profile.name for profile in performers(analysis, placed.index)} if symbols else ()
+    entries = read_toml(robots.text).positions.entries if symbols else {}
+    found = [(keys[1] not in profiles, entry.key) for keys, entry in entries.items() if section(keys) in symbols]
+    return [span for _, span in sorted(found)]
 
 
 def rename_in_file(text: str, symbol: FileSymbol, new: str) -> tuple[list[Edit], frozenset[str]]:

@@ -31,19 +31,16 @@ def symbol_at(text: str, offset: int) -> FileSymbol | None:
     """Return the symbol that the cursor touches, including at its end."""
     positions = read_toml(text).positions
     for keys, spans in positions.named.items():
-        if section := _section(keys):
-            for span in spans:
-                if span.holds(offset):
-                    return FileSymbol(section, str(keys[-1]), span)
+        for span in spans:
+            if span.holds(offset) and (symbol := section(keys)):
+                return FileSymbol(*symbol, span)
     return next((symbol for symbol in _uses(text) if symbol.span.holds(offset)), None)
 
 
 def declarations(text: str, symbol: FileSymbol) -> list[Span]:
     """Return the spans that name the section of a robot or a profile, or the table of a body part or a pose."""
     named = read_toml(text).positions.named
-    if symbol.section in ("robots", "profiles"):
-        return list(named.get((symbol.section, symbol.name), ()))
-    same = (spans for keys, spans in named.items() if (_section(keys), keys[-1]) == (symbol.section, symbol.name))
+    same = (spans for keys, spans in named.items() if section(keys) == (symbol.section, symbol.name))
     return sorted(chain.from_iterable(same))
 
 
@@ -67,12 +64,12 @@ def rename_profile(text: str, symbol: FileSymbol, new: str) -> list[Edit]:
     return [Edit(span, new) for span in sorted(spans) if new != symbol.name]
 
 
-def _section(keys: Keys) -> str:
-    """Return the kind of thing that the last of these keys names; empty if it is a word of ours."""
+def section(keys: Keys) -> tuple[str, str] | None:
+    """Return the section and the name of the symbol that the last of these keys names; None if it is a word of ours."""
     if len(keys) == 2 and keys[0] in ("robots", "profiles"):
-        return str(keys[0])
+        return str(keys[0]), str(keys[1])
     inside = keys[0] == "profiles" and len(keys) in (4, 6) and keys[2] == "body" and str(keys[len(keys) - 2])
-    return inside if inside in ("body", "poses") else ""
+    return (inside, str(keys[-1])) if inside in ("body", "poses") else None
 
 
 def _uses(text: str) -> Iterator[FileSymbol]:
@@ -85,5 +82,6 @@ def _uses(text: str) -> Iterator[FileSymbol]:
         if len(keys) == 3 and entry.value != entry.key and (key := find(keys)) and key.profile:
             yield FileSymbol("profiles", written[1:-1], span)
         is_mirror = len(keys) == 5 and keys[4] == "mirror" and entry.value != entry.key
-        if _section(keys[:4]) == "body" and (is_mirror or (len(keys) == 6 and keys[4] == "parts")):
+        is_part = is_mirror or (len(keys) == 6 and keys[4] == "parts")
+        if is_part and (inside := section(keys[:4])) and inside[0] == "body":
             yield FileSymbol("body", written[1:-1], span)

@@ -6,33 +6,29 @@ ROS's interpreter runs it as `python …/improv_core/stage graph look TOPIC...`,
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
-from importlib import import_module
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
-from improv_core.outputs.ros.nodes import is_latched, qualities_for
+from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in, stamp_in, transforms_in
+from improv_core.outputs.ros.sensors.polled import STATIC, TF, PolledTopics
+from improv_core.outputs.ros.sensors.poses import KINDS
 from improv_core.outputs.ros.sensors.readings import battery
-from improv_core.protocol.fields import PoseJson
+from improv_core.outputs.ros.sensors.subscriptions import BATTERY
+from improv_core.protocol.fields import PoseJson, to_pose_json
 from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.protocol.json_lines import own_output
+from improv_core.safety.odometry import AFTER_MOVING
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
-POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
-"""The message types of robots' poses."""
-TF = "tf2_msgs/msg/TFMessage"
-"""The message type of transforms, which show where robots are, too."""
-BATTERY = "sensor_msgs/msg/BatteryState"
-DEPTH = 10
-"""The most messages of a topic that may wait."""
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
+REST = 0.02
+"""Seconds between two looks for poses."""
 RECEIVE_LIMIT = 300.0
 """Seconds for which Twists are reported, so that a receiver doesn't run forever after its parent was killed."""
 
@@ -53,20 +49,18 @@ def main() -> int:
 def look(topics: Sequence[str]) -> Graph:
     """List the listeners and publishers on these topics and on all other velocity topics, with the poses and battery
     levels that arrive there."""
-    import rclpy
-
     with _node("improv_look") as node:
         heard = _Heard(node, topics)
         end = time.monotonic() + LOOK
         while time.monotonic() < end:
             heard.listen()
-            rclpy.spin_once(node, timeout_sec=0.05)
+            time.sleep(REST)
         moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
         return {
             topic: {
                 "listeners": _ends(node.get_subscriptions_info_by_topic(topic)),
                 "publishers": _ends(node.get_publishers_info_by_topic(topic)),
-                "age": heard.ages.get(topic),
+                "age": heard.age(topic),
                 "gap": heard.gap(topic, end),
                 "pose": heard.poses.get(topic),
                 "battery": heard.batteries.get(topic),
@@ -128,52 +122,48 @@ class _Heard:
     """Poses and battery levels that arrive on topics. The newest stamp gives a topic's age."""
 
     def __init__(self, node: Any, topics: Sequence[str]) -> None:
-        self._node = node
-        self._unheard = set(topics)
+        self._topics = PolledTopics(lambda: node, lambda topic, why: None, {**KINDS, BATTERY: 1})
+        self._topics.keep({topic: topic for topic in topics})
         self._times: dict[str, list[float]] = {}
-        self.ages: dict[str, float] = {}
+        self._ages: dict[str, list[float]] = {}
         self.poses: dict[str, PoseJson] = {}
         self.batteries: dict[str, float] = {}
 
     def listen(self) -> None:
-        """Subscribe to topics on which a publisher of poses or batteries has appeared."""
-        for topic in list(self._unheard):
-            infos = self._node.get_publishers_info_by_topic(topic)
-            if info := next((info for info in infos if info.topic_type in (*POSES, TF, BATTERY)), None):
-                hear = {BATTERY: self._hear_battery, TF: self._hear_transforms}.get(info.topic_type, self._hear_pose)
-                package, _, kind = info.topic_type.split("/")
-                found = getattr(import_module(f"{package}.msg"), kind)
-                for qos in qualities_for(DEPTH, any(map(is_latched, infos))):
-                    self._node.create_subscription(found, topic, partial(hear, topic), qos)
-                self._unheard.discard(topic)
+        """Take the messages that have come, also on topics on which a publisher has just appeared."""
+        for _, topic, kind, messages in self._topics.take():
+            latest, ages = messages[-1][0], self._ages.setdefault(topic, [])
+            if kind == BATTERY:
+                self._take_battery(topic, latest)
+                continue
+            if kind != AFTER_MOVING:
+                self._times.setdefault(topic, []).append(time.monotonic())
+            if kind == TF:
+                moving = chain.from_iterable(transforms_in(each) for each, about in messages if STATIC not in about)
+                # AMCL stamps its transforms ahead, so that they count until the next.
+                ages += [max(_age(each.stamp), 0.0) for each in moving]
+            elif pose := pose_in(latest, POSE_TEXTS[kind]):
+                ages.append(_age(stamp_in(latest)))
+                self.poses[topic] = to_pose_json(pose)
+
+    def age(self, topic: str) -> float | None:
+        return min(self._ages.get(topic, ()), default=None)
 
     def gap(self, topic: str, end: float) -> float:
         """The longest time without a pose, in seconds, until the end of the look."""
         times = self._times.get(topic, [])
         return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
 
-    def _hear_transforms(self, topic: str, message: Any) -> None:
-        for transform in message.transforms:
-            self._note_age(topic, transform.header.stamp)
-        self._times.setdefault(topic, []).append(time.monotonic())
+    def _take_battery(self, topic: str, message: bytes) -> None:
+        from rclpy.serialization import deserialize_message
+        from sensor_msgs.msg import BatteryState
 
-    def _note_age(self, topic: str, stamp: Any) -> None:
-        age = time.time() - stamp.sec - stamp.nanosec / 1e9
-        # AMCL stamps its transforms ahead, so that they count until the next.
-        self.ages[topic] = min(max(age, 0.0) if topic.endswith("tf") else age, self.ages.get(topic, age))
-
-    def _hear_pose(self, topic: str, message: Any) -> None:
-        self._note_age(topic, message.header.stamp)
-        if type(message).__name__ != "PoseWithCovarianceStamped":  # which comes only after a movement
-            self._times.setdefault(topic, []).append(time.monotonic())
-        pose = message.pose if type(message).__name__ == "PoseStamped" else message.pose.pose
-        place, turned = pose.position, pose.orientation
-        heading = 2 * math.atan2(turned.z, turned.w)
-        self.poses[topic] = {"x": place.x, "y": place.y, "z": place.z, "heading": heading}
-
-    def _hear_battery(self, topic: str, message: Any) -> None:
-        if (share := battery(message)) is not None:
+        if (share := battery(deserialize_message(message, BatteryState))) is not None:
             self.batteries[topic] = share
+
+
+def _age(stamp: int) -> float:
+    return time.time() - stamp / SECOND
 
 
 def _ends(infos: Sequence[Any]) -> list[Endpoint]:

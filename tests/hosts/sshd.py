@@ -23,8 +23,6 @@ from tests.needs import lacking, need
 NAME = "robot"
 """The name of the host here."""
 LIMIT = 60.0
-SLOW = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
-"""A Wi-Fi with 2 to 100 ms of random delay each way, which loses 2%."""
 TRIES = 5
 """The ports to try: a free one may be taken before the server listens."""
 SSHD = Path("/usr/sbin/sshd")
@@ -97,12 +95,10 @@ class Host:
         kind, key, _ = (self.folder / "server.pub").read_text().split()
         self.known.write_text(f"[127.0.0.1]:{self.port} {kind} {key}\n")
 
-    def slow(self, seed: int, *options: str) -> Path:
-        """Return a configuration of ssh that reaches the host by a slow way."""
-        path = self.folder / f"slow_config_{seed}"
-        way = [sys.executable, str(Path(__file__).with_name("slow_link.py")), "%h", "%p", "--seed", str(seed)]
-        path.write_text(f"{self.config.read_text()}  ProxyCommand {shlex.join([*way, *(options or SLOW)])}\n")
-        return path
+    def relay(self) -> None:
+        """Reach the host by relay.py, which a test may halt."""
+        way = shlex.join([sys.executable, str(Path(__file__).with_name("relay.py")), "%h", "%p"])
+        self.config.write_text(f"{self.config.read_text()}  ProxyCommand {way}\n")
 
     def versions(self) -> list[Path]:
         stages = self.cache / "improv" / "stages"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.processes import lines_until
 from tests.ros.conftest import BASE, LIMIT, Script, with_limits
+from tests.ros.dance import Terminal
 
 pytestmark = pytest.mark.slow("two bases drive toward each other")
 
@@ -40,15 +38,9 @@ def test_bases_that_drive_toward_each_other_come_to_rest_apart(
 ) -> None:
     """At 0.3 m/s, braking at 0.9 m/s². tests/safety/test_keep_apart.py has all other cases."""
     (tmp_path / "improv.toml").write_text(TOML)
-    (tmp_path / "dance.improv").write_text("beat 60\nada bo $ repeat forward\n")
     bases = [script(BASE, "ada", *ARGUMENTS), script(BASE, "bo", *ARGUMENTS, "--start", "2", "0", str(math.pi))]
-    command = [sys.executable, "-m", "improv_core", "play", "--backend", "ros", "dance.improv"]
     env = ros_env | with_limits(player__subscribers__PATIENCE=LIMIT)
-    with subprocess.Popen(command, cwd=tmp_path, env=env, stderr=subprocess.PIPE, text=True) as playing:
-        try:
-            lines_until("paused: ada and bo are ", playing.stderr)
-            (one, *_), (other, *_) = (map(float, base.communicate(timeout=LIMIT)[0].split()) for base in bases)
-        finally:
-            playing.terminate()
-            playing.communicate(timeout=LIMIT)
+    with Terminal("play", tmp_path / "dance.improv", env, "beat 60\nada bo $ repeat forward\n") as playing:
+        playing.wait_for_line("paused: ada and bo are ")
+        (one, *_), (other, *_) = (map(float, base.communicate(timeout=LIMIT)[0].split()) for base in bases)
     assert 0.1 <= other - one - 2 * RADIUS < 0.35

@@ -121,7 +121,7 @@ def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
 ) -> None:
     for name, value in with_limits(hosts__near__BEYOND=LIMIT).items():
         monkeypatch.setenv(name, value)
-    host.config.write_text(host.slow(1, "--jitter", "0", "--loss", "0").read_text())
+    host.relay()
     here, there = listen("/a/cmd_vel"), listen("/q/cmd_vel")
 
     async def test(show: Show) -> None:
@@ -131,7 +131,7 @@ def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
         await show.until(lambda message: message["type"] == "link")
         here.hear_all()
         here.heard.clear()
-        way = process_of("slow_link.py")
+        way = process_of("relay.py")
         os.kill(way, signal.SIGSTOP)
         for _ in range(GAP):
             await asyncio.to_thread(here.wait, moving)
@@ -153,14 +153,14 @@ def test_after_a_short_gap_in_the_link_robots_here_and_there_dance_on_together(
 
 
 def test_at_the_end_robots_behind_a_silent_link_are_named(host: Host, listen: Listen) -> None:
-    host.config.write_text(host.slow(1, "--jitter", "0", "--loss", "0").read_text())
+    host.relay()
     here, there = listen("/a/cmd_vel"), listen("/p/cmd_vel")
 
     async def test(show: Show) -> None:
         await show.play("a p $ repeat forward\n")
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, moving)
-        way = process_of("slow_link.py")
+        way = process_of("relay.py")
         os.kill(way, signal.SIGSTOP)
         try:
             await show.playback.close()

@@ -77,12 +77,6 @@ def test_the_stop_of_a_halted_stage_is_confirmed_once_another_one_has_stopped_it
         turtle.wait(still)
 
 
-def test_a_stop_that_real_robots_have_obeyed_is_confirmed(turtle: Listener, alone: Mapping[str, str]) -> None:
-    with dancing(alone, turtle) as (_, _, press):
-        confirmed(press)
-        turtle.wait(still)
-
-
 def test_a_stop_while_the_session_is_halted_stops_robots_and_no_save_from_before_it_moves_them(
     turtle: Listener, alone: Mapping[str, str]
 ) -> None:

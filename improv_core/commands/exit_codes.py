@@ -7,6 +7,7 @@ from typing import IO, Any
 import click
 
 from improv_core.commands.echo import echo
+from improv_core.commands.ros_arguments import is_launched
 
 PROBLEMS = 1
 """The command did its work and found problems: in a program, in formatting, or on this machine."""
@@ -21,6 +22,11 @@ MEANINGS = {
     INTERRUPTED: "interrupted or stopped by somebody",
 }
 """Meaning of each exit code, for `improv --help` and docs/command-line.md."""
+
+
+def interrupted() -> int:
+    """Return the exit code after Ctrl-C. For `ros2 launch`, a node with another code than 0 has died."""
+    return 0 if is_launched() else INTERRUPTED
 
 
 class CommandError(click.ClickException):

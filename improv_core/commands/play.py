@@ -13,6 +13,7 @@ from improv_core.commands import parameters, settings
 from improv_core.commands.begin_time import moment
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.parameters import LiveOptions
+from improv_core.commands.ros_arguments import is_launched
 from improv_core.commands.settings import PlaySettings
 
 
@@ -77,7 +78,7 @@ def command(
         sys.exit(PROBLEMS)
     settings.chosen(analysis)  # before the search for robots
     settings = replace(settings, arming={"begins": begins.timestamp()} if begins else {} if armed else None)
-    stays = sys.stdout.isatty() and not once and not report
+    stays = sys.stdout.isatty() and not (is_launched() or once or report)
     playing = play(
         analysis, file, live.options(file), settings, browser=live.browser, report=report is not None, stays=stays
     )

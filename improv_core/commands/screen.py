@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import os
-import stat
+import select
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -13,6 +14,7 @@ from contextlib import suppress
 import click
 
 from improv_core.commands.begin_time import countdown
+from improv_core.commands.ros_arguments import is_launched
 from improv_core.plain import printable
 from improv_core.protocol.messages import CountJson, TransportMessage
 from improv_core.session.shown_beats import each_beat
@@ -34,21 +36,28 @@ class Screen:
 
     @property
     def is_live(self) -> bool:
-        """True while there is a last line."""
-        return not self._quiet and sys.stdout.isatty()
+        """True while there is a last line: in a terminal that can move its cursor, and not in a log."""
+        moves = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+        return moves and not (self._quiet or is_launched())
 
     def watch(self) -> None:
-        """Notice from now on if whoever reads a pipe with our lines ends, even while there is nothing to print. Call it
-        in the event loop."""
+        """Notice from now on if whoever reads our lines ends, even while there is nothing to print: of a pipe, a
+        socket, or what looks like a terminal. Call it in the event loop."""
         loop = asyncio.get_running_loop()
+        if not hasattr(select, "poll"):  # on Windows
+            return
+        ends = select.poll()
         for number in (1, 2):
-            with suppress(OSError, NotImplementedError):  # it is closed; or this is Windows
-                if stat.S_ISFIFO(os.fstat(number).st_mode):
-                    loop.add_reader(number, self._lose, number)
+            with suppress(OSError):  # it is closed
+                os.fstat(number)
+                ends.register(number, 0)  # the end is always reported
 
-    def _lose(self, number: int) -> None:
-        asyncio.get_running_loop().remove_reader(number)
-        self._lost()
+        def wait() -> None:
+            ends.poll()
+            with suppress(RuntimeError):  # the loop is closed
+                loop.call_soon_threadsafe(self._lost)
+
+        threading.Thread(target=wait, daemon=True).start()
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""

@@ -60,7 +60,7 @@ class Options:
 
     `backend` is auto, sim, ros, or both. If the page's `port` is 0, it is the `usual_port`, or if that is taken, any
     free one. The ROS fields are as in the settings. Without `find_python`, there is no Python with rclpy. `node` is the
-    name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`. With
+    name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own: `--ros-args …`. With
     `report_sent`, stages report every velocity they send. With `page`, real robots have one even without the simulator.
     `takes_start_poses` is for a listener that handles `place` requests: only then does the page have start poses
     written into the program. `host` is the machine of a stage, if it isn't this one. `osc` has the addresses for OSC
@@ -204,7 +204,7 @@ async def _start_by(found: RosPython, options: Options, hear: Hear, stops: Stops
     discovery = ["--discovery", options.discovery] if options.discovery else []
     alone = [] if options.standby else ["--no-standby"]
     named = ["--node", options.node] if options.node else []
-    theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
+    theirs = options.ros_arguments  # last: they take all the rest
     arguments = ["--sink", "ros", *discovery, *alone, *_reporting(options), *named, *theirs]
     return await Stage.start([found.python, str(FOLDER), *arguments], _with_sockets(found.env, options), hear, stops)
 

@@ -9,8 +9,10 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import partial
+from io import BufferedReader
 from pathlib import Path
 
 import pytest
@@ -221,10 +223,45 @@ def test_scenes_that_can_not_be_played_are_refused(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (2, "improv: --only plays one scene: leave out --from and --to\n")
 
 
-@pytest.mark.slow("a process plays")
-def test_robots_stop_once_nobody_reads_the_lines_any_more(tmp_path: Path) -> None:
+@pytest.mark.slow("processes play")
+@pytest.mark.parametrize("ends", [os.pipe, os.openpty, lambda: [each.detach() for each in socket.socketpair()]])
+def test_robots_stop_once_nobody_reads_the_lines_any_more(ends: Callable[[], tuple[int, int]], tmp_path: Path) -> None:
     """If `ros2 launch` is killed, for example: nothing has to be printed then, and no signal comes."""
-    with playing("play", written(tmp_path, "r $ repeat forward\n")) as process:
-        assert process.stdout
-        process.stdout.close()
-        assert process.wait(LIMIT) != 0
+    with launched(tmp_path, "r $ repeat forward\n", *ends()) as (process, lines):
+        while not lines.readline().startswith("▶".encode()):
+            assert process.poll() is None
+        lines.close()
+        process.wait(LIMIT)
+
+
+@contextmanager
+def launched(
+    folder: Path, program: str, reader: int, writer: int
+) -> Iterator[tuple[subprocess.Popen[bytes], BufferedReader]]:
+    """Run a program as `ros2 launch` does, and yield its process and the end of its output."""
+    command = [*IMPROV, "play", str(written(folder, program)), *SIMULATED, "--ros-args"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=writer, stderr=writer) as process:
+        os.close(writer)
+        try:
+            with os.fdopen(reader, "rb") as lines:
+                yield process, lines
+        finally:
+            process.kill()
+
+
+@pytest.mark.slow("processes play")
+@pytest.mark.parametrize("stops", [False, True])
+def test_ros2_launch_finds_that_it_ends_well_and_prints_whole_lines(stops: bool, tmp_path: Path) -> None:
+    """Its `emulate_tty` has output look like a terminal, and any exit code except 0 means to it that a node has
+    died."""
+    said = b""
+    program = f"beat 240\nr $ {'repeat ' * stops}forward\n"
+    with launched(tmp_path, program, *os.openpty()) as (process, lines):
+        with suppress(OSError):  # EIO, once it has ended
+            while line := lines.readline():
+                said += line
+                if stops and "▶".encode() in line:
+                    process.send_signal(signal.SIGINT)
+        assert process.wait(LIMIT) == 0
+    assert b"\x1b" not in said
+    assert said.count(b"\r") == said.count(b"\r\n")

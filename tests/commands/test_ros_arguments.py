@@ -15,11 +15,11 @@ from improv_core.outputs.ros.nodes import is_harmless, node_name, without_name
     ("line", "ours", "theirs"),
     [
         ("play a.improv", "play a.improv", ""),
-        ("play a.improv --ros-args -r a:=b -p c:=1", "play a.improv", "-r a:=b -p c:=1"),
-        ("play --ros-args -r a:=b -- a.improv", "play a.improv", "-r a:=b"),
-        ("play --ros-args -r a:=b -- a.improv --ros-args -p c:=1", "play a.improv", "-r a:=b -p c:=1"),
+        ("play a.improv --ros-args -r a:=b -p c:=1", "play a.improv", "--ros-args -r a:=b -p c:=1"),
+        ("play --ros-args -r a:=b -- a.improv", "play a.improv", "--ros-args -r a:=b"),
+        ("play --ros-args -r a:=b -- a.improv --ros-args -p c:=1", "play a.improv", "--ros-args -r a:=b -p c:=1"),
         ("format -- a.improv", "format -- a.improv", ""),
-        ("play a.improv --ros-args", "play a.improv", ""),
+        ("play a.improv --ros-args", "play a.improv", "--ros-args"),
     ],
 )
 def test_the_arguments_of_ros(line: str, ours: str, theirs: str) -> None:

@@ -22,7 +22,6 @@ from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Apply, Call, Choice, Condition, Name, Node
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_LENGTHS = 3
@@ -38,7 +37,7 @@ def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
     word = node.word.text
     repeat = next((each for each in nodes.nodes(node.body) if _is_endless_repeat(each)), None)
     fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}", guess=True) if repeat else ()
-    if WORDS[word].timing is Timing.BACKWARD:
+    if WORDS[word].backward:
         message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
         return Diagnostic("endless-reverse", node.word.span, message, fixes)
     cause = _endless_word(node.body, movement_of)

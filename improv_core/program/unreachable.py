@@ -2,73 +2,157 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
-from improv_core.program.definitions import ReadNodes
-from improv_core.program.reader import items_written
+from improv_core.program.reader import Reader, items_written
 from improv_core.program.timing import in_beats, written
+from improv_core.score.algebra import FromStatement, Pace, Parallel, Repeat, Reverse, Series
+from improv_core.score.dice import Choose, Shuffle
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration, Movement
+from improv_core.score.ramps import Stepped
+from improv_core.score.reactions import Reaction
+from improv_core.score.traversal import inner_first
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
-MOST_VISITED = 10_000
-"""The most nodes to search inside nested phrases. Each use is searched again, because it plays other parts."""
 
-
-@dataclass(frozen=True, slots=True)
-class _Window:
-    """The part of a movement that plays, in its own beats: from `start` up to `end`.
-
-    If `is_aligned`, the voices around it stay in time only if everything before `end` keeps its length.
-    """
+class _Window(NamedTuple):
+    """The part of a movement that plays, in its own beats."""
 
     start: Duration
     end: Duration
-    is_aligned: bool = False
-
-    def part(self, start: Duration, end: Duration) -> _Window:
-        return _Window(start, end, self.is_aligned)
-
-    def times(self, rate: Fraction) -> _Window:
-        return self.part(self.start * rate, self.end * rate)
 
 
-class _Cut(NamedTuple):
-    """A span that is never reached. If it `is_removable`, its removal leaves the timing of the rest unchanged.
-
-    It comes after `endless`, an item that never ends, or something shorter plays alongside: of `whole` beats of the
-    series, `lost` are never performed.
-    """
-
-    span: Span
-    is_removable: bool
-    endless: Node | None
-    lost: Duration
-    whole: Duration
+_Windows = Mapping[int, _Window]
+"""The window of each movement that plays, by `id`. If it plays in several places, it has all of them."""
 
 
-def unperformed(body: Node, reader: ReadNodes) -> Iterator[Diagnostic]:
+def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each stretch that is never reached in a movement that has been read."""
-    for cut in _cut(body, _Window(0, ENDLESS), reader, _Budget(MOST_VISITED)):
-        fixes = replace("Remove it", cut.span, "") if cut.is_removable else ()
-        if cut.endless:
-            yield _after_endless(cut.span, cut.endless, fixes)
-            continue
-        message = "this is never reached"
-        if cut.lost < cut.whole < ENDLESS:
-            are = "is" if cut.lost == 1 else "are"
-            message = f"{written(Fraction(cut.lost))} of these {in_beats(cut.whole)} {are} never performed"
-        advice = "make the movement alongside longer" + (", or remove this" if fixes else "")
-        yield Diagnostic("never-performed", cut.span, f"{message}: {advice}", fixes)
+    yield from _cuts(body, _played(reader.movement_made(body), reader), reader)
+
+
+def _played(whole: Movement, reader: Reader) -> _Windows:
+    """Return what plays of a movement. Movements of other statements are left out, except phrases and arguments."""
+    expansions = reader.reading.expansions.values()
+    known = {id(each.movement) for each in expansions}
+    known |= {id(given.movement) for each in expansions for given in each.reader.given.movements.values()}
+
+    def inside(part: Movement) -> Sequence[Movement]:
+        return () if isinstance(part, FromStatement) and id(part.body) not in known else part.parts
+
+    windows = {id(whole): _Window(0, ENDLESS)}
+    for part in reversed(list(inner_first(whole, inside))):
+        checkpoint()
+        if id(part) in windows and inside(part):
+            for each, window in _inside(part, windows[id(part)]):
+                before = windows.get(id(each), window)
+                windows[id(each)] = _Window(min(before.start, window.start), max(before.end, window.end))
+    return windows
+
+
+def _inside(part: Movement, window: _Window) -> Iterator[tuple[Movement, _Window]]:
+    """Yield the movements directly inside one that play, and their windows, given its own."""
+    latest = _latest(part)
+    if not latest:
+        return
+    start = 0 if part.open else window.start  # if senses decide, the part that is over at its start is unknown
+    end = min(window.end, latest)
+    if isinstance(part, Series):
+        for item, begin, until in _timed(part):
+            if until > begin and not _is_lost(begin, until, window):
+                yield item, _Window(max(start - begin, 0), min(end, until) - begin)
+    elif isinstance(part, (Choose, Shuffle, Stepped)):  # dice or the rate decide when each begins
+        yield from ((each, _Window(0, _latest(each))) for each in part.parts)
+    elif part.open and not isinstance(part, (Parallel, Reaction, FromStatement)):
+        yield from ((each, _Window(0, ENDLESS)) for each in part.parts)
+    elif isinstance(part, Reverse):
+        yield part.body, _Window(latest - end, latest - start)
+    elif isinstance(part, Pace):
+        yield part.body, _Window(start * part.rate, end * part.rate)
+    elif isinstance(part, Repeat) and part.body.duration != ENDLESS:
+        into = start % part.body.duration
+        until = into + end - start
+        # A window that extends into the next repetition shows all of the body, or both of its ends.
+        is_once = until <= part.body.duration
+        yield part.body, _Window(into, until) if is_once else _Window(0, part.body.duration)
+    else:
+        yield from ((each, _Window(start, end)) for each in part.parts)
+
+
+def _cuts(
+    node: Node, windows: _Windows, reader: Reader, *, keeps: bool = False, counts: bool = False
+) -> Iterator[Diagnostic]:
+    """Yield the cuts in a node. Without a length that it `keeps`, the rest of the dance would play at other times, and
+    without an item that a bracket `counts`, too."""
+    made = reader.movement_made(node)
+    window = windows.get(id(made))
+    if window is None:
+        return
+    lost: set[int] = set()
+    if isinstance(node, nodes.Series) and isinstance(made, Series):
+        for items, endless in _lost(node, made, window):
+            lost.update(map(id, items))
+            # Removing a word of dice changes the throws after it. Removing one of senses may give the movement around
+            # it a fixed length, and `until` stands still for another time.
+            decides = any(each.dice or each.open for each in map(reader.movement_made, items))
+            yield _cut(items, endless, made, window, not (keeps or counts or decides))
+    if isinstance(node, nodes.Call):
+        if (expansion := reader.expansion(node)) and not expansion.reader.faults:
+            yield from _cut_arguments(node, windows, reader)
+        return
+    if isinstance(node, nodes.Parallel):
+        keeps = keeps or window.start > 0
+    if isinstance(node, nodes.Apply):
+        word = WORDS[node.word.text]
+        keeps = keeps or word.spreads or word.of_items or word.by_robot
+        inside = (items_written(node.body) if word.of_items and word.throws else ()) or (node.body,)
+        if word.of_items and inside == (node.body,):  # only its items play
+            windows = _played(reader.movement_made(node.body), reader)
+    elif isinstance(node, nodes.Bracket) and node.squeezes and node.body:
+        for voice in nodes.voices(node.body):
+            yield from _cuts(voice, windows, reader, keeps=keeps, counts=True)
+        return
+    else:
+        inside = nodes.children(node)
+    for child in inside:
+        if id(child) not in lost:
+            yield from _cuts(child, windows, reader, keeps=keeps)
+
+
+def _cut_arguments(call: nodes.Call, windows: _Windows, reader: Reader) -> Iterator[Diagnostic]:
+    """Yield the cuts in the arguments of a phrase: spans that play in none of the places that use the argument."""
+    for argument in call.movements:
+        made = reader.movement_made(argument)
+        if id(made) in windows:
+            yield from _cuts(argument, windows, reader, keeps=True)
+        elif _latest(made):
+            message = "this is never reached: make the movement alongside longer"
+            yield Diagnostic("never-performed", argument.span, message)
+
+
+def _cut(
+    items: Sequence[Node], endless: Node | None, series: Series, window: _Window, is_removable: bool
+) -> Diagnostic:
+    """Return the diagnostic about items of a series that are never reached: they come after `endless`, an item that
+    never ends, or something shorter plays alongside."""
+    span = Span(items[0].span.start, items[-1].span.end)
+    fixes = replace("Remove it", span, "") if is_removable else ()
+    if endless:
+        return _after_endless(span, endless, fixes)
+    whole, message = _latest(series), "this is never reached"
+    lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
+    if lost < whole < ENDLESS:
+        message = f"{written(Fraction(lost))} of these {in_beats(whole)} {'is' if lost == 1 else 'are'} never performed"
+    advice = "make the movement alongside longer" + (", or remove this" if fixes else "")
+    return Diagnostic("never-performed", span, f"{message}: {advice}", fixes)
 
 
 def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnostic:
@@ -85,106 +169,12 @@ def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnos
     return Diagnostic("never-performed", span, message, (Fix("Repeat this too", brackets), *fixes))
 
 
-@dataclass(slots=True)
-class _Budget:
-    nodes: int
-
-
-def _cut(node: Node, window: _Window, reader: ReadNodes, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
-    if isinstance(node, nodes.Series):
-        whole = _latest(node, reader)
-        lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
-        for items, endless in _lost(node, window, reader):
-            # Removing a word of dice changes the throws after it. Removing one of senses may give the movement around
-            # it a fixed length, and `until` stands still for another time.
-            made = [reader.movement_made(item) for item in items]
-            decides = any(each.dice or each.bounds.open for each in made)
-            span = Span(items[0].span.start, items[-1].span.end)
-            yield _Cut(span, not (is_counted or window.is_aligned or decides), endless, lost, whole)
-    elif isinstance(node, nodes.Call):
-        yield from _cut_arguments(node, window, reader, budget)
-        return
-    for child, inside, counts_items in _reached(node, window, reader):
-        yield from _cut(child, inside, reader, budget, counts_items)
-
-
-def _reached(node: Node, window: _Window, reader: ReadNodes) -> Iterator[tuple[Node, _Window, bool]]:
-    """Yield the reached nodes directly in a node, the part of each that plays, and whether its items are counted."""
-    checkpoint()
-    if window.start and reader.movement_made(node).bounds.open:
-        window = window.part(0, window.end)  # the part that is over at its start is unknown
-    if isinstance(node, nodes.Series):
-        for item, begin, end in _timed(node, reader):
-            if end > begin and not _is_lost(begin, end, window):
-                yield item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), False
-    elif isinstance(node, nodes.Choice):
-        yield node.then, window, False
-        yield node.otherwise, window, False
-    elif isinstance(node, nodes.Parallel):
-        inside = _Window(window.start, min(window.end, _latest(node, reader)), window.is_aligned or window.start > 0)
-        for voice in node.voices:
-            yield voice, inside, False
-    elif isinstance(node, nodes.Bracket) and node.body:
-        if not node.squeezes:
-            yield node.body, window, False
-            return
-        inside = window.part(window.start, min(window.end, _latest(node, reader)))
-        for voice in nodes.voices(node.body):
-            # A bracket counts its items. If one were removed, the others would last longer.
-            yield voice, inside.times(Fraction(nodes.items(voice))), True
-    elif isinstance(node, nodes.PartTerm):
-        yield node.body, window, False
-    elif isinstance(node, nodes.Apply) and WORDS[node.word.text].timing is Timing.DRAWN:
-        for item in items_written(node.body) or (node.body,):  # dice decide when each begins, if at all
-            yield item, _Window(0, _latest(item, reader), True), False
-    elif isinstance(node, nodes.Apply):
-        performed = _inside(node, window, reader)
-        if performed:
-            yield node.body, performed, False
-
-
-def _cut_arguments(call: nodes.Call, window: _Window, reader: ReadNodes, budget: _Budget) -> Iterator[_Cut]:
-    """Yield the cuts in the arguments of a phrase: spans that play in none of the places that use the argument."""
-    expansion = reader.expansion(call)
-    definition = reader.scope.get(call.name.text)
-    if not expansion or expansion.reader.faults or not definition or not definition.phrase:
-        return
-    for parameter, argument in zip(definition.phrase.movements, call.movements, strict=True):
-        played = list(_played(parameter.name, expansion.body, window, expansion.reader, budget))
-        if budget.nodes <= 0:
-            return
-        if played:
-            whole = _Window(min(part.start for part in played), max(part.end for part in played), True)
-            yield from _cut(argument, whole, reader, budget)
-        elif whole_argument := _latest(argument, reader):
-            yield _Cut(argument.span, False, None, whole_argument, whole_argument)
-
-
-def _played(name: str, node: Node, window: _Window, reader: ReadNodes, budget: _Budget) -> Iterator[_Window]:
-    """Yield the parts of the argument with this name that play, in each place that is reached."""
-    budget.nodes -= 1
-    if budget.nodes <= 0:
-        return
-    if isinstance(node, nodes.Name):
-        if node.text == name:
-            yield window
-    elif isinstance(node, nodes.Call):
-        expansion = reader.expansion(node)
-        definition = reader.scope.get(node.name.text)
-        if expansion and definition and definition.phrase:
-            for parameter, argument in zip(definition.phrase.movements, node.movements, strict=True):
-                for inside in _played(parameter.name, expansion.body, window, expansion.reader, budget):
-                    yield from _played(name, argument, inside, reader, budget)
-    for child, inside, _ in _reached(node, window, reader):
-        yield from _played(name, child, inside, reader, budget)
-
-
-def _lost(node: nodes.Series, window: _Window, reader: ReadNodes) -> Iterator[tuple[Sequence[Node], Node | None]]:
+def _lost(node: nodes.Series, made: Series, window: _Window) -> Iterator[tuple[Sequence[Node], Node | None]]:
     """Yield the longest stretches of items that are not reached, and the endless item before each, if any."""
     lost: list[Node] = []
     endless: Node | None = None
     before: Node | None = None
-    for item, begin, end in _timed(node, reader):
+    for item, (movement, begin, end) in zip(node.items, _timed(made), strict=True):
         if _is_lost(begin, end, window):
             if not lost:
                 endless = before
@@ -192,20 +182,19 @@ def _lost(node: nodes.Series, window: _Window, reader: ReadNodes) -> Iterator[tu
         elif lost and end > begin:
             yield lost, endless
             lost = []
-        if before is None and _lasting(reader.movement_made(item))[0] == ENDLESS:
+        if before is None and _lasting(movement)[0] == ENDLESS:
             before = item
     if lost:
         yield lost, endless
 
 
-def _timed(node: nodes.Series, reader: ReadNodes) -> Iterator[tuple[Node, Duration, Duration]]:
+def _timed(series: Series) -> Iterator[tuple[Movement, Duration, Duration]]:
     """Yield the items with the beats at which they begin and end: the earliest and the latest, if senses decide."""
     begin: Duration = 0
     latest: Duration = 0
-    for item in node.items:
+    for item in series.items:
         checkpoint()
-        made = reader.movement_made(item)
-        earliest, longest = _lasting(made)
+        earliest, longest = _lasting(item)
         end = latest + longest
         yield item, begin, end
         begin, latest = end if begin is latest and earliest is longest else begin + earliest, end
@@ -213,39 +202,13 @@ def _timed(node: nodes.Series, reader: ReadNodes) -> Iterator[tuple[Node, Durati
 
 def _lasting(made: Movement) -> tuple[Duration, Duration]:
     """Return the least and the most beats that a movement lasts."""
-    return lengths(made)[:2] if made.bounds.open else (made.duration, made.duration)
+    return lengths(made)[:2] if made.open else (made.duration, made.duration)
 
 
-def _latest(node: Node, reader: ReadNodes) -> Duration:
-    """Return the most beats that a node lasts."""
-    return _lasting(reader.movement_made(node))[1]
+def _latest(made: Movement) -> Duration:
+    """Return the most beats that a movement lasts."""
+    return _lasting(made)[1]
 
 
 def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
     return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
-
-
-def _inside(node: nodes.Apply, window: _Window, reader: ReadNodes) -> _Window | None:
-    """Return the window in the time of the body; None if nothing plays."""
-    whole, body = _latest(node, reader), _latest(node.body, reader)
-    if not whole or not body:
-        return None
-    end = min(window.end, whole)
-    timing = WORDS[node.word.text].timing
-    if reader.movement_made(node).bounds.open:
-        return window if node.condition else window.part(0, ENDLESS)
-    if timing is Timing.BACKWARD:
-        return window.part(whole - end, whole - window.start)
-    if timing is Timing.TURNS and body != ENDLESS:
-        into = window.start % body
-        until = into + end - window.start
-        # A window that extends into the next repetition shows all of the body, or both of its ends.
-        return window.part(into, until) if until <= body else window.part(0, body)
-    if timing is Timing.ELSEWHERE:
-        return _Window(0, body, True)
-    if timing is Timing.PACED or timing is Timing.FITTED:
-        if whole == ENDLESS:
-            return window.part(0, ENDLESS)  # computing the exact part that is reached is not worth it
-        inside = _Window(window.start, end, window.is_aligned or timing is Timing.FITTED)
-        return inside.times(Fraction(body) / Fraction(whole))
-    return window.part(window.start, end)

@@ -60,18 +60,6 @@ class Needs(Enum):
     END = auto()  # a fixed length, and an end
 
 
-class Timing(Enum):
-    """The time at which a word plays the movement that it applies to."""
-
-    KEPT = auto()  # at the beats at which it is written
-    PACED = auto()  # at another rate
-    FITTED = auto()  # at a rate that depends on its whole length
-    BACKWARD = auto()
-    TURNS = auto()  # from its beginning again and again
-    ELSEWHERE = auto()  # at other beats than written: if part of it plays, any of it may
-    DRAWN = auto()  # its items when the dice pick them, if at all
-
-
 @dataclass(frozen=True, slots=True)
 class Argument:
     """An argument between a word and its movement: a number, a sense, or one of some `choices`.
@@ -153,7 +141,10 @@ class Word:
     gain: Factors = SAME
     make: Callable[[Applied], Movement] | None = None
     needs: Needs | None = None
-    timing: Timing = Timing.KEPT
+    backward: bool = False
+    """True if it plays its movement from the end to the beginning."""
+    spreads: bool = False
+    """True if it plays its movement at a rate that depends on the length of the whole."""
     rate: Callable[[Fraction], Fraction] | None = None
     of_items: bool = False
     """True if it applies to the items of a movement: it sees through parentheses, names, and phrases."""

@@ -1,7 +1,9 @@
 """Setup that all tests share: folders and a ROS domain for each worker, so that tests can run side by side, and the
 report at the end."""
 
+import asyncio
 import gc
+import inspect
 import os
 import signal
 import sys
@@ -67,6 +69,15 @@ Path(os.environ["XDG_RUNTIME_DIR"]).mkdir(mode=0o700)
 
 def pytest_collection_finish() -> None:
     gc.freeze()
+
+
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test that is a coroutine in an event loop of its own."""
+    if not inspect.iscoroutinefunction(pyfuncitem.obj):
+        return None
+    given = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.obj).parameters}
+    asyncio.run(pyfuncitem.obj(**given))
+    return True
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

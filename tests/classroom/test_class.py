@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import urllib.request
-from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Iterator
+from collections.abc import AsyncIterator, Callable, Collection, Iterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -142,16 +142,6 @@ def stage_on_thread(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFi
     assert not [each for each in caplog.get_records("call") if each.levelno >= logging.ERROR]
 
 
-def check(scene: Callable[[Pages], Coroutine[Any, Any, None]]) -> None:
-    """Run a scene with a class."""
-
-    async def run() -> None:
-        async with a_class() as pages:
-            await scene(pages)
-
-    asyncio.run(run())
-
-
 @asynccontextmanager
 async def a_class(folder: Path | None = None) -> AsyncIterator[Pages]:
     with TemporaryDirectory() as new:
@@ -189,8 +179,8 @@ async def _a_class(folder: Path) -> AsyncIterator[Pages]:
             await teaching
 
 
-def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
+    async with a_class() as pages:
         secret = await pages.join("Ada <b>")
         shown = await pages.hear(lambda message: message["type"] == "child")
         assert (shown["name"], shown["here"], shown["latest"]) == ("Ada <b>", True, None)
@@ -209,11 +199,9 @@ def test_a_dance_is_sent_looked_at_played_and_stopped() -> None:
         assert playback.stops.stopped == before + 1
         await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped"})
 
-    check(scene)
 
-
-def test_a_stop_works_while_the_event_loop_is_busy() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_stop_works_while_the_event_loop_is_busy() -> None:
+    async with a_class() as pages:
         stops = pages.held._performing.stops
         asked = urllib.request.Request(f"{pages._base}/stop?token={pages.token}", b"", {"Origin": pages._base})
         pressing = threading.Thread(target=lambda: urllib.request.urlopen(asked, timeout=LIMIT).close())
@@ -222,11 +210,9 @@ def test_a_stop_works_while_the_event_loop_is_busy() -> None:
         pressing.join(LIMIT)  # nothing else runs on the event loop
         assert stops.stopped == before + 1
 
-    check(scene)
 
-
-def test_a_command_from_before_a_stop_that_is_obeyed_after_it_plays_nothing() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_command_from_before_a_stop_that_is_obeyed_after_it_plays_nothing() -> None:
+    async with a_class() as pages:
         await pages.send(await pages.join("Ada"), "r $ forward")
         await pages.hear_ok()
         asked = pages.held._performing.stops.count
@@ -234,11 +220,9 @@ def test_a_command_from_before_a_stop_that_is_obeyed_after_it_plays_nothing() ->
         pages.held.desk.take({"type": "play", "numbers": [1]}, asked)
         await pages.hear(lambda message: message == {"type": "playing", "line": "Stopped before it began"})
 
-    check(scene)
 
-
-def test_several_play_together_and_a_wrong_one_is_shown() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_several_play_together_and_a_wrong_one_is_shown() -> None:
+    async with a_class() as pages:
         for name, text in (("Ada", "r $ forward"), ("Bo", "beat 30\nr $ left"), ("Cy", "r $ forwrd")):
             await pages.send(await pages.join(name), text)
         done: dict[str, Any] = {}
@@ -259,8 +243,6 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
             gone = {"type": "gone", "number": done[name]["number"]}
             await pages.hear(gone.__eq__)
 
-    check(scene)
-
 
 @pytest.mark.parametrize(
     ("what", "body", "headers", "status"),
@@ -277,11 +259,11 @@ def test_several_play_together_and_a_wrong_one_is_shown() -> None:
         ("stop", {}, {}, 404),
     ],
 )
-def test_forbidden_requests_of_children_are_refused(what: str, body: Any, headers: dict[str, str], status: int) -> None:
-    async def scene(pages: Pages) -> None:
+async def test_forbidden_requests_of_children_are_refused(
+    what: str, body: Any, headers: dict[str, str], status: int
+) -> None:
+    async with a_class() as pages:
         assert (await pages.post(what, body if what == "send" else json.dumps(body), **headers))[0] == status
-
-    check(scene)
 
 
 @pytest.mark.parametrize(
@@ -293,17 +275,15 @@ def test_forbidden_requests_of_children_are_refused(what: str, body: Any, header
         ("r $ left", {"Content-Encoding": "deflate"}, 415),
     ],
 )
-def test_a_dance_that_is_not_text_or_too_long_is_refused(
+async def test_a_dance_that_is_not_text_or_too_long_is_refused(
     text: str | bytes, headers: dict[str, str], status: int
 ) -> None:
-    async def scene(pages: Pages) -> None:
+    async with a_class() as pages:
         assert (await pages.send(await pages.join("Ada"), text, **headers))[0] == status
 
-    check(scene)
 
-
-def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
+    async with a_class() as pages:
         host = pages.address.removeprefix("http://").rstrip("/")
         reader, writer = await asyncio.open_connection(*host.split(":"))
         asked = f"POST /class/send HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 400000\r\n\r\n"
@@ -311,8 +291,6 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
         async with asyncio.timeout(LIMIT):
             assert await reader.readline() == b"HTTP/1.1 403 Forbidden\r\n"
         writer.close()
-
-    check(scene)
 
 
 @pytest.mark.parametrize(
@@ -324,22 +302,20 @@ def test_the_dance_of_a_stranger_is_refused_before_any_of_it_is_read() -> None:
         "POST /dance HTTP/1.1\r\nHost: localhost\r\nContent-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnone",
     ],
 )
-def test_a_malformed_request_leaves_no_traceback_in_the_terminal(lines: str) -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_malformed_request_leaves_no_traceback_in_the_terminal(lines: str) -> None:
+    async with a_class() as pages:
         reader, writer = await asyncio.open_connection(*pages.address.removeprefix("http://").rstrip("/").split(":"))
         writer.write(f"{lines}\r\n\r\n".encode())
         async with asyncio.timeout(LIMIT):
             assert b" 40" in await reader.readline()
         writer.close()
 
-    check(scene)
-
 
 @pytest.mark.parametrize(
     "lines", ["GET /large HTTP/1.1", "POST /class/join HTTP/1.1\r\nOrigin: http://HOST\r\nContent-Length: 9\r\n\r\n{"]
 )
-def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str) -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str) -> None:
+    async with a_class() as pages:
         host = pages.address.removeprefix("http://").rstrip("/")
         for _ in range(5):
             _, writer = await asyncio.open_connection(*host.split(":"))
@@ -350,11 +326,9 @@ def test_a_browser_that_leaves_in_the_middle_is_no_error(lines: str) -> None:
             writer.transport.abort()
             await pages.join("Ada")
 
-    check(scene)
 
-
-def test_a_browser_that_joins_again_keeps_one_place() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_a_browser_that_joins_again_keeps_one_place() -> None:
+    async with a_class() as pages:
         body = json.dumps({"code": pages.held.children.code, "name": "Ada"})
         own = {"Origin": pages.address.rstrip("/")}
         async with pages._http.post(f"{pages.address}class/join", data=body, headers=own) as answer:
@@ -366,13 +340,11 @@ def test_a_browser_that_joins_again_keeps_one_place() -> None:
         assert (await pages.send(first, "r $ left"))[0] == 403
         assert (await pages.send(second, "r $ left"))[0] == 200
 
-    check(scene)
 
-
-def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> None:
+async def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> None:
     text = "# \x1b\u202e\u200d\r\n" + "x" * 20_000 + "\n\tr $ left"
 
-    async def scene(pages: Pages) -> None:
+    async with a_class() as pages:
         assert (await pages.send(await pages.join("Ada"), text))[0] == 200
         shown = await pages.hear_dance(lambda latest: latest["count"] == 1)
         assert {*shown} == {"type", "number", "name", "here", "latest", "good"}
@@ -381,8 +353,6 @@ def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> Non
         assert (await pages.dance(1, 2))[0] == (await pages.dance(2, 1))[0] == 404
         pages.token = "wrong"
         assert (await pages.dance(1, 1))[0] == 403
-
-    check(scene)
 
 
 @pytest.mark.parametrize(
@@ -406,34 +376,28 @@ def test_a_process_ends_once_a_dance_has_taken_too_much_processor_time(text: str
     assert subprocess.run(command, input=json.dumps(["look", text]), text=True, capture_output=True).returncode == code
 
 
-def test_a_cancelled_question_delays_no_other_one() -> None:
-    async def scenario() -> None:
-        checker = DanceReader()
-        given_up = [asyncio.ensure_future(checker.look(WORST)) for _ in range(50)]
-        await asyncio.sleep(0)
-        for each in given_up:
-            each.cancel()
-        found = await checker.look("r $ forward")
-        checker.close()
-        assert found
-        assert found["ok"]
-        assert all(each.cancelled() for each in given_up)
-
-    asyncio.run(asyncio.wait_for(scenario(), LIMIT))
+async def test_a_cancelled_question_delays_no_other_one() -> None:
+    checker = DanceReader()
+    given_up = [asyncio.ensure_future(checker.look(WORST)) for _ in range(50)]
+    await asyncio.sleep(0)
+    for each in given_up:
+        each.cancel()
+    found = await checker.look("r $ forward")
+    checker.close()
+    assert found
+    assert found["ok"]
+    assert all(each.cancelled() for each in given_up)
 
 
 @pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])
-def test_a_heavy_dance_moves_to_the_process_for_heavy_dances(limit: float, line: str) -> None:
-    async def scenario() -> None:
-        found: asyncio.Queue[DanceRead] = asyncio.Queue()
-        turns = Turns(found.put_nowait, quick=0.001, limit=limit)
-        turns.put({"type": "handed", "number": 1, "count": 1, "sent": 0.0, "text": "# \n" * 9_000 + "r $ forward"})
-        serving = asyncio.create_task(turns.serve())
-        async with asyncio.timeout(LIMIT):
-            assert (await found.get())["line"].startswith(line)
-        serving.cancel()
-
-    asyncio.run(scenario())
+async def test_a_heavy_dance_moves_to_the_process_for_heavy_dances(limit: float, line: str) -> None:
+    found: asyncio.Queue[DanceRead] = asyncio.Queue()
+    turns = Turns(found.put_nowait, quick=0.001, limit=limit)
+    turns.put({"type": "handed", "number": 1, "count": 1, "sent": 0.0, "text": "# \n" * 9_000 + "r $ forward"})
+    serving = asyncio.create_task(turns.serve())
+    async with asyncio.timeout(LIMIT):
+        assert (await found.get())["line"].startswith(line)
+    serving.cancel()
 
 
 @pytest.mark.parametrize(
@@ -450,32 +414,29 @@ def test_the_child_whose_dances_took_least_time_is_next(
     assert next_child(waiting, spent) == number
 
 
-def test_a_class_that_ended_continues_with_its_dances_and_its_secrets(tmp_path: Path) -> None:
-    async def scenario() -> None:
-        async with a_class(tmp_path) as pages:
-            code, secret = pages.held.children.code, await pages.join("Анна")
-            for text in ("r $ left", "r $ lft"):
-                while (await pages.send(secret, text))[0] == 429:
-                    pass  # once in a second
-                await pages.hear_dance(lambda latest: latest["ok"] is not None)
-        async with a_class(tmp_path) as pages:
-            shown = await pages.hear_dance(lambda latest: latest["ok"] is False)
-            counts = shown["good"]["count"], shown["latest"]["count"]
-            assert (shown["name"], shown["here"], counts) == ("Анна", True, (1, 2))
-            assert [await pages.dance(1, count) for count in (1, 2)] == [(200, b"r $ left"), (200, b"r $ lft")]
-            assert pages.held.children.code == code
-            assert (await pages.send(secret, "r $ right"))[0] == 200
-            assert (await pages.hear_ok())["good"]["count"] == 3
-            assert [name for name, _ in pages.held.desk.files()] == ["001-Анна.improv"]
-
-    asyncio.run(scenario())
+async def test_a_class_that_ended_continues_with_its_dances_and_its_secrets(tmp_path: Path) -> None:
+    async with a_class(tmp_path) as pages:
+        code, secret = pages.held.children.code, await pages.join("Анна")
+        for text in ("r $ left", "r $ lft"):
+            while (await pages.send(secret, text))[0] == 429:
+                pass  # once in a second
+            await pages.hear_dance(lambda latest: latest["ok"] is not None)
+    async with a_class(tmp_path) as pages:
+        shown = await pages.hear_dance(lambda latest: latest["ok"] is False)
+        counts = shown["good"]["count"], shown["latest"]["count"]
+        assert (shown["name"], shown["here"], counts) == ("Анна", True, (1, 2))
+        assert [await pages.dance(1, count) for count in (1, 2)] == [(200, b"r $ left"), (200, b"r $ lft")]
+        assert pages.held.children.code == code
+        assert (await pages.send(secret, "r $ right"))[0] == 200
+        assert (await pages.hear_ok())["good"]["count"] == 3
+        assert [name for name, _ in pages.held.desk.files()] == ["001-Анна.improv"]
 
 
-def test_a_dance_that_cannot_be_kept_arrives_and_the_teacher_reads_why(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_dance_that_cannot_be_kept_arrives_and_the_teacher_reads_why(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    async def scene(pages: Pages) -> None:
+    async with a_class() as pages:
         secret = await pages.join("Ada")
         assert (await pages.hear(lambda message: message["type"] == "keeping"))["problem"] == ""
         with monkeypatch.context() as disk:
@@ -484,8 +445,6 @@ def test_a_dance_that_cannot_be_kept_arrives_and_the_teacher_reads_why(monkeypat
             kept = await pages.hear(lambda message: message["type"] == "keeping")
             assert kept["problem"] == "what children send now is not kept: no space left on device"
         await pages.hear(lambda message: message["type"] == "keeping" and not message["problem"])
-
-    check(scene)
 
 
 def test_the_score_of_several_has_the_names_of_children_and_their_meetings() -> None:
@@ -544,16 +503,14 @@ def test_problems_of_a_real_robot_are_reported(text: str, robot: str, problem: s
     assert ready["problem"].startswith(problem), ready["problem"]
 
 
-def test_without_real_robots_none_performs() -> None:
-    async def scene(pages: Pages) -> None:
+async def test_without_real_robots_none_performs() -> None:
+    async with a_class() as pages:
         assert await pages.hear(lambda message: message["type"] == "robots") == {"type": "robots", "names": []}
         await pages.send(await pages.join("Ada"), "r $ forward")
         await pages.hear_ok()
         await pages.live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
         await pages.live.send_json({"type": "play", "numbers": [1]})
         await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
-
-    check(scene)
 
 
 def make_site(folder: Path, *more: str) -> None:

@@ -116,21 +116,18 @@ def test_an_address_that_is_in_use_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow("a stage starts twice")
-def test_a_class_continues_when_its_stage_ends() -> None:
-    async def scenario() -> None:
-        async with a_class() as pages:
-            performing = pages.held._performing
-            await pages.send(await pages.join("Ada"), "r $ repeat forward")
-            await pages.hear_ok()
-            stage = performing.playback._stages[StageKey(HERE, "simulator")]
-            assert isinstance(stage, Stage)
-            stage._child.kill()
-            async with asyncio.timeout(LIMIT):
-                await performing.broken.wait()
-            await pages.live.send_json({"type": "play", "numbers": [1]})
-            await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
-
-    asyncio.run(scenario())
+async def test_a_class_continues_when_its_stage_ends() -> None:
+    async with a_class() as pages:
+        performing = pages.held._performing
+        await pages.send(await pages.join("Ada"), "r $ repeat forward")
+        await pages.hear_ok()
+        stage = performing.playback._stages[StageKey(HERE, "simulator")]
+        assert isinstance(stage, Stage)
+        stage._child.kill()
+        async with asyncio.timeout(LIMIT):
+            await performing.broken.wait()
+        await pages.live.send_json({"type": "play", "numbers": [1]})
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
 
 
 def test_the_end_of_the_childrens_process_is_reported(children: Children) -> None:

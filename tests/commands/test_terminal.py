@@ -51,19 +51,16 @@ def test_each_line_about_faults_is_printed_once(session: TerminalSession, capsys
     assert capsys.readouterr().err == "improv: no poses of a and b\nimprov: no pose of c\n"
 
 
-def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its_server(
+async def test_the_address_of_the_page_is_printed_again_if_stages_of_hosts_replace_its_server(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    async def run() -> None:
-        fakes, session = Fakes(), TerminalSession(Options("both"))
-        session.playback = fakes.playback
-        await session.open(browser=False)
-        for host in ("", 'host = "pi@pi.local"\n'):
-            analysis = analyze("p $ forward\n", read_robots(f"[robots.p]\n{host}"))
-            await session.play(analysis, Path("dance.improv"))
-        await fakes.playback.close()
-
-    asyncio.run(run())
+    fakes, session = Fakes(), TerminalSession(Options("both"))
+    session.playback = fakes.playback
+    await session.open(browser=False)
+    for host in ("", 'host = "pi@pi.local"\n'):
+        analysis = analyze("p $ forward\n", read_robots(f"[robots.p]\n{host}"))
+        await session.play(analysis, Path("dance.improv"))
+    await fakes.playback.close()
     printed = [line.partition(" ")[0] for line in capsys.readouterr().out.splitlines()]
     assert printed == ["watch", "▶", "watch", "▶"]
 
@@ -99,32 +96,29 @@ def test_a_key_resumes_after_a_stop_that_nobody_asked_for_and_the_session_stays(
 
 @pytest.mark.parametrize("stays", [True, False])
 @pytest.mark.parametrize("replaced", [True, False])
-def test_a_terminal_that_stays_waits_for_the_stage_that_replaces_a_dead_one(stays: bool, replaced: bool) -> None:
-    async def run() -> tuple[bool, bool, bool]:
-        fakes, session = Fakes(), TerminalSession(Options("both"))
-        fakes.playback._listen = session._hear
-        session.playback, session.stays = fakes.playback, stays
-        session.keyboard.show(hears=True)
-        await session.open(browser=False)
-        await session.play(analyze("r $ forward\n"), Path("dance.improv"))
-        ros = fakes.stages[0]
-        ros.tell("playing", 0.5, time.monotonic())
-        fakes.fails = set() if replaced else {"ros"}
-        ros.die()
-        ended = session.finished.is_set()
-        if replaced:
-            await fakes.until(lambda: fakes.stages[2:])
-            fakes.stages[-1].tell("ended")
-        await asyncio.gather(*fakes.playback._replacing)
-        if replaced:
-            (stood,) = [load["stood"] for load in fakes.stages[-1].loads if "stood" in load]
-            fakes.stages[-1].say(at("stopped", 1, stood["beat"], resumes={"scene": 0.0, "beat": stood["beat"]}))
-        assert bool(session.keyboard.resumes) is (stays and replaced)
-        await fakes.playback.close()
-        return ended, session.finished.is_set(), session.broken.is_set()
-
+async def test_a_terminal_that_stays_waits_for_the_stage_that_replaces_a_dead_one(stays: bool, replaced: bool) -> None:
+    fakes, session = Fakes(), TerminalSession(Options("both"))
+    fakes.playback._listen = session._hear
+    session.playback, session.stays = fakes.playback, stays
+    session.keyboard.show(hears=True)
+    await session.open(browser=False)
+    await session.play(analyze("r $ forward\n"), Path("dance.improv"))
+    ros = fakes.stages[0]
+    ros.tell("playing", 0.5, time.monotonic())
+    fakes.fails = set() if replaced else {"ros"}
+    ros.die()
+    ended = session.finished.is_set()
+    if replaced:
+        await fakes.until(lambda: fakes.stages[2:])
+        fakes.stages[-1].tell("ended")
+    await asyncio.gather(*fakes.playback._replacing)
+    if replaced:
+        (stood,) = [load["stood"] for load in fakes.stages[-1].loads if "stood" in load]
+        fakes.stages[-1].say(at("stopped", 1, stood["beat"], resumes={"scene": 0.0, "beat": stood["beat"]}))
+    assert bool(session.keyboard.resumes) is (stays and replaced)
+    await fakes.playback.close()
     lost = not (stays and replaced)
-    assert asyncio.run(run()) == (not stays, lost, lost)
+    assert (ended, session.finished.is_set(), session.broken.is_set()) == (not stays, lost, lost)
 
 
 @pytest.mark.parametrize("stays", [True, False])
@@ -187,17 +181,13 @@ def entry(robot: str, begins: float, ends: float | None, seconds: float) -> dict
     return {"robot": robot, "kind": "silent", "from": begins, "to": ends, "worst": {"seconds": seconds}}
 
 
-def test_the_terminal_counts_before_beat_0_and_rings_if_it_is_asked_to(
+async def test_the_terminal_counts_before_beat_0_and_rings_if_it_is_asked_to(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(Screen, "is_live", True)
     for rings in (False, True):
-
-        async def count(rings: bool = rings) -> None:
-            screen = Screen(False, lambda: None, rings=rings)
-            await screen._count_down(time.time() + 0.05, {"beats": 3, "period": 0.01})
-
-        asyncio.run(count())
+        screen = Screen(False, lambda: None, rings=rings)
+        await screen._count_down(time.time() + 0.05, {"beats": 3, "period": 0.01})
         shown = capsys.readouterr().out
         assert re.findall(r"count-in \d/\d", shown) == ["count-in 1/3", "count-in 2/3", "count-in 3/3"]
         assert shown.count("\a") == 3 * rings

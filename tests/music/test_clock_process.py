@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
-from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -47,14 +46,6 @@ def listening(clock: OutsideClock, tempo: float = 120.0) -> Iterator[Until]:
         process.close()
 
 
-def in_a_loop(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
-    @wraps(test)
-    def run(**given: object) -> None:
-        asyncio.run(test(**given))  # type: ignore[arg-type]
-
-    return run
-
-
 @pytest.fixture
 def cable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "cable"
@@ -76,7 +67,6 @@ def send(cable: Path, count: int) -> None:
         bytes_to.write(b"\xfc")
 
 
-@in_a_loop
 async def test_the_parent_receives_ticks_from_a_cable(cable: Path) -> None:
     with listening(OutsideClock("midi", "cab")) as until:
         sending = asyncio.create_task(asyncio.to_thread(send, cable, 96))
@@ -89,7 +79,6 @@ async def test_the_parent_receives_ticks_from_a_cable(cable: Path) -> None:
 
 
 @pytest.mark.slow("it is looked for inputs every two seconds")
-@in_a_loop
 async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
     with listening(OutsideClock("midi")) as until:
         await asyncio.to_thread(send, cable, 2)
@@ -98,7 +87,6 @@ async def test_a_cable_that_is_pulled_is_a_line(cable: Path) -> None:
         assert lines == ["the MIDI input cable is gone: connect it again", "there is no MIDI input: connect one"]
 
 
-@in_a_loop
 async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: Path) -> None:
     with listening(OutsideClock("midi", "IAC")) as until:
         line = "there is no MIDI input whose name begins with IAC: there are cable"
@@ -113,7 +101,6 @@ async def test_an_input_that_is_not_there_is_a_line_with_those_that_are(cable: P
         ("link", {}, link.LACKS),
     ],
 )
-@in_a_loop
 async def test_a_line_says_why_a_clock_cannot_be_heard(
     follow: Follow, environment: dict[str, str], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,7 +156,6 @@ def own_network() -> Iterator[None]:
 
 @pytest.mark.slow("members of a session find each other")
 @pytest.mark.usefixtures("own_network")
-@in_a_loop
 async def test_a_link_session_counts_while_others_are_in_it() -> None:
     if not importlib.util.find_spec("aalink"):
         lacking('Ableton Link is under the GPL: pip install "improv-ls[link]"')

@@ -255,11 +255,6 @@ def test_a_killed_save_leaves_nothing_hidden_and_loses_nothing(
 KILLED = """
 import sys, time
 from pathlib import Path
-from improv_core.commands.answers import TypedAnswers
-from improv_core.commands.calibrate import offer
-from improv_core.commands.exit_codes import CommandError
-from improv_core.commands.format import format_files
-from improv_core.program.files import robots_near
 from improv_core.storage import compare_and_swap
 def halted(path):
     print("exchanged", flush=True)

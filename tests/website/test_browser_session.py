@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 import pytest
@@ -50,45 +50,38 @@ class At:
         self._new.set()
 
 
-def check(scene: Callable[[At], Coroutine[Any, Any, None]], text: str = "", toml: str = "", beat: float = 0.0) -> None:
-    """Run a scene with a page at home."""
-
-    async def run() -> None:
-        at, ready = At(), asyncio.Event()
-        serving = asyncio.create_task(at.home.serve(text, toml, 7, beat, ready.set))
-        await asyncio.wait_for(ready.wait(), LIMIT)
-        await scene(at)
-        serving.cancel()
-        with suppress(asyncio.CancelledError):
-            await serving
-
-    asyncio.run(run())
+@asynccontextmanager
+async def at_home(text: str = "", toml: str = "", beat: float = 0.0) -> AsyncIterator[At]:
+    """Yield a page that is at home."""
+    at, ready = At(), asyncio.Event()
+    serving = asyncio.create_task(at.home.serve(text, toml, 7, beat, ready.set))
+    await asyncio.wait_for(ready.wait(), LIMIT)
+    yield at
+    serving.cancel()
+    with suppress(asyncio.CancelledError):
+        await serving
 
 
-def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
-    async def scene(at: At) -> None:
+async def test_a_page_gets_its_program_and_nothing_plays_by_itself() -> None:
+    async with at_home("ada $ forward") as at:
         source = await at.wait("source")
         assert (source["text"], source["revision"]) == ("ada $ forward", "7")
         at.ask("analyze", number=1, text="ada $ forwrd")
         assert (await at.wait("analyze"))["count"] == 1
         assert not [each for each in at.messages if each["type"] in ("score", "transport")]
 
-    check(scene, "ada $ forward")
 
-
-def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(browser_session, "LONGEST_CHECK", LIMIT)  # the machine may do other things
 
-    async def scene(at: At) -> None:
+    async with at_home() as at:
         at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")
         found = await at.wait("analyze", lambda each: each["count"] == 1)
         assert "`ada` and `bo` meet at beat" in found["problems"][0]["message"]
 
-    check(scene)
 
-
-def test_a_saved_program_plays_to_its_end() -> None:
-    async def scene(at: At) -> None:
+async def test_a_saved_program_plays_to_its_end() -> None:
+    async with at_home() as at:
         at.save("beat 1200\nada $ forward left")
         assert (await at.wait("write"))["revision"] == "8"
         assert (await at.wait("score"))["robots"].keys() == {"ada"}
@@ -96,22 +89,18 @@ def test_a_saved_program_plays_to_its_end() -> None:
         poses = await at.wait("poses", lambda each: bool(each["poses"]) and each["poses"][0][0] > 1.99)
         assert poses["poses"][0][:2] == [2, 0]
 
-    check(scene)
 
-
-def test_a_stop_is_obeyed_and_confirmed() -> None:
-    async def scene(at: At) -> None:
+async def test_a_stop_is_obeyed_and_confirmed() -> None:
+    async with at_home() as at:
         at.save("ada $ repeat forward")
         await at.wait("transport", lambda each: each["state"] == "playing")
         at.ask("press", number=3)
         await at.wait("transport", lambda each: each["state"] == "stopped")
         assert at.obeyed == [3]
 
-    check(scene)
 
-
-def test_a_program_with_errors_has_messages_and_the_dance_continues() -> None:
-    async def scene(at: At) -> None:
+async def test_a_program_with_errors_has_messages_and_the_dance_continues() -> None:
+    async with at_home() as at:
         at.save("ada $ repeat forward")
         await at.wait("transport", lambda each: each["state"] == "playing")
         at.save("ada $ forwrd", 2)
@@ -119,11 +108,9 @@ def test_a_program_with_errors_has_messages_and_the_dance_continues() -> None:
         assert (problem["line"], problem["word"]) == (1, "forwrd")
         assert [each["state"] for each in at.messages if each["type"] == "transport"] == ["playing"]
 
-    check(scene)
 
-
-def test_words_lit_and_completed_come_from_here_too() -> None:
-    async def scene(at: At) -> None:
+async def test_words_lit_and_completed_come_from_here_too() -> None:
+    async with at_home() as at:
         at.ask("analyze", number=1, text="ada $ forw")
         at.ask("complete", number=1, offset=10)
         assert [each["word"] for each in (await at.wait("complete"))["words"]] == ["forward"]
@@ -133,19 +120,15 @@ def test_words_lit_and_completed_come_from_here_too() -> None:
         assert (await at.wait("window"))["robots"].keys() == {"ada"}
         assert (at.home.paths() or "").startswith("<svg")
 
-    check(scene)
 
-
-def test_robots_are_those_of_its_improv_toml() -> None:
-    async def scene(at: At) -> None:
+async def test_robots_are_those_of_its_improv_toml() -> None:
+    async with at_home(toml='[robots.ada]\nprofile = "quadrotor"\nstart = {}\n') as at:
         at.save("beat 1200\nada $ forward")
         await at.wait("poses", lambda each: bool(each["poses"]) and each["poses"][0][0] == 0.5)
 
-    check(scene, toml='[robots.ada]\nprofile = "quadrotor"\nstart = {}\n')
 
-
-def test_an_error_in_improv_toml_has_its_line_and_can_be_fixed() -> None:
-    async def scene(at: At) -> None:
+async def test_an_error_in_improv_toml_has_its_line_and_can_be_fixed() -> None:
+    async with at_home(toml='[robots.ada]\nprofile = "nothing"\n') as at:
         at.ask("analyze", number=1, text="ada $ forward")
         found = await at.wait("analyze", lambda each: each["number"] == 1)
         assert [(each["file"], each["line"]) for each in found["problems"]] == [("improv.toml", 2)]
@@ -158,26 +141,20 @@ def test_an_error_in_improv_toml_has_its_line_and_can_be_fixed() -> None:
         at.save("ada $ forward", 2)
         await at.wait("transport", lambda each: each["state"] == "playing")
 
-    check(scene, toml='[robots.ada]\nprofile = "nothing"\n')
 
-
-def test_a_program_from_a_link_begins_at_its_beat_once() -> None:
-    async def scene(at: At) -> None:
+async def test_a_program_from_a_link_begins_at_its_beat_once() -> None:
+    async with at_home("ada $ repeat 8 left", beat=5.5) as at:
         at.save("ada $ repeat 8 left")
         began = await at.wait("transport", lambda each: each["state"] == "playing" and each["beat"] >= 5)
         at.save("ada $ repeat 8 left", 2)
         await at.wait("transport", lambda each: each["generation"] > began["generation"] and each["beat"] < 1)
 
-    check(scene, "ada $ repeat 8 left", beat=5.5)
 
-
-def test_another_program_than_that_of_the_link_begins_at_its_beginning() -> None:
-    async def scene(at: At) -> None:
+async def test_another_program_than_that_of_the_link_begins_at_its_beginning() -> None:
+    async with at_home("ada $ repeat 8 left", beat=5.5) as at:
         at.save("ada $ repeat 8 right")
         began = await at.wait("transport", lambda each: each["state"] == "playing")
         assert began["beat"] < 1
-
-    check(scene, "ada $ repeat 8 left", beat=5.5)
 
 
 def test_a_qr_code_holds_a_link() -> None:

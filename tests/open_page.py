@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from http.client import HTTPConnection
 from typing import Any
 from urllib.parse import quote, urlsplit
 from urllib.request import urlopen
@@ -31,6 +32,15 @@ def live_behind(url: str) -> str:
     token = token_behind(url)
     assert token, f"{url} has been used"
     return f"http://{urlsplit(url).netloc}/live?token={quote(token)}"
+
+
+def stop_by(live: str) -> tuple[int, str]:
+    """Send the stop of a page, or repeat it. Return the status of the answer, and its text."""
+    home, _, token = live.partition("/live?")
+    connection = HTTPConnection(urlsplit(live).netloc, timeout=LIMIT)
+    connection.request("POST", f"/stop?{token}&page=p&number=1", headers={"Origin": home})
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode()
 
 
 @asynccontextmanager

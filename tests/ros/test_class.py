@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 import re
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import aiohttp
 import pytest
 
 from improv_core.website.build import build
 from tests.commands.command_line import IMPROV
+from tests.open_page import connected, heard, live_behind, stop_by
 from tests.pyodide import imitate
 from tests.ros.conftest import LIMIT, Listen
 from tests.ros.dance import moving, still
@@ -47,52 +47,42 @@ def test_a_real_robot_performs_only_what_was_looked_at_and_stops(said: tuple[str
     turtle = listen("/turtle1/cmd_vel")
 
     async def scenario() -> None:
-        async with aiohttp.ClientSession() as http, asyncio.timeout(3 * LIMIT):
-            own = {"Origin": address.rstrip("/")}
-            async with http.post(f"{address}class/join", json={"code": code, "name": "turtle1"}, headers=own) as answer:
-                secret = (await answer.json())["secret"]
+        own = {"Origin": address.rstrip("/")}
+        async with aiohttp.ClientSession(headers=own) as child, asyncio.timeout(3 * LIMIT):
+            async with child.post(f"{address}class/join", json={"code": code, "name": "turtle1"}) as answer:
+                bearer = {"Authorization": f"Bearer {(await answer.json())['secret']}"}
 
             async def send(text: str) -> None:
-                bearer, status = {**own, "Authorization": f"Bearer {secret}"}, 429
+                status = 429
                 while status == 429:  # once in a second
-                    async with http.post(f"{address}class/send", data=text, headers=bearer) as answer:
+                    async with child.post(f"{address}class/send", data=text, headers=bearer) as answer:
                         status = answer.status
                 assert status == 200
 
-            base = teacher.partition("/?")[0]
-            async with http.get(teacher) as answer:
-                text = await answer.text()
-            found = re.search(r'name="improv-token" content="(.+?)"', text)
-            assert found
-            about: dict[str, Any] = {"params": {"token": found[1]}, "headers": {"Origin": base}}
-            async with http.ws_connect(f"{base}/live", **about) as live:
-
-                async def hear(fits: Callable[[Any], bool]) -> None:
-                    while not fits(await live.receive_json()):
-                        pass
-
-                await hear(lambda message: message == {"type": "robots", "names": ["turtle1"]})
+            live = live_behind(teacher)
+            async with connected(live) as page:
+                await heard(page, lambda told: told == {"type": "robots", "names": ["turtle1"]})
                 await send("r $ repeat forward")
-                await hear(lambda message: message["type"] == "child" and message["good"])
-                await live.send_json({"type": "play", "numbers": [1]})  # a child that is called as the robot
-                await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
-                await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "ada"})  # not in the file
-                await live.send_json({"type": "perform", "number": 1, "count": 2, "robot": "turtle1"})
-                await hear(lambda message: message["type"] == "playing" and "look at it first" in message["line"])
+                await heard(page, lambda told: told["type"] == "child" and told["good"])
+                await page.send_json({"type": "play", "numbers": [1]})  # a child that is called as the robot
+                await heard(page, lambda told: told == {"type": "playing", "line": "turtle1"})
+                perform = {"type": "perform", "number": 1, "count": 1, "robot": "turtle1"}
+                await page.send_json({**perform, "robot": "ada"})  # not in the file
+                await page.send_json({**perform, "count": 2})
+                await heard(page, lambda told: told["type"] == "playing" and "look at it first" in told["line"])
                 turtle.hear_all()
                 assert not [each for each in turtle.heard if moving(each)]
-                await live.send_json({"type": "perform", "number": 1, "count": 1, "robot": "turtle1"})
+                await page.send_json(perform)
                 await asyncio.to_thread(turtle.wait, moving)
                 await send("r $ repeat backward")
-                await hear(lambda message: message["type"] == "child" and (message["good"] or {}).get("count") == 2)
+                await heard(page, lambda told: told["type"] == "child" and (told["good"] or {}).get("count") == 2)
                 turtle.hear_all()
                 assert turtle.heard[-1]["x"] == 2  # what the teacher has looked at
-                async with http.post(f"{base}/stop", **about) as answer:
-                    assert answer.status == 204
+                assert (await asyncio.to_thread(stop_by, live))[0] == 204
                 await asyncio.to_thread(turtle.wait, still)
                 turtle.heard.clear()
-                await live.send_json({"type": "play", "numbers": [1]})
-                await hear(lambda message: message == {"type": "playing", "line": "turtle1"})
+                await page.send_json({"type": "play", "numbers": [1]})
+                await heard(page, lambda told: told == {"type": "playing", "line": "turtle1"})
                 turtle.hear_all()
                 assert all(map(still, turtle.heard))
 

@@ -10,10 +10,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-import aiohttp
 import pytest
 
-from tests.open_page import connected, heard, live_behind
+from tests.open_page import connected, heard, live_behind, stop_by
 from tests.processes import descendants, halt, wait_until_gone
 from tests.ros.conftest import LIMIT, Listen, Listener
 from tests.ros.dance import BEFORE, BEFORE_SPEED, at_speed, still
@@ -46,11 +45,8 @@ async def play_and_stop(live: str, robot: Listener, session: int) -> None:
         await heard(page, lambda told: told["type"] == "poses" and told["poses"][0][0] > 0.1)
         await asyncio.to_thread(robot.wait, at_speed(BEFORE_SPEED))
         halt(session)
-        home, token = live.split("/live?")
-        async with aiohttp.ClientSession() as client:
-            stop = client.post(f"{home}/stop?{token}&page=abcdefghijklmnop&number=1", headers={"Origin": home})
-            async with stop as answer:
-                assert answer.status == 204
+        status, _ = await asyncio.to_thread(stop_by, live)
+        assert status == 204
         await asyncio.to_thread(robot.wait, still)
         os.kill(session, signal.SIGCONT)
         await heard(page, lambda told: told["type"] == "transport" and told["state"] == "stopped")

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import http.client
 import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from urllib.parse import urlsplit
+from functools import partial
 
 import pytest
 
-from tests.open_page import live_behind
+from tests.open_page import live_behind, stop_by
 from tests.processes import command_of, halt, players
 from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 from tests.ros.dance import AFTER, AFTER_SPEED, Server, dances, still
@@ -30,16 +29,7 @@ def dancing(env: Mapping[str, str], robot: Listener, *, standby: bool = True) ->
         dances(server, robot)
         (stage,) = (pid for pid in players(server.pid) if b"stage\0--sink\0ros" in command_of(pid))
         url = server.client.request("workspace/executeCommand", {"command": "improv.page"})
-        live = urlsplit(live_behind(url))
-
-        def press() -> tuple[int, str]:
-            connection = http.client.HTTPConnection(live.netloc, timeout=LIMIT)
-            headers = {"Origin": f"http://{live.netloc}"}
-            connection.request("POST", f"/stop?{live.query}&page=p&number=1", headers=headers)
-            answer = connection.getresponse()
-            return answer.status, answer.read().decode()
-
-        yield server, stage, press
+        yield server, stage, partial(stop_by, live_behind(url))
 
 
 def confirmed(press: Press) -> None:

@@ -72,22 +72,8 @@ def waited_for_processor() -> float:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    stats = terminalreporter.stats
-    for line in [*skips(stats.get("skipped", [])), *(unexplained(stats.get("passed", [])) if IN_CI else [])]:
+    for line in unexplained(terminalreporter.stats.get("passed", [])) if IN_CI else ():
         terminalreporter.write_line(line)
-
-
-def skips(reports: Iterable[pytest.TestReport | pytest.CollectReport]) -> list[str]:
-    """Return a line for each reason for which tests were skipped. A file that is skipped as a whole counts
-    once."""
-    reasons: Counter[tuple[str, str]] = Counter()
-    for report in reports:
-        if isinstance(report.longrepr, tuple):
-            what = "file" if isinstance(report, pytest.CollectReport) else "test"
-            reasons[report.longrepr[2].removeprefix("Skipped: "), what] += 1
-    return [
-        f"skipped {count} {what}{'s' if count > 1 else ''}: {reason}" for (reason, what), count in reasons.most_common()
-    ]
 
 
 def unexplained(reports: Iterable[pytest.TestReport]) -> list[str]:

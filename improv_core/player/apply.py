@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
-from typing import Any
+from typing import NoReturn
 
 from improv_core.player import acts, reports
 from improv_core.player.acts import Act
@@ -15,7 +15,9 @@ from improv_core.player.sensing import foreseen
 from improv_core.player.start_rules import robots_to_home, waits
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
+from improv_core.protocol.messages import Play
 from improv_core.score.motion import STILL
+from improv_core.score.movement import Exact
 from improv_core.score.path import Paths
 from improv_core.score.seeking import known_poses
 from improv_core.score.senses import CUE, BuiltIn
@@ -23,35 +25,94 @@ from improv_core.score.senses import CUE, BuiltIn
 
 def do(act: Act, tracks: Tracks, now: float) -> Event | None:
     """Do one act. Return the event that follows from it, if there is one."""
-    return _FUNCTIONS[type(act)](act, tracks, now)
+    match act:
+        case acts.Tell(message):
+            tracks.tell(message)
+        case acts.TellFaults(found):
+            for fault in reports.faults(tracks.run, tracks.active_parts.over, found, now, tracks.wall()):
+                tracks.tell(fault)
+        case acts.Report(at):
+            _report(tracks, now if at is None else at, now)
+        case acts.ReportSenses(beat, at):
+            _report_senses(tracks, beat, at, now)
+        case acts.Zero():
+            _zero(tracks, now)
+        case acts.Still(robots):
+            tracks.queue.still(tracks.queue.movers(robots), 0.0)
+        case acts.CreatePublishers(score):
+            deque(tracks.sink.preload(score), maxlen=0)
+            tracks.unsettled = True
+        case acts.PrepareRestart(play):
+            _prepare_restart(tracks, play, now)
+        case acts.Listen(moving):
+            return _listen(tracks, moving, now)
+        case acts.StartMeasuring():
+            tracks.odometry.begin(tracks.run.score.parts, now)
+            if tracks.sink.real:
+                tracks.faults.restart()
+        case acts.Drop(robots):
+            tracks.queue.drop(tracks.queue.movers(robots))
+        case acts.SendUntil(at):
+            tracks.send_due(at)
+            tracks.send_repeats(at)
+        case acts.Prepare():
+            _prepare(tracks, act, now)
+        case acts.Dismiss(robots):
+            tracks.active_parts.dismiss(robots)
+        case acts.ForgetEdges():
+            tracks.sensing.forget_announced()
+        case acts.Place():
+            _place(tracks, act, now)
+        case acts.Begin(robots, beat, at):
+            tracks.measured_until = math.inf
+            tracks.begin(robots, beat, at, now)
+        case acts.Resend(robots):
+            transport = tracks.run.transport
+            for robot in robots:
+                tracks.queue.resend(robot, max(transport.performed(now), transport.since))
+        case acts.Rest():
+            tracks.measured_until = now + MEASURED_AT_REST
+        case acts.CheckNow(robots):
+            tracks.look(robots)
+        case acts.CheckSoon(robots):
+            tracks.unseen += robots
+        case acts.CheckLater():
+            tracks.listeners.wait(now)
+        case acts.Then(event):
+            return event
+        case acts.ReadmitRobots():
+            tracks.listeners.readmit()
+        case acts.DriveBack(robot, twist):
+            tracks.sink.send(robot, twist, tracks.run.transport.performed(now))
+            tracks.faults.tell(robot, twist, now)
+            tracks.separation.tell(tracks.run, robot, twist, now)
+        case acts.Rejoin(robot):
+            tracks.listeners.standing.discard(robot)
+        case _:
+            _never(act)
+    return None
 
 
-def _tell(act: acts.Tell, tracks: Tracks, now: float) -> None:
-    tracks.tell(act.message)
+def _never(act: NoReturn) -> NoReturn:
+    raise AssertionError(act)
 
 
-def _report(act: acts.Report, tracks: Tracks, now: float) -> None:
-    run, over, at = tracks.run, tracks.active_parts.over, now if act.at is None else act.at
+def _report(tracks: Tracks, at: float, now: float) -> None:
+    run, over = tracks.run, tracks.active_parts.over
     must_wait = waits(run, tracks.facts(now)) if run.mode in ("paused", "stopped") else []
-    wall = tracks.wall() - (now - at)
     poses = reports.whereabouts(tracks.start_poses, tracks.sink.poses())
-    tracks.tell(reports.transport(run, over, must_wait, tracks.backend, poses, at, wall))
+    tracks.tell(reports.transport(run, over, must_wait, tracks.backend, poses, at, tracks.wall() - (now - at)))
 
 
-def _tell_faults(act: acts.TellFaults, tracks: Tracks, now: float) -> None:
-    for message in reports.faults(tracks.run, tracks.active_parts.over, act.found, now, tracks.wall()):
-        tracks.tell(message)
-
-
-def _report_senses(act: acts.ReportSenses, tracks: Tracks, now: float) -> None:
+def _report_senses(tracks: Tracks, beat: Exact, at: float, now: float) -> None:
     sensing, score = tracks.sensing, tracks.run.score
     for what in tracks.active_parts.asked:
         is_instant = what.sense == CUE and isinstance(score.parts[what.robot].senses.get(CUE), BuiltIn)
         if not sensing.follows and not is_instant and (value := sensing.value(what, score)) is not None:
-            tracks.tell_sensed(what, value, act.beat, act.at, now)
+            tracks.tell_sensed(what, value, beat, at, now)
 
 
-def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
+def _zero(tracks: Tracks, now: float) -> None:
     performed = tracks.run.transport.performed(now)
     problems = tracks.queue.stop(tracks.run.score.parts, performed)
     tracks.reached, tracks.measured_until, tracks.moved = now, now + MEASURED_AT_REST, {}
@@ -60,22 +121,13 @@ def _zero(act: acts.Zero, tracks: Tracks, now: float) -> None:
     tracks.advance_sink(performed)
 
 
-def _still(act: acts.Still, tracks: Tracks, now: float) -> None:
-    _send_still(tracks, act.robots, 0.0)
-
-
-def _create_publishers(act: acts.CreatePublishers, tracks: Tracks, now: float) -> None:
-    deque(tracks.sink.preload(act.score), maxlen=0)
-    tracks.unsettled = True
-
-
-def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> None:
-    score, entry, senses = act.play.score, act.play.entry, act.play.load.get("senses")
+def _prepare_restart(tracks: Tracks, play: Play, now: float) -> None:
+    score, entry, senses = play.score, play.entry, play.load.get("senses")
     old, new = tracks.run.score.parts, score.parts
     performed, both = tracks.run.transport.performed(now), {*old, *new}
-    _send_still(tracks, old.keys() - new.keys(), performed)
+    tracks.queue.still(tracks.queue.movers(old.keys() - new.keys()), performed)
     tracks.queue.leave_topics(old, new, performed)
-    tracks.sink.prepare(score, act.play.stood is None)
+    tracks.sink.prepare(score, play.stood is None)
     tracks.start_poses = tracks.sink.poses()
     tracks.queue.restart(both, performed)
     tracks.paths = Paths()
@@ -96,8 +148,8 @@ def _prepare_restart(act: acts.PrepareRestart, tracks: Tracks, now: float) -> No
     tracks.listeners.expect(new, now)
 
 
-def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
-    found = tracks.listeners.find(now, act.moving)
+def _listen(tracks: Tracks, moving: Collection[str] | None, now: float) -> Event:
+    found = tracks.listeners.find(now, moving)
     if not found.waits:
         tracks.beginning.compute(tracks.run)
     may_home = robots_to_home(tracks.run, tracks.facts(now), found.waits, found.deaf) if tracks.sink.real else ()
@@ -105,22 +157,7 @@ def _listen(act: acts.Listen, tracks: Tracks, now: float) -> Event:
     return replace(found, waits=tracks.sink.resetting(may_home) or arrives or found.waits)
 
 
-def _start_measuring(act: acts.StartMeasuring, tracks: Tracks, now: float) -> None:
-    tracks.odometry.begin(tracks.run.score.parts, now)
-    if tracks.sink.real:
-        tracks.faults.restart()
-
-
-def _drop(act: acts.Drop, tracks: Tracks, now: float) -> None:
-    tracks.queue.drop(tracks.queue.movers(act.robots))
-
-
-def _send_until(act: acts.SendUntil, tracks: Tracks, now: float) -> None:
-    tracks.send_due(act.at)
-    tracks.send_repeats(act.at)
-
-
-def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
+def _prepare(tracks: Tracks, act: acts.Prepare, now: float) -> None:
     old, new = tracks.run.score.parts, act.score.parts
     tracks.queue.leave_topics(old, new, act.at)
     tracks.paths = Paths()
@@ -130,15 +167,7 @@ def _prepare(act: acts.Prepare, tracks: Tracks, now: float) -> None:
     tracks.odometry.set_parts(new, now)
 
 
-def _dismiss(act: acts.Dismiss, tracks: Tracks, now: float) -> None:
-    tracks.active_parts.dismiss(act.robots)
-
-
-def _forget_edges(act: acts.ForgetEdges, tracks: Tracks, now: float) -> None:
-    tracks.sensing.forget_announced()
-
-
-def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
+def _place(tracks: Tracks, act: acts.Place, now: float) -> None:
     real = tracks.sink.real
     parts = {robot: part for robot, part in tracks.run.score.parts.items() if part.odom or not real}
     known = known_poses(parts.values(), act.beat, tracks.paths) if act.poses is None else act.poses
@@ -153,82 +182,3 @@ def _place(act: acts.Place, tracks: Tracks, now: float) -> None:
         if far:
             line = f"the joints of {', '.join(far)} don't stand as they do at this beat"
             tracks.tell({"type": "warning", "message": f"{line}: it takes too long to compute that, so jump less far"})
-
-
-def _begin(act: acts.Begin, tracks: Tracks, now: float) -> None:
-    tracks.measured_until = math.inf
-    tracks.begin(act.robots, act.beat, act.at, now)
-
-
-def _resend(act: acts.Resend, tracks: Tracks, now: float) -> None:
-    transport = tracks.run.transport
-    for robot in act.robots:
-        tracks.queue.resend(robot, max(transport.performed(now), transport.since))
-
-
-def _rest(act: acts.Rest, tracks: Tracks, now: float) -> None:
-    tracks.measured_until = now + MEASURED_AT_REST
-
-
-def _check_now(act: acts.CheckNow, tracks: Tracks, now: float) -> None:
-    tracks.look(act.robots)
-
-
-def _check_soon(act: acts.CheckSoon, tracks: Tracks, now: float) -> None:
-    tracks.unseen += act.robots
-
-
-def _check_later(act: acts.CheckLater, tracks: Tracks, now: float) -> None:
-    tracks.listeners.wait(now)
-
-
-def _then(act: acts.Then, tracks: Tracks, now: float) -> Event:
-    return act.event
-
-
-def _readmit_robots(act: acts.ReadmitRobots, tracks: Tracks, now: float) -> None:
-    tracks.listeners.readmit()
-
-
-def _drive_back(act: acts.DriveBack, tracks: Tracks, now: float) -> None:
-    tracks.sink.send(act.robot, act.twist, tracks.run.transport.performed(now))
-    tracks.faults.tell(act.robot, act.twist, now)
-    tracks.separation.tell(tracks.run, act.robot, act.twist, now)
-
-
-def _rejoin(act: acts.Rejoin, tracks: Tracks, now: float) -> None:
-    tracks.listeners.standing.discard(act.robot)
-
-
-def _send_still(tracks: Tracks, robots: Collection[str], performed: float) -> None:
-    tracks.queue.still(tracks.queue.movers(robots), performed)
-
-
-_FUNCTIONS: Mapping[type[Act], Callable[[Any, Tracks, float], Event | None]] = {
-    acts.Tell: _tell,
-    acts.TellFaults: _tell_faults,
-    acts.Report: _report,
-    acts.ReportSenses: _report_senses,
-    acts.Zero: _zero,
-    acts.Still: _still,
-    acts.CreatePublishers: _create_publishers,
-    acts.PrepareRestart: _prepare_restart,
-    acts.Listen: _listen,
-    acts.StartMeasuring: _start_measuring,
-    acts.Drop: _drop,
-    acts.SendUntil: _send_until,
-    acts.Prepare: _prepare,
-    acts.Dismiss: _dismiss,
-    acts.ForgetEdges: _forget_edges,
-    acts.Place: _place,
-    acts.Begin: _begin,
-    acts.Resend: _resend,
-    acts.Rest: _rest,
-    acts.CheckNow: _check_now,
-    acts.CheckSoon: _check_soon,
-    acts.CheckLater: _check_later,
-    acts.Then: _then,
-    acts.ReadmitRobots: _readmit_robots,
-    acts.DriveBack: _drive_back,
-    acts.Rejoin: _rejoin,
-}

@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 import pytest
 
-from improv_core.player import acts, apply, events
+from improv_core.player import events
 from improv_core.player.acts import (
     Act,
     Begin,
@@ -848,9 +848,8 @@ def test_removed_robots_stop_and_nothing_begins_that_must_wait(event: Event) -> 
             assert then.mode != "playing" or before.mode == "playing"
 
 
-def test_each_event_has_its_rule_and_each_act_its_function() -> None:
+def test_each_event_has_its_rule() -> None:
     assert _RULES.keys() == {*get_args(Internal)}
-    assert apply._FUNCTIONS.keys() == {*get_args(acts.Act)}
 
 
 # The agenda

@@ -27,7 +27,14 @@ from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
-from improv_core.protocol.messages import DIRECT, TransportMessage, read_first, read_from_stage, read_to_stage
+from improv_core.protocol.messages import (
+    DIRECT,
+    FromStage,
+    TransportMessage,
+    read_first,
+    read_from_stage,
+    read_to_stage,
+)
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
 from improv_core.safety.allowed import who
@@ -269,10 +276,10 @@ class NearEnd:
         """Pass a stage's message to our parent, in times of this machine. Hold the lock."""
         if message["type"] == "pong":
             return
+        if self._reached:
+            self._reached.hear(cast(FromStage, message))
         if message["type"] == "transport":
             self._moves = may_move(cast(TransportMessage, message))
-            if self._reached and message["generation"] and message["state"] != "waiting":
-                self._reached.take_over()
         if message["type"] == "obeyed":
             for answer in self._direct.pop(message["mark"], ()):
                 answer(OBEYED)

@@ -18,6 +18,7 @@ from improv_core.safety.stop_request import StopRequest
 
 if TYPE_CHECKING:  # `improv stop` needs neither
     from improv_core.protocol.commands import Stop
+    from improv_core.protocol.messages import FromStage
     from improv_core.safety.stop_server import StopServer, Take
 
 SUFFIX = ".stage"
@@ -80,7 +81,7 @@ class StageSocket:
     """The stop socket of a stage, on which `take` gets each stop, and answers `OBEYED` once the stage has obeyed it.
 
     If a stage has died there, its robots may still move, and this one can't stop robots that it doesn't know. So it
-    listens only after `take_over`. Raises OSError.
+    listens only once it reports that it moves them or has stopped them. Raises OSError.
     """
 
     def __init__(self, show: Path, stage: str, take: Take) -> None:
@@ -88,18 +89,19 @@ class StageSocket:
         self._take = take
         self._server: StopServer | None = None
         if not self._path.exists():
-            self._server = self._listening()
+            self._listen()
 
-    def take_over(self) -> None:
-        """Listen in place of a stage that has died: its robots obey this one now."""
-        if self._server is None:
+    def hear(self, message: FromStage) -> None:
+        """Take a report of the stage: perhaps the robots of one that has died obey it now."""
+        obey = message["type"] == "transport" and message["generation"] and message["state"] != "waiting"
+        if obey and self._server is None:
             with suppress(OSError, RuntimeError):  # it counts as one that has not answered
-                self._server = self._listening()
+                self._listen()
 
-    def _listening(self) -> StopServer:
+    def _listen(self) -> None:
         from improv_core.safety.stop_server import StopServer
 
-        return StopServer(self._path, self._take)
+        self._server = StopServer(self._path, self._take)
 
     def close(self) -> None:
         """Stop listening: the robots stand, and nobody moves them any more."""

@@ -63,15 +63,24 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = 
     outbox: Outbox = UrgentQueue()
     tell = partial(put, outbox)
     pipe, show = os.environ.pop(STOP_PIPE, None), os.environ.pop(STOP_SOCKETS, None)
-    reached = DirectStops(inbox)
+    reached: StageSocket | None = None
+
+    def report(message: FromStage) -> None:
+        if reached:
+            reached.hear(message)
+        tell(message)
+
+    def take(stop: Stop, answer: Answer) -> None:
+        inbox.put_first(DirectStop(stop, lambda: answer(OBEYED)))
+
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End(signaled)))
     writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:
-        job = begin(lambda message: tell(reached.after(message)), inbox.put)
+        job = begin(report, inbox.put)
         if show and job.moves:
-            reached.listen(Path(show), name)
+            reached = StageSocket(Path(show), name, take)
     except Exception as error:  # whatever a sink's libraries raise, the one line about it must get out
         tell({"type": "error", "message": one_line(error)})
         code = 2
@@ -86,7 +95,7 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = 
         gc.set_threshold(50_000, 20, 100)
         tell(job.ready)
         code = job.run(inbox, parent)
-        if code == 0:  # otherwise, robots may still move, and no other stage has taken them over
+        if reached and code == 0:  # otherwise, robots may still move, and no other stage has taken them over
             reached.close()
     outbox.put(None)
     writer.join(timeout=1)  # a parent that no longer reads must not keep us alive
@@ -117,34 +126,6 @@ def play(open_sink: Callable[[OutputChannel], Sink], name: str, *, reports: bool
         return Job(lambda inbox, parent: run(opened, inbox, SystemClock(), parent), ready)
 
     return perform(begin, name=name)
-
-
-class DirectStops:
-    """The stops that come straight to the stage, ahead of all that waits in its inbox.
-
-    A stage that replaces one that has died can be reached once it moves that one's robots or has stopped them.
-    """
-
-    def __init__(self, inbox: UrgentQueue[Arrival]) -> None:
-        self._inbox = inbox
-        self._socket: StageSocket | None = None
-
-    def listen(self, show: Path, stage: str) -> None:
-        """Listen on the socket of this stage of a performance. Raises OSError."""
-        self._socket = StageSocket(show, stage, self._take)
-
-    def after(self, message: FromStage) -> FromStage:
-        """Return a message that the stage sends its parent."""
-        if message["type"] == "transport" and message["generation"] and message["state"] != "waiting" and self._socket:
-            self._socket.take_over()
-        return message
-
-    def close(self) -> None:
-        if self._socket:
-            self._socket.close()
-
-    def _take(self, stop: Stop, answer: Answer) -> None:
-        self._inbox.put_first(DirectStop(stop, lambda: answer(OBEYED)))
 
 
 class SystemClock:

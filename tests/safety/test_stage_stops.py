@@ -28,6 +28,7 @@ from improv_core.safety.stop_request import ASK
 from improv_core.safety.stop_server import MOST_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
 from tests.safety.stages import Stages, die
+from tests.session.story import at
 
 LIMIT = 60.0
 SHORT = 0.3
@@ -94,8 +95,8 @@ def test_a_dead_stage_has_not_obeyed_until_another_one_has_taken_over_its_robots
     die(show, "ros")
     stages = Stages(show, "simulator", "ros")
     assert stop_stages(show, STOP, SHORT) == ["the real robots"]
-    stages.sockets["ros"].take_over()
-    stages.sockets["ros"].take_over()
+    stages.sockets["ros"].hear(at("playing", 1, 0.0, 0.0))
+    stages.sockets["ros"].hear(at("playing", 1, 0.0, 0.0))
     assert stop_stages(show, STOP, LIMIT) == []
     stages.close()
 
@@ -107,7 +108,7 @@ def test_a_dead_stage_has_not_obeyed_either_if_the_one_in_its_place_cannot_liste
     stages = Stages(show, "simulator", "ros")
     with monkeypatch.context() as full:
         full.setattr(socket.socket, "listen", Mock(side_effect=OSError(24, "too many open files")))
-        stages.sockets["ros"].take_over()
+        stages.sockets["ros"].hear(at("playing", 1, 0.0, 0.0))
     assert stop_stages(show, STOP, SHORT) == ["the real robots"]
     stages.close()
 

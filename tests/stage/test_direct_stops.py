@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,13 +11,12 @@ from typing import Any
 import pytest
 
 from improv_core.ipc.arrivals import DirectStop, End, First, Lost
-from improv_core.ipc.priority_queue import UrgentQueue
-from improv_core.protocol.commands import VOIDED_BY_STOP
-from improv_core.safety.stage_stops import stop_stages
+from improv_core.protocol.commands import VOIDED_BY_STOP, Stop
+from improv_core.safety.stage_stops import StageSocket, stop_stages
 from improv_core.safety.stop_fence import MOST, StopFence
 from improv_core.score.motion import STILL
-from improv_core.stage.process import DirectStops
 from tests.player.test_player import Memory
+from tests.safety.stages import die
 from tests.session.story import at
 from tests.stage.test_command_queue import play, states
 from tests.stage.test_loop import PING, START, Event, perform, zeros
@@ -133,17 +133,6 @@ def test_a_lost_score_is_not_requested_again_before_the_parent_has_sent_the_stop
     check((0.2, First(PING, 2)), (0.2, Lost(3, 2)), told=[])
 
 
-class Reachable:
-    """A stage's process that is reachable, or becomes so, and the stops that arrive there."""
-
-    def __init__(self, show: Path) -> None:
-        self.inbox: UrgentQueue[Any] = UrgentQueue()
-        self.stops = DirectStops(self.inbox)
-        self.stops.listen(show, "ros")
-        assert self.stops._socket
-        self.socket = self.stops._socket
-
-
 @pytest.fixture
 def show() -> Iterator[Path]:
     with TemporaryDirectory(dir="/tmp") as folder:
@@ -151,17 +140,13 @@ def show() -> Iterator[Path]:
 
 
 def test_a_stage_in_place_of_a_dead_one_answers_once_it_has_stopped_or_moves_its_robots(show: Path) -> None:
-    dead = Reachable(show)
-    assert stop_stages(show, X, 0.0) == ["the real robots"], "it has not obeyed yet"
-    assert isinstance(dead.inbox.get(timeout=60), DirectStop)
-    assert dead.socket._server
-    dead.socket._server._server.close()
-    new = Reachable(show)
+    die(show, "ros")
+    taken: queue.SimpleQueue[Stop] = queue.SimpleQueue()
+    new = StageSocket(show, "ros", lambda stop, answer: taken.put(stop))
     for message in (at("stopped", 0, 0.0, 0.0), at("waiting", 5, 0.0, 0.0)):
-        assert new.stops.after(message) == message
-        assert new.socket._server is None, message
-    new.stops.after(at("ended", 5, 0.0, 0.0))
-    stop_stages(show, X, 0.0)
-    arrived = new.inbox.get(timeout=60)
-    assert arrived.stop == X
-    new.stops.close()
+        new.hear(message)
+        assert new._server is None, message
+    new.hear(at("ended", 5, 0.0, 0.0))
+    assert stop_stages(show, X, 0.0) == ["the real robots"], "it has not obeyed yet"
+    assert taken.get(timeout=60) == X
+    new.close()

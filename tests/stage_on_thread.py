@@ -20,7 +20,8 @@ from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.ipc.stage_process import Heard, Stage, StageError
 from improv_core.page.__main__ import TOKEN, open_simulated, options_in
 from improv_core.plain import one_line
-from improv_core.protocol.messages import FromStage, ToStage, read_from_stage
+from improv_core.protocol.decoding import read_as
+from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import dumps
 from improv_core.safety.parent_heartbeat import Parent
@@ -106,7 +107,7 @@ class StageOnThread:
 
     def _tell(self, message: FromStage) -> None:
         asked = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
-        self._soon(read_from_stage(json.dumps(message).encode()), asked)
+        self._soon(read_as(json.dumps(message).encode(), FromStage), asked)
 
     def _soon(self, message: Heard, asked: int) -> None:
         with suppress(RuntimeError):  # the loop is closed

@@ -1,4 +1,5 @@
-"""Connects to another machine through ssh, and sends the far end if it isn't there yet."""
+"""Connects to another machine through the system's ssh, with a person's keys and configuration and no more rights than
+it takes to run one program there, and sends the far end if it isn't there yet."""
 
 from __future__ import annotations
 
@@ -13,9 +14,8 @@ from typing import Any
 from improv_core.hosts import texts
 from improv_core.hosts.bundle import boot_line, bundle
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame
-from improv_core.hosts.ssh import ssh_command
 from improv_core.ipc.child import Child, Policy
-from improv_core.safety.allowed import HostError
+from improv_core.safety.allowed import HostError, checked, is_approved, refusal, split
 
 BEGIN_LIMIT = 45.0
 """Seconds that the far end may take to begin, on a slow network."""
@@ -23,6 +23,27 @@ MOST_SAID = 65_536
 """The most bytes that a shell there may print before anything of ours, such as a greeting."""
 POLICY = Policy(2.0, errors=subprocess.PIPE)
 """ssh stays in our session, so that it ends with us, even if we are killed."""
+THERE = """exec python3 -I -c "exec(open(0,'rb',0,closefd=False).readline())\""""
+"""The command that runs on any host: it reads the rest as its first line. All usual shells understand it alike."""
+CONNECT_LIMIT = 10
+"""Seconds that connecting may take."""
+OPTIONS = {
+    "BatchMode": "yes",  # never ask for a password
+    "StrictHostKeyChecking": "yes",  # nor accept an unknown key, whatever the person's configuration says
+    "ForwardAgent": "no",
+    "ForwardX11": "no",
+    "ClearAllForwardings": "yes",
+    "Tunnel": "no",
+    "PermitLocalCommand": "no",
+    "RemoteCommand": "none",
+    "ControlMaster": "no",  # a connection of its own: in a shared one, a stop could wait behind somebody's copy
+    "ControlPath": "none",
+    "ConnectTimeout": str(CONNECT_LIMIT),
+    "ServerAliveInterval": "5",
+    "ServerAliveCountMax": "4",
+    "IPQoS": "af21",  # otherwise OpenSSH marks it as bulk, which Wi-Fi sends after everything else
+    "Compression": "no",
+}
 
 
 class ConnectError(Exception):
@@ -69,6 +90,18 @@ def connect(host: str, arguments: Sequence[str], config: str | None = None) -> C
         ssh.kill()
         ssh.wait()
         raise
+
+
+def ssh_command(host: str, config: str | None = None) -> list[str]:
+    """Return the command that connects. `config` replaces the person's own, for tests. Raises HostError, also for a
+    host that nobody has allowed."""
+    if not is_approved(checked(host)):
+        raise HostError(refusal(host))
+    name, port = split(host)
+    own = ["-F", config] if config else []
+    ports = ["-p", port] if port else []
+    options: Sequence[str] = [word for key, value in OPTIONS.items() for word in ("-o", f"{key}={value}")]
+    return ["ssh", "-T", *own, *ports, *options, "--", name, THERE]
 
 
 def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:

@@ -24,16 +24,15 @@ from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkF
 from improv_core.hosts.time_translation import TimeTranslation, to_local, to_remote
 from improv_core.ipc.child import Child
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import (
     DIRECT,
     FromStage,
+    ToStage,
     TransportMessage,
     read_first,
-    read_from_stage,
-    read_to_stage,
 )
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
@@ -155,7 +154,7 @@ class NearEnd:
 
     def _pass_down(self, line: bytes) -> None:
         try:
-            message = read_to_stage(line)
+            message: ToStage = read_as(line, ToStage)
         except ProtocolError:  # the stage reports that
             self._put(line)
             return
@@ -268,7 +267,7 @@ class NearEnd:
             self._fail(texts.of_far(self._host, frame.rest.decode(errors="replace")))
         elif frame.letter == "m":
             with suppress(ProtocolError):
-                message = read_from_stage(frame.rest)
+                message: FromStage = read_as(frame.rest, FromStage)
                 with self._changed:
                     self._pass_up(message)
 

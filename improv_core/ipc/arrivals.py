@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from improv_core.protocol.commands import Pause, Stop
+from improv_core.protocol.commands import PageRequest, Pause, Stop
 from improv_core.protocol.messages import Ping, Play, ToStage, after
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses
 from improv_core.score.peer_clock import Anchor
@@ -54,6 +54,19 @@ class End:
 Ordered = ToStage | Play | Unreadable | Lost
 """Arrivals from standard input, which the loop handles in their order."""
 Arrival = Ordered | First | DirectStop | Edge | RawPoses | RawJoints | Alarm | Anchor | End
+
+
+@dataclass(frozen=True, slots=True)
+class OutputChannel:
+    """The functions that an output may call, on any thread.
+
+    `hear` gets edges, poses, alarms, and anchors, and the end if the output can receive nothing more. `ask` gets the
+    requests of people who use the output's own tools. `warn` gets lines for people.
+    """
+
+    hear: Callable[[Arrival], None]
+    ask: Callable[[PageRequest], None]
+    warn: Callable[[str], None]
 
 
 def request_in(arrival: Ordered) -> tuple[str, int | None]:

@@ -19,9 +19,9 @@ from improv_core import LineError
 from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.protocol.commands import Stop, is_stop
-from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
-from improv_core.protocol.messages import FromStage, Ready, ToStage, read_from_stage
+from improv_core.protocol.messages import FromStage, Ready, ToStage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
 from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, StageWatchdog
@@ -279,7 +279,7 @@ class Stage:
             while True:
                 for line in self._child.read():
                     with suppress(ProtocolError):
-                        self._take(read_from_stage(line))
+                        self._take(read_as(line, FromStage))
         self._child.wait()
         with suppress(RuntimeError):  # the loop was closed before the stage ended
             self._loop.call_soon_threadsafe(self._end)

@@ -8,14 +8,17 @@ import sys
 import time
 from collections.abc import Callable
 
-from improv_core.page.measured_trails import MeasuredTrail, measured_place
 from improv_core.page.outbox import PageOutbox, bumps_message
 from improv_core.protocol.drawn import Bump, Lengthening, Snapshot
+from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import SIMULATED
 from improv_core.protocol.page_messages import DrawnPoses, DrawnRobot, DrawnRobots, ServerTime
-from improv_core.protocol.robot_messages import Measured
+from improv_core.protocol.robot_messages import Measured, MeasuredRobot
+from improv_core.score.motion import Pose
 
 FRAME = 1 / 60
+MOST_PLACES = 20_000
+"""Places kept for each robot: a quarter of an hour."""
 
 
 class Pages:
@@ -31,7 +34,7 @@ class Pages:
         self._bumps: tuple[Bump, ...] = ()
         self._trails: dict[str, tuple[Lengthening, int]] = {}  # with their lengths
         self._placed = 0
-        self._measured: dict[str, MeasuredTrail] = {}
+        self._measured: dict[str, _MeasuredTrail] = {}
         self._problem = ""
 
     def __len__(self) -> int:
@@ -73,10 +76,10 @@ class Pages:
         for name, each in message["robots"].items():
             trail, simulated = self._measured.get(name), each["source"] == SIMULATED
             if not trail or trail.simulated > simulated:
-                trail = MeasuredTrail(simulated)
+                trail = _MeasuredTrail(simulated)
             elif trail.simulated < simulated:
                 continue
-            trail.places.append(measured_place(each))
+            trail.places.append(_measured_place(each))
             self._measured[name] = trail.renewed()
         for outbox in self._outboxes:
             outbox.lengthen("measured", self._measured)
@@ -150,3 +153,31 @@ class Pages:
         self._bumps = snapshot.bumps
         for outbox in self._outboxes if new else ():
             outbox.add_bumps(new)
+
+
+class _MeasuredTrail:
+    """Measured or simulated places of one robot, oldest first. The trail only grows, at its end."""
+
+    def __init__(self, simulated: bool) -> None:
+        self.simulated = simulated
+        self.places: list[list[float]] = []
+
+    def renewed(self) -> _MeasuredTrail:
+        """The trail without its older half, once it has too many places."""
+        if len(self.places) <= MOST_PLACES:
+            return self
+        trail = _MeasuredTrail(self.simulated)
+        trail.places = self.places[MOST_PLACES // 2 :]
+        return trail
+
+
+def _measured_place(robot: MeasuredRobot) -> list[float]:
+    """Convert a place to the form that the message to the page uses (`DrawnTrail`)."""
+    pose, ideal = robot["pose"], robot["ideal"]
+    off, turned = Pose(**pose).apart(Pose(**ideal))
+    flags = float(robot["source"] == SIMULATED), float(robot["follows"])
+    return [robot["performed"], robot["beat"], *_plane(pose), *_plane(ideal), off, turned, robot["aligned"], *flags]
+
+
+def _plane(pose: PoseJson) -> tuple[float, float, float]:
+    return pose["x"], pose["y"], pose["heading"]

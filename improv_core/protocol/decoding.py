@@ -24,7 +24,7 @@ def by_type(union: Any) -> dict[str, type]:
     return {type_of(each): each for each in get_args(union) or [union]}
 
 
-def read_as(line: bytes, union: Any) -> object:
+def read_as(line: bytes, union: Any) -> Any:
     """Return the message of a union that a line holds. Raises ProtocolError."""
     try:
         message = loads(line)

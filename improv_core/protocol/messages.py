@@ -1,14 +1,14 @@
 """The messages between a stage and its parent (docs/protocol.md). Standard library only.
 
 A message is a plain dict, so it costs nothing to send; the types are for readers of the code and for mypy. When a
-message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+message arrives from another process, `read_as` checks it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypedDict, cast
+from typing import Annotated, Any, Literal, TypedDict
 
 from improv_core.protocol.clock_messages import AnchorMessage, BendMessage
 from improv_core.protocol.commands import Automation, Conduct, PageOpened, PageRequest, Pause, Stop, _Asked, _Timed
@@ -221,18 +221,9 @@ class PageMessage(TypedDict):
 
 
 ToStage = (
-    Load
-    | Conduct
-    | Sensed
-    | Decided
-    | FaultMessage
-    | RobotsSeen
-    | PageMessage
-    | Pressed
-    | AnchorMessage
-    | BendMessage
+    Load | Conduct | Sensed | Decided | FaultMessage | RobotsSeen | PageMessage | Pressed | AnchorMessage | BendMessage
     | Ping
-)
+)  # fmt: skip
 
 
 class Ready(TypedDict):
@@ -350,37 +341,12 @@ class Stopped(Poses):
 
 
 FromStage = (
-    Ready
-    | TransportMessage
-    | Request
-    | Sensed
-    | Decided
-    | Measured
-    | RobotsSeen
-    | FaultMessage
-    | Vitals
-    | Unreached
-    | JointPositions
-    | Misplaced
-    | Armed
-    | Sent
-    | Pressed
-    | StageWarning
-    | ErrorLine
-    | ParentLost
-    | Link
-    | Pong
-    | Obeyed
-    | Lacks
-    | Stopped
-)
+    Ready | TransportMessage | Request | Sensed | Decided | Measured | RobotsSeen | FaultMessage | Vitals | Unreached
+    | JointPositions | Misplaced | Armed | Sent | Pressed | StageWarning | ErrorLine | ParentLost | Link | Pong | Obeyed
+    | Lacks | Stopped
+)  # fmt: skip
 SIMULATED = "simulator"
 """The source of poses that need no measuring: the simulator knows where its robots are."""
-
-
-def read_to_stage(line: bytes) -> ToStage:
-    """Return the message to a stage that a line holds. Raises ProtocolError."""
-    return cast(ToStage, read_as(line, ToStage))
 
 
 DIRECT = 0
@@ -390,7 +356,7 @@ parent."""
 
 def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
     """Return the message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
-    message = cast(Stop | Pause | Ping, read_as(line, Stop | Pause | Ping))
+    message: Stop | Pause | Ping = read_as(line, Stop | Pause | Ping)
     if (number := _count_in(message, "number")) is None:
         raise ProtocolError("what comes on the channel of stops needs a `number`")
     return message, number
@@ -400,11 +366,6 @@ def after(message: Mapping[str, Any]) -> int | None:
     """Return the number of messages that were sent on the channel of stops before this one; None if nobody counts
     them."""
     return _count_in(message, "after")
-
-
-def read_from_stage(line: bytes) -> FromStage:
-    """Return the message from a stage that a line holds. Raises ProtocolError."""
-    return cast(FromStage, read_as(line, FromStage))
 
 
 def _count_in(message: Mapping[str, Any], name: str) -> int | None:

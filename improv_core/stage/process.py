@@ -14,8 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from improv_core.ipc.arrivals import Arrival, DirectStop, End
-from improv_core.ipc.channel import OutputChannel
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, OutputChannel
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
 from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, Stop

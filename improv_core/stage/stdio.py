@@ -11,9 +11,9 @@ from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.plain import one_line
 from improv_core.player.setpoints import setpoints
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.decoding import ProtocolError
+from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import LONGEST_LINE
-from improv_core.protocol.messages import DIRECT, FromStage, Play, after, read_first, read_to_stage
+from improv_core.protocol.messages import DIRECT, FromStage, Play, ToStage, after, read_first
 from improv_core.protocol.page_messages import ForPages
 from improv_core.protocol.sliced_json import LONG
 from improv_core.safety.parent_heartbeat import Parent
@@ -91,7 +91,7 @@ def arrival(line: bytes, read: RowsRead) -> Arrival:
     Scores are read and tried here, on the thread that reads lines, so that playback continues meanwhile.
     """
     try:
-        message = read_to_stage(line)
+        message: ToStage = read_as(line, ToStage)
     except ProtocolError as error:
         return Unreadable(str(error))
     if message["type"] != "load":

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.hosts.bundle import boot_line, bundle
-from improv_core.hosts.ssh import ssh_command
+from improv_core.hosts.connect import ssh_command
 from improv_core.safety.allowed import checked
 from tests.hosts.sshd import LIMIT, NAME, Host, a_host
 from tests.processes import descendants, wait_until_gone

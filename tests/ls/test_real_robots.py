@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from lsprotocol import types
 
-from improv_core.protocol.messages import Misplaced, ToStage, read_from_stage
+from improv_core.protocol.decoding import read_as
+from improv_core.protocol.messages import FromStage, Misplaced, ToStage
 from tests.ls.client import LIMIT, TOLD, TURNS, Client
 from tests.session.story import at
 from tests.stage_on_thread import StageOnThread
@@ -34,7 +35,7 @@ class Stages:
     def say(self, message: Any, times: int = 1) -> None:
         """Send this message from the latest stage, as one of real robots would, with no other message in between."""
         stage = self.started[-1]
-        heard = read_from_stage(json.dumps(message).encode())
+        heard = read_as(json.dumps(message).encode(), FromStage)
 
         def tell() -> None:
             for _ in range(times):

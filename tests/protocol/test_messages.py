@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from improv_core.protocol.decoding import ProtocolError, by_type
-from improv_core.protocol.messages import FromStage, ToStage, read_from_stage, read_to_stage
+from improv_core.protocol.decoding import ProtocolError, by_type, read_as
+from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.music_messages import FromClock, FromOsc, ToOsc
 from improv_core.protocol.page_messages import ForPages, FromPage, ToPage
 from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
@@ -43,22 +42,22 @@ MOVE = {"type": "change", "number": 0, "change": PLACE}
 
 
 @pytest.mark.parametrize(
-    ("read", "message"),
+    ("union", "message"),
     [
-        (read_to_stage, {**LOAD, "zero": 1}),
-        (read_to_stage, {"type": "stop"}),
-        (read_to_stage, {"type": "seek", "beat": 1, "at": 2.5}),
-        (read_to_stage, {"type": "seek", "beat": 1.5, "added_later": None}),
-        (read_to_stage, {"type": "silence", "muted": [], "soloed": ["r"]}),
-        (read_from_stage, {**READY, "page": "http://127.0.0.1:1/"}),
-        (read_from_stage, {"type": "request", "command": {"type": "page_opened"}}),
-        (read_from_stage, {"type": "request", "command": {"type": "editing", "page": 1, "ask": MOVE}}),
-        (read_from_stage, {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}}),
-        (read_from_stage, {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1}),
+        (ToStage, {**LOAD, "zero": 1}),
+        (ToStage, {"type": "stop"}),
+        (ToStage, {"type": "seek", "beat": 1, "at": 2.5}),
+        (ToStage, {"type": "seek", "beat": 1.5, "added_later": None}),
+        (ToStage, {"type": "silence", "muted": [], "soloed": ["r"]}),
+        (FromStage, {**READY, "page": "http://127.0.0.1:1/"}),
+        (FromStage, {"type": "request", "command": {"type": "page_opened"}}),
+        (FromStage, {"type": "request", "command": {"type": "editing", "page": 1, "ask": MOVE}}),
+        (FromStage, {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}}),
+        (FromStage, {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1}),
     ],
 )
-def test_a_message_arrives_as_it_was_sent(read: Callable[[bytes], object], message: dict[str, Any]) -> None:
-    assert read(json.dumps(message).encode()) == message
+def test_a_message_arrives_as_it_was_sent(union: Any, message: dict[str, Any]) -> None:
+    assert read_as(json.dumps(message).encode(), union) == message
 
 
 @pytest.mark.parametrize(
@@ -83,7 +82,7 @@ def test_a_message_arrives_as_it_was_sent(read: Callable[[bytes], object], messa
 )
 def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> None:
     with pytest.raises(ProtocolError, match=f"^{re.escape(problem)}$"):
-        read_to_stage(line.encode())
+        read_as(line.encode(), ToStage)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +91,7 @@ def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> No
 )
 def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
     with pytest.raises(ProtocolError, match="`command` of `request` has a wrong value"):
-        read_from_stage(json.dumps({"type": "request", "command": command}).encode())
+        read_as(json.dumps({"type": "request", "command": command}).encode(), FromStage)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,8 @@ import pytest
 
 from improv_core.ipc.arrivals import First
 from improv_core.protocol.commands import is_stop
-from improv_core.protocol.messages import Play, State, read_first, read_from_stage
+from improv_core.protocol.decoding import read_as
+from improv_core.protocol.messages import FromStage, Play, State, read_first
 from improv_core.protocol.output import Alarm
 from improv_core.safety.parent_heartbeat import Parent
 from improv_core.safety.stage_watchdog import PING_PERIOD
@@ -153,7 +154,7 @@ class World:
 
     def _hear(self, host: str, line: bytes) -> None:
         self.story.now = self._now
-        self.story.reports(StageKey(host, "ros"), read_from_stage(line))
+        self.story.reports(StageKey(host, "ros"), read_as(line, FromStage))
         self._do()
 
     def _do(self) -> None:

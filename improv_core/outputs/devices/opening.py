@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 
-from improv_core.ipc.channel import OutputChannel
+from improv_core.ipc.arrivals import OutputChannel
 from improv_core.outputs.devices.device import Device
 from improv_core.outputs.devices.sink import DeviceSink
 from improv_core.protocol.output import Sink

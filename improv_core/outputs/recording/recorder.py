@@ -19,7 +19,8 @@ from improv_core.outputs.cdr import (
     string_of,
     twist_message,
 )
-from improv_core.protocol.messages import Decided, Sensed, Sent, read_from_stage
+from improv_core.protocol.decoding import read_as
+from improv_core.protocol.messages import Decided, FromStage, Sensed, Sent
 from improv_core.protocol.output import Sink
 from improv_core.protocol.robot_messages import Measured
 from improv_core.score.joints import JointMotion
@@ -86,7 +87,7 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
         raise ValueError("it is not a recording") from None
     sensed: list[Sensed] = []
     for message in messages:
-        edge = read_from_stage(string_of(message.data).encode())
+        edge: FromStage = read_as(string_of(message.data).encode(), FromStage)
         if edge["type"] == "sensed" and edge["generation"] == (sensed[0] if sensed else edge)["generation"]:
             sensed.append(edge)
     return sensed

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from improv_core.outputs.ros.standby.client import start_standby
 
 if TYPE_CHECKING:
-    from improv_core.ipc.channel import OutputChannel
+    from improv_core.ipc.arrivals import OutputChannel
     from improv_core.protocol.output import Sink
 
 

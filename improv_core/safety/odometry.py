@@ -313,8 +313,10 @@ class _Track:
         turned = math.remainder(pose.heading - ideal.heading, math.tau)
         pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
         if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
-            speed = self._speed(self._leg(raw.at), raw.at)
-            self.error = before_stopping(ideal, speed, self.accelerations), pose, self.taken_at(raw)
+            taken = self.taken_at(raw)
+            then = max(taken, self.since)
+            expected = before_stopping(self._ideal(then), self._speed(self._leg(then), then), self.accelerations)
+            self.error = expected, pose, taken
         follows = self.correction(self.legs[-1].twist, raw.at) != STILL
         return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 

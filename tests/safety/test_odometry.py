@@ -300,6 +300,18 @@ def test_the_age_of_a_pose_is_judged_by_its_stamp_if_the_clocks_agree(latencies:
     assert robot.measured[-1]["robots"]["r"]["follows"] == follows
 
 
+def test_a_robot_on_its_path_is_not_pulled_although_its_poses_come_late() -> None:
+    robot, age = Follower(), 0.08
+    robot.play()
+    assert robot.pose(Pose())
+    robot.run(0.5)
+    now = robot.stage.now
+    there = FRAME.then(Pose(0.2 * (0.5 - age)))
+    robot.player.measure([RawPose("r", ODOMETRY, there, now, "", now - age)], now)
+    robot.run(3)
+    assert robot.sent == [(0, 0.2), (1, 0), (2, 0.2), (3, 0)]
+
+
 numbers = st.floats(-10, 10)
 
 

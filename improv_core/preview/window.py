@@ -8,8 +8,7 @@ from itertools import islice, takewhile
 from typing import Any, cast
 
 from improv_core.protocol.page_messages import RobotWindow, ShownBodyPart, ShownBone, ShownJoint, ShownScore
-from improv_core.score import senses
-from improv_core.score import world as worlds
+from improv_core.score.fits import as_json
 from improv_core.score.joints import limbs_of
 from improv_core.score.measured import in_si
 from improv_core.score.movement import ENDLESS, near
@@ -19,6 +18,7 @@ from improv_core.score.projection import BASE
 from improv_core.score.replay import Replay
 from improv_core.score.score import Part, Score, speeds_of, twist
 from improv_core.score.walk import Moment
+from improv_core.score.world import EMPTY, World
 
 MOST_MOMENTS = 20_000
 """The most moments of all robots together in one window."""
@@ -36,7 +36,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "scene_names": list(score.scene_names),
         "bar": score.bar,
         "beats": None if beats == ENDLESS else float(beats),
-        "world": worlds.to_json(score.world),
+        "world": _world(score.world),
         "text": score.text,
         "offsets": {str(number): offset for number, offset in score.offsets.items()},
         "words": {word: [in_si(each, 1.0, 1.0, 1.0) for each in velocity] for word, velocity in PRIMITIVES.items()},
@@ -55,7 +55,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "start_pose": list(astuple(part.start)),
                 "begins": float(part.begins),
                 "ends": None if part.ends == ENDLESS else float(part.ends),
-                "senses": senses.to_json(part.senses),
+                "senses": as_json(part.senses),
                 "near": part.profile.reach,
                 "body": body_of(part, score),
             }
@@ -67,6 +67,20 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
             for part in score.parts.values()
             if part.profile.body and part.profile.body.skeleton
         },
+    }
+
+
+def _world(world: World) -> dict[str, Any] | None:
+    """Return the world as pages show it; None if it is empty."""
+    if world == EMPTY:
+        return None
+    return {
+        "size": list(world.size) if world.size else None,
+        "walls": [list(wall) for wall in world.walls],
+        "circles": [circle._asdict() for circle in world.circles],
+        "boxes": [box._asdict() for box in world.boxes],
+        "margin": world.margin,
+        "keep_apart": world.keep_apart,
     }
 
 

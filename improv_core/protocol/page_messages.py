@@ -100,7 +100,7 @@ class ShownJoint(TypedDict):
 
 
 class ShownBone(TypedDict):
-    """A joint in a skeleton, as in `improv_core/score/skeleton.py`: meters and radians."""
+    """A joint in a skeleton, as in `improv_core/score/body.py`: meters and radians."""
 
     joint: str
     carrier: int

@@ -18,7 +18,7 @@ from improv_core.robots.hosts import device_of, host_of, read_hosts
 from improv_core.robots.music import read_music
 from improv_core.robots.osc import read_osc
 from improv_core.robots.profiles import read_profiles
-from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
+from improv_core.robots.ros_names import frame_id, node_name, ros_name
 from improv_core.robots.safety import read_safety
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
@@ -30,7 +30,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.music import Music
 from improv_core.score.osc import Osc
 from improv_core.score.profiles import BUILT_IN, DEFAULT, Profile
-from improv_core.score.score import BASE_FRAME, DeviceAddress, Host, OdomFrame, OutsideClock, Safety
+from improv_core.score.score import BASE_FRAME, DeviceAddress, Host, OdomFrame, OutsideClock, Safety, in_namespace
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -158,7 +158,7 @@ class Robots:
         """Return the source of a robot's sense, with the full name of its topic. Raises KeyError if it is unknown."""
         source = self.senses.get(name) or BUILT_IN_SENSES[name]
         if isinstance(source, Topic):
-            return replace(source, topic=full_name(source.topic, self.namespace_of(robot)))
+            return replace(source, topic=in_namespace(source.topic, self.namespace_of(robot)))
         return source
 
     def lacks(self, robot: str, name: str) -> bool:
@@ -351,7 +351,7 @@ class _Listed:
         own = ros_name(reading, (*keys, "namespace"), table, namespace)
         inside = own or f"{namespace}/{keys[-1]}"
         odom = ros_name(reading, (*keys, "odom"), table, inside)
-        by_default = full_name("battery_state", inside) if odom else None
+        by_default = in_namespace("battery_state", inside) if odom else None
         follow = values.get("follow", False)
         if follow and not odom and profile.dynamics != "motors":
             message = "`follow` needs to know where the robot is: add `odom`"

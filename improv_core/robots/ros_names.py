@@ -8,6 +8,7 @@ from typing import Any
 
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
+from improv_core.score.score import in_namespace
 
 _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_name.c
 _LONGEST_NODE_NAME = 200  # 255 there, but the names of services come after it
@@ -21,7 +22,7 @@ def ros_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any], namespa
     written = reading.text(keys, table)
     if written is None:
         return None
-    whole = full_name(written, namespace)
+    whole = in_namespace(written, namespace)
     if len(whole) > _LONGEST_ROS_NAME:
         reading.at_value(keys, f"this name is too long for ROS 2: use at most {_LONGEST_ROS_NAME} characters")
     elif not _ROS_NAME.fullmatch(whole):
@@ -29,11 +30,6 @@ def ros_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any], namespa
     else:
         return whole
     return None
-
-
-def full_name(name: str, namespace: str) -> str:
-    """Return a name as ROS 2 sees it, in a namespace such as "" or "/lab"."""
-    return name if name.startswith("/") else f"{namespace}/{name}"
 
 
 def node_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str | None:

@@ -13,9 +13,8 @@ from improv_core.robots.config import Robots
 from improv_core.robots.toml_reading import listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.urdf import LARGEST_URDF, TURNING, Urdf, UrdfError, UrdfJoint, read_urdf, unit
-from improv_core.score.body import Body
+from improv_core.score.body import MOST_BONES, ROOT, Body, Bone, JointKind
 from improv_core.score.profiles import Profile
-from improv_core.score.skeleton import BASE, MOST_BONES, Bone, JointKind
 
 Skeleton = tuple[Bone, ...]
 
@@ -76,7 +75,7 @@ def bones(urdf: Urdf) -> tuple[Bone, ...]:
     """Convert all joints of a URDF to bones. Raises UrdfError if there are too many to draw."""
     if len(urdf.joints) > MOST_BONES:
         raise UrdfError(0, f"it has {len(urdf.joints):,} joints: at most {MOST_BONES:,} can be drawn")
-    number = {urdf.root: BASE} | {joint.child: place for place, joint in enumerate(urdf.joints)}
+    number = {urdf.root: ROOT} | {joint.child: place for place, joint in enumerate(urdf.joints)}
     return tuple(_bone(joint, number[joint.parent]) for joint in urdf.joints)
 
 

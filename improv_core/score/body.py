@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
+from improv_core.score.fits import Long
 from improv_core.score.movement import Asked
-from improv_core.score.skeleton import Bone, is_tree
 
 Interface = Literal["trajectory", "position", "velocity"]
 Home = Literal["wait", "move"]
 """The behavior at beat 0 if joints of real robots aren't at their starts: it waits until somebody has brought them
 there, or they move there first."""
+ROOT = -1
+"""The carrier of the first joints of a skeleton."""
+MOST_BONES = 1_000
+Vector = Annotated[Sequence[float], Long(3, 3)]
+JointKind = Literal["turns", "slides", "stays"]
 START = "start"
 """The pose that every body part has: all its joints at their starts."""
 
@@ -104,6 +109,27 @@ class Controller:
     topic: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Bone:
+    """A joint as it is drawn, after the one that carries it: `carrier` is its number in the skeleton.
+
+    `place` (meters) and `turn` (roll, pitch, and yaw in radians, about fixed axes) are its pose in the frame of its
+    carrier, and `axis` is its axis of turning or sliding, of length 1. Its position is `rest` unless another one is
+    known, in radians or meters; one that `follows` another joint is at `ratio` times its position, plus `shift`.
+    """
+
+    joint: str
+    carrier: int
+    place: Vector
+    turn: Vector
+    axis: Vector
+    way: JointKind
+    rest: float = 0.0
+    follows: str | None = None
+    ratio: float = 1.0
+    shift: float = 0.0
+
+
 @dataclass(frozen=True)
 class Body:
     """All that a robot has besides its base. A real one publishes the positions of its joints on `joint_states`. `urdf`
@@ -161,4 +187,9 @@ def is_whole(body: Body) -> bool:
     mentioned = {name for group in body.groups for name in group.parts}
     mentioned |= {part.mirror for part in body.parts if part.mirror}
     is_known = mentioned <= body.part.keys() and {drive.joint for drive in drives} <= body.joint.keys()
-    return is_known and all(drive.per_step for drive in drives) and is_tree(body.skeleton)
+    return is_known and all(drive.per_step for drive in drives) and _is_tree(body.skeleton)
+
+
+def _is_tree(bones: Sequence[Bone]) -> bool:
+    """Return whether bones make up a skeleton: each comes after its carrier, and they aren't too many."""
+    return len(bones) <= MOST_BONES and all(ROOT <= bone.carrier < number for number, bone in enumerate(bones))

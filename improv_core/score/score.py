@@ -11,7 +11,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from improv_core.score import world as worlds
 from improv_core.score.faults import FaultRules
 from improv_core.score.installed import Value
 from improv_core.score.measured import DEGREE, Component, in_si
@@ -22,7 +21,7 @@ from improv_core.score.osc import Osc
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
-from improv_core.score.world import World
+from improv_core.score.world import EMPTY, World
 
 BASE_FRAME = "base_link"
 """The frame of a robot's velocities by default, as in REP 105."""
@@ -217,7 +216,7 @@ class Score:
     parts: Mapping[str, Part]
     text: str = ""
     offsets: Mapping[int, int] = field(default_factory=dict)
-    world: World = worlds.EMPTY
+    world: World = EMPTY
     safety: Safety = Safety()
     scene: int = 0
     since: Exact = 0

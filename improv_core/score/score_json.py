@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from improv_core.score import world as worlds
 from improv_core.score.algebra import FromStatement, Gain, Hold, Pace, Parallel, Repeat, Reverse, Series
 from improv_core.score.body import is_whole
 from improv_core.score.bounds import is_too_fast
@@ -52,7 +51,7 @@ _OF_A_PART = (
     *("battery", "namespace", "host", "device", "senses", "editions"),
 )
 """The fields of a part that are sent besides its scenes."""
-_OF_A_SCORE = ("safety", "publish", "bar", "count_in", "clock", "scene_names", "music", "text")
+_OF_A_SCORE = ("world", "safety", "publish", "bar", "count_in", "clock", "scene_names", "music", "text")
 """The fields of a score that are sent as they are."""
 
 
@@ -119,7 +118,6 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
         "known": known,
         "movements": rows,
         "parts": parts,
-        "world": worlds.to_json(score.world),
         **{name: as_json(getattr(score, name)) for name in _OF_A_SCORE},
         "offsets": list(score.offsets.items()),
     }
@@ -176,11 +174,11 @@ def _known_part(name: str, before: Mapping[str, Part]) -> Part:
 
 
 def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
-    tempo, world = Fraction(above_zero(data["tempo"])), worlds.from_json(data["world"])
+    tempo = Fraction(above_zero(data["tempo"]))
     if not 1 <= tempo * LARGEST <= LARGEST**2:
         raise ValueError("the tempo is out of range")
     offsets = dict(read(data["offsets"], Sequence[tuple[int, int]]))
-    score = Score(tempo, parts, offsets=offsets, world=world, **_fields(Score, _OF_A_SCORE, data))
+    score = Score(tempo, parts, offsets=offsets, **_fields(Score, _OF_A_SCORE, data))
     if score.bar is not None and score.bar < 1:
         raise ValueError("a bar must have at least one beat")
     return score

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 from improv_core.score.fits import read
@@ -95,18 +95,8 @@ def is_computed(source: Source) -> bool:
     return isinstance(source, BuiltIn) and source.built_in != CUE
 
 
-def to_json(senses: Senses) -> dict[str, Any]:
-    """Senses as JSON values."""
-    return {name: asdict(source) for name, source in senses.items()}
-
-
-def from_json(data: Mapping[str, Mapping[str, Any]]) -> dict[str, Source]:
-    """Return the senses that `to_json` wrote. Raises ValueError on anything else."""
-    return {name: source_from_json(each) for name, each in data.items()}
-
-
 def source_from_json(data: Mapping[str, Any]) -> Source:
-    """Return a source of a sense. Raises ValueError if it is none."""
+    """Return the source of a sense that `as_json` wrote. Raises ValueError on anything else."""
     source: Source = read(data, Source)
     require_valid(source)
     return source

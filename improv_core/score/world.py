@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
-
-from improv_core.score.fits import read
+from typing import NamedTuple
 
 
 class Wall(NamedTuple):
@@ -72,23 +70,3 @@ class World:
 
 
 EMPTY = World()
-
-
-def to_json(world: World) -> dict[str, Any] | None:
-    """Return the world as JSON values; None if it is empty."""
-    if world == EMPTY:
-        return None
-    return {
-        "size": list(world.size) if world.size else None,
-        "walls": [list(wall) for wall in world.walls],
-        "circles": [circle._asdict() for circle in world.circles],
-        "boxes": [box._asdict() for box in world.boxes],
-        "margin": world.margin,
-        "keep_apart": world.keep_apart,
-    }
-
-
-def from_json(data: Mapping[str, Any] | None) -> World:
-    """Return the world that `to_json` wrote. Raises ValueError on anything else."""
-    world: World = EMPTY if data is None else read(data, World)
-    return world

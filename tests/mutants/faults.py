@@ -359,8 +359,8 @@ PROGRAM = (
     ),
     Fault(
         "program/unreachable.py",
-        "return window.part(whole - end, whole - window.start)",
-        "return window.part(window.start, end)",
+        "yield part.body, _Window(latest - end, latest - start)",
+        "yield part.body, _Window(start, end)",
         "in `reverse`, the wrong items count as never reached",
     ),
     Fault(

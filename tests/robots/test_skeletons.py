@@ -16,8 +16,8 @@ from improv_core.program.files import robots_from, robots_in
 from improv_core.robots.config import Robots, read_robots
 from improv_core.robots.skeletons import bones
 from improv_core.robots.urdf import read_urdf
+from improv_core.score.body import Bone
 from improv_core.score.score_json import from_json, to_json
-from improv_core.score.skeleton import Bone
 from tests.robots.test_urdf import BOMB, robot
 
 LINKS = "".join(f'<link name="{name}"/>' for name in "abcdefg")

@@ -25,7 +25,6 @@ from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import RosSink
 from improv_core.outputs.ros.standby.client import start_standby
 from improv_core.protocol.output import Alarm, Edge, RawPoses
-from improv_core.score import senses
 from improv_core.score.algebra import hold, stand
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Joint
 from improv_core.score.by_part import by_part
@@ -34,6 +33,7 @@ from improv_core.score.movement import Velocity
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, OutsideClock, Part, Safety, Score
+from improv_core.score.senses import source_from_json
 
 LIMIT = 60.0
 """Seconds to wait for an event, as in conftest.py."""
@@ -57,7 +57,7 @@ def prepare(
     """Prepare robots on these topics. All have the same part and profile, but some may be puppets. They perform a part,
     or only have to stop."""
     made = replace(TURTLESIM, **dict(profile))
-    part["senses"] = senses.from_json(part.get("senses", {}))
+    part["senses"] = {name: source_from_json(each) for name, each in part.get("senses", {}).items()}
     parts = {
         robot: Part(robot, () if stops else (stand(1),), PUPPET if robot in puppets else made, Pose(), topic, **part)
         for robot, topic in topics.items()

@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.ipc.arrivals import End, Unreadable
 from improv_core.protocol.messages import Load, Play
-from improv_core.score import senses
+from improv_core.score.fits import as_json
 from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic
@@ -30,7 +30,7 @@ LOAD: Load = {
     "entry": {"beat": 0.0, "monotonic": 1000.0, "begins": {"r": 0.0}},
     "at": 1000.0,
 }
-LOAD["score"]["parts"]["r"]["senses"] = senses.to_json(
+LOAD["score"]["parts"]["r"]["senses"] = as_json(
     {"near": Topic("/r/scan", "sensor_msgs/LaserScan", below=0.5), "bump": BuiltIn("bump"), "drop": Key("d")}
 )
 WRONG: list[Any] = [None, True, -1, 0, 10**400, 1.5, 1e999, float("nan"), "", "1/0", "-1", "9" * 3000]

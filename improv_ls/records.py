@@ -23,15 +23,11 @@ class Records:
         self._editor = editor
         self._thread = ThreadPoolExecutor(1)
         self._told: set[str] = set()
-        self._on_save = on_save.read()
-
-    @property
-    def on_save(self) -> Answer:
+        self.on_save = on_save.read()
         """The person's answer to the offer that saves continue the dance."""
-        return self._on_save
 
     def keep_on_save(self, answer: Answer) -> None:
-        self._on_save = answer
+        self.on_save = answer
         self._thread.submit(on_save.keep, answer)
 
     async def history(self) -> history.History:

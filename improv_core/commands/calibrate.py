@@ -28,7 +28,6 @@ from improv_core.routines.calibration import (
     LEAST_ROUNDS,
     MOST_ROUNDS,
     QUARTERS,
-    Calibration,
     Goal,
     MeasuredSettings,
     Round,
@@ -130,12 +129,14 @@ class _Conversation:
             found = calibrate(now, goal, rounds, before.wheel_separation)
             if len(rounds) >= LEAST_ROUNDS and found.is_known:
                 break
-        values = _written(found.settings)
+        values, error = _written(found.settings), _written(found.error)
         check(values)
         vary = "" if found.is_known else ", but they still vary"
-        self._say(f"the values after {len(rounds)} rounds{vary}: {_summary(found)}")
+        named = ", ".join(f"{name} {value:.10g} ± {error[name]:.1g}" for name, value in values.items())
+        self._say(f"the values after {len(rounds)} rounds{vary}: {named}")
         self._say(f"{self._robot} now plays again, with these values")
-        self._use(found.settings)
+        robot = replace(self._robots.robots[self._robot], profile=with_settings(before, found.settings))
+        self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
         after = await self._round(goal)
         self._say(f"before: {errors(goal, rounds)}")
         self._say(f"after:  {errors(goal, [after])}")
@@ -150,11 +151,6 @@ class _Conversation:
         ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
         room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
         return goal_in(room, profile)
-
-    def _use(self, settings: MeasuredSettings) -> None:
-        """Play with other settings from now on."""
-        robot = replace(self._robots.robots[self._robot], profile=with_settings(self._profile, settings))
-        self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
 
     async def _round(self, goal: Goal) -> Round:
         return Round(await self._straight(goal), await self._turn(goal))
@@ -291,8 +287,3 @@ def check(values: Mapping[str, float]) -> None:
         if not key.least <= value <= key.most:
             range_ = f"{value:g} {key.unit}, which is not from {key.least:g} to {key.most:g}"
             raise CommandError(f"`{name}` would be {range_}: check the robot; {FILE_NAME} was not changed")
-
-
-def _summary(found: Calibration) -> str:
-    values, errors = _written(found.settings), _written(found.error)
-    return ", ".join(f"{name} {value:.10g} ± {errors[name]:.1g}" for name, value in values.items())

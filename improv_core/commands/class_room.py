@@ -15,7 +15,6 @@ import click
 
 from improv_core.classroom.children import Children, check_site
 from improv_core.classroom.desk import Desk
-from improv_core.classroom.messages import FromDesk
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
@@ -136,7 +135,7 @@ class Class:
         self._loop = asyncio.get_running_loop()
         self._performing, self.children = performing, children
         self._ended: asyncio.Future[str] = self._loop.create_future()
-        self.desk = Desk(performing.playback, self._publish, children.remove, robots)
+        self.desk = Desk(performing.playback, lambda message: self.teacher.publish(message), children.remove, robots)
         own = _served_at(port)
         self.teacher = TeacherPage(
             own,
@@ -180,9 +179,6 @@ class Class:
     def _end(self, why: str) -> None:
         if not self._ended.done():
             self._ended.set_result(why)
-
-    def _publish(self, message: FromDesk) -> None:
-        self.teacher.publish(message)
 
     def _stop(self) -> None:
         """Stop everything, from any thread."""

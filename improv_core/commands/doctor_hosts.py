@@ -46,17 +46,14 @@ def findings(host: Host, seen: SeenHost | str) -> Iterator[Finding]:
     else:
         what = f"{holds.get('ros')} ({holds.get('ros_python')}): {holds.get('reach')}, {holds.get('rmw')} as RMW"
         yield good(f"{host.name}: {what}")
-    known = f"its clock is {_apart(clock.offset)} ours, known to {1000 * clock.error:.1f} ms"
+    apart = f"{abs(clock.offset):.3f} s {'ahead of' if clock.offset >= 0 else 'behind'}"
+    known = f"its clock is {apart} ours, known to {1000 * clock.error:.1f} ms"
     takes = f"there and back in {1000 * clock.round_trip:.1f} ms at least, there in {1000 * seen.lag:.0f} ms at most"
     if clock.error > GOOD_ERROR:
         advice = "robots will be out of step by as much: bring it nearer to the access point, or use a cable"
         yield absent(f"{host.name}: {known}; {takes}", advice)
     else:
         yield good(f"{host.name}: {known}; {takes}")
-
-
-def _apart(offset: float) -> str:
-    return f"{abs(offset):.3f} s {'ahead of' if offset >= 0 else 'behind'}"
 
 
 def _seen(host: Host, config: str | None) -> SeenHost | str:

@@ -66,14 +66,10 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
             elif not diff:
                 _rewrite(path, text, formatted)
                 echo(f"formatted {path}")
-        except (ReadError, RewriteError) as problem:
+        except (ReadError, CommandError) as problem:
             CommandError(str(problem)).show()
             code = FAILED
     return code
-
-
-class RewriteError(Exception):
-    """A file can't be rewritten; one plain line that says why."""
 
 
 def _block(block: re.Match[str]) -> str:
@@ -101,9 +97,9 @@ def _file_lines(text: str) -> list[str]:
 
 
 def _rewrite(path: Path, before: str, after: str) -> None:
-    """Replace the content of a file, if that is still the text that was read. Raises ReadError and RewriteError."""
+    """Replace the content of a file, if that is still the text that was read. Raises CommandError."""
     try:
         if not swap_text(path, before, after):
-            raise RewriteError(f"{path}: it changed while it was being formatted: run this again")
+            raise CommandError(f"{path}: it changed while it was being formatted: run this again")
     except OSError as error:
-        raise RewriteError(f"{path}: {why(error)}") from None
+        raise CommandError(f"{path}: {why(error)}") from None

@@ -15,7 +15,6 @@ if TYPE_CHECKING:  # completion reads the options alone
     from improv_core.ide.selection import Selection
     from improv_core.program.analysis import Analysis
     from improv_core.protocol.messages import Arming, Sensed, When
-    from improv_core.score.score import Score
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +44,6 @@ class PlaySettings:
         if self.first is None and self.last is None:
             return Selection("", analysis)
         return rehearse(analysis, scenes_named(analysis, self.first, self.last))
-
-    def counted_in(self, score: Score) -> Score:
-        """Return the score, counted in if that is wanted."""
-        return replace(score, count_in=True) if self.count_in else score
 
 
 _OPTIONS = (

@@ -178,7 +178,8 @@ class TerminalSession:
         self.rehearses = only.moved
         self.present(path)
         self.finished.clear()
-        score = settings.counted_in(score_of(only.analysis))
+        score = score_of(only.analysis)
+        score = replace(score, count_in=score.count_in or settings.count_in)
         if self._recorder:
             self._recorder.prepare(score, restart=settings.when == "restart")
         wanted = PlayScore(score, path.name, asked, settings.when, senses=settings.senses, arming=settings.arming)

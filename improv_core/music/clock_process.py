@@ -6,7 +6,7 @@ import asyncio
 import subprocess
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Literal, Protocol, TypeAlias, TypedDict
+from typing import Literal, TypedDict
 
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
@@ -26,16 +26,6 @@ class ClockGone(TypedDict):
 
 HeardClock = FromClock | ClockGone
 """A message from a music clock."""
-
-
-class RunningClock(Protocol):
-    """The part of `ClockProcess` that a session uses."""
-
-    def close(self) -> None: ...
-
-
-ListenTo: TypeAlias = Callable[[OutsideClock, float, Callable[[HeardClock], None]], RunningClock]
-"""The type of `ClockProcess`: listens to a clock of music, and passes its messages on."""
 
 
 class ClockProcess:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from improv_core.music.midi_time import MidiTime, heard
 from improv_core.plain import message as in_plain_text
+from improv_core.plain import one_line
 from improv_core.protocol.clock_messages import AnchorMessage
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.score.peer_clock import Anchor
@@ -40,7 +41,7 @@ def main() -> int:
         tell({"type": "error", "message": LACKS})
         return 1
     except Exception as error:  # whatever the system's library raises
-        tell({"type": "error", "message": f"this machine has no MIDI: {_in_one_line(error)}"})
+        tell({"type": "error", "message": f"this machine has no MIDI: {one_line(error)}"})
         return 1
     listening = _Listening(mido, sys.argv[1] if len(sys.argv) > 1 else "", tell)
     looked, known = -LOOK, MidiTime()
@@ -99,7 +100,7 @@ class _Listening:
                 others = f"there are {', '.join(names)}" if names else "connect one"
                 self._say(f"there is no {which}: {others}")
         except Exception as error:  # whatever the system's library raises
-            self._say(f"MIDI can't be heard: {_in_one_line(error)}")
+            self._say(f"MIDI can't be heard: {one_line(error)}")
 
     def heard(self) -> list[tuple[str, int, float]]:
         """The messages that have arrived: their kinds, song positions, and times of arrival."""
@@ -124,7 +125,3 @@ class _Listening:
         if line != self._latest_line:
             self._latest_line = line
             self._tell({"type": "warning", "message": in_plain_text(line)})
-
-
-def _in_one_line(error: BaseException) -> str:
-    return in_plain_text(" ".join(str(error).split()) or type(error).__name__)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, TypeAlias
 
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
@@ -25,17 +25,6 @@ Reach = Literal["nowhere", "here", "network"]
 POLICY = Policy(2.0)
 READY_LIMIT = 2.0
 """Seconds that a play may wait for the process to start."""
-
-
-class OscProcess(Protocol):
-    """The process, as the link uses it."""
-
-    @property
-    def is_alive(self) -> bool: ...
-
-    def put(self, message: ToOsc) -> None: ...
-
-    def close(self) -> None: ...
 
 
 Hear: TypeAlias = Callable[[FromOsc | None], None]
@@ -56,7 +45,7 @@ class OscLink:
         stops: Stops,
         ask: Callable[[PageRequest, int], None],
         say: Callable[[str], None],
-        start: Callable[[Hear], OscProcess] | None = None,
+        start: Callable[[Hear], Helper] | None = None,
         show: Path | None = None,
     ) -> None:
         self._reach = reach
@@ -64,7 +53,7 @@ class OscLink:
         self._ask = ask
         self._say = say
         self._start = start or partial(_start, show)
-        self._process: OscProcess | None = None
+        self._process: Helper | None = None
         self._number = 0  # counts the processes
         self._ready: Event | None = None  # set once the process has started or ended
         self._osc: Osc | None = None
@@ -147,7 +136,7 @@ class OscLink:
             self._ask(message["command"], asked)
 
 
-def _start(show: Path | None, hear: Hear) -> OscProcess:
+def _start(show: Path | None, hear: Hear) -> Helper:
     return Helper(
         helper_command("music.osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None)
     )

@@ -17,7 +17,7 @@ from typing import cast
 from urllib.parse import urlsplit
 
 from improv_core.ipc.stage_process import StageError
-from improv_core.music.clock_process import ClockProcess, HeardClock, ListenTo, RunningClock
+from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, Pause, Stop
 from improv_core.protocol.messages import ToStage
@@ -60,7 +60,7 @@ class Playback:
         stops: Stops,
         start: StartStage = start_stage,
         edit: Edit | None = None,
-        listen_to: ListenTo = ClockProcess,
+        listen_to: type[ClockProcess] = ClockProcess,
     ) -> None:
         self.options = options
         self.stops = stops
@@ -73,7 +73,7 @@ class Playback:
         self._edit = edit
         self._start = start
         self._listen_to = listen_to
-        self._clock: RunningClock | None = None
+        self._clock: ClockProcess | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stages: dict[StageKey, RunningStage] = {}
         self._loads = Loads()

@@ -103,7 +103,7 @@ class Fakes:
             lambda message, leads: self.news.append(message),
             self.stops,
             self._start,
-            listen_to=self._listen_to,
+            listen_to=self._listen_to,  # type: ignore[arg-type]
         )
 
     def edit(self, editing: Editing, asked: int) -> None:

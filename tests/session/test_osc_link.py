@@ -42,7 +42,7 @@ class Linked:
         self.fakes = fakes
         self.processes: list[FakeProcess] = []
         playback = fakes.playback
-        playback._osc = OscLink(reach, fakes.stops, playback.ask, playback._warn, self._start)
+        playback._osc = OscLink(reach, fakes.stops, playback.ask, playback._warn, self._start)  # type: ignore[arg-type]
 
     def _start(self, hear: Hear) -> FakeProcess:
         self.processes.append(FakeProcess(hear))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from itertools import pairwise
 from threading import Lock
 
@@ -279,32 +279,25 @@ def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None
 
 
 def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
-    """The circles (x, y, radius) that overlap another one. Each is compared only with circles in neighboring cells."""
-    if not circles:
-        return set()
-    size = 2 * max(radius for *_, radius in circles.values())
-    cells: dict[tuple[int, int], list[str]] = {}
-    for name, (x, y, _) in circles.items():
-        cells.setdefault((math.floor(x / size), math.floor(y / size)), []).append(name)
+    """The circles (x, y, radius) that overlap another one. Along the axis on which they spread more, each is compared
+    only with those that begin between its beginning and its end."""
     near: set[str] = set()
-    for one, other in _pairs(cells):
-        x1, y1, r1 = circles[one]
-        x2, y2, r2 = circles[other]
-        if math.hypot(x1 - x2, y1 - y2) < r1 + r2:
-            near |= {one, other}
+    if not circles:
+        return near
+    widths = [max(each) - min(each) for each in zip(*circles.values(), strict=True)]
+    axis = int(widths[1] > widths[0])
+    begins = sorted((circle[axis] - circle[2], name) for name, circle in circles.items())
+    for place, (_, one) in enumerate(begins):
+        x, y, radius = circle = circles[one]
+        end = circle[axis] + radius
+        for number in range(place + 1, len(begins)):
+            begin, other = begins[number]
+            if begin > end:
+                break
+            x2, y2, radius2 = circles[other]
+            if math.hypot(x - x2, y - y2) < radius + radius2:
+                near |= {one, other}
     return near
-
-
-def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, str]]:
-    """All pairs in the same cell or in cells that touch."""
-    for (x, y), names in cells.items():
-        for place, one in enumerate(names):
-            for other in names[place + 1 :]:
-                yield one, other
-        for beside in ((x + 1, y - 1), (x + 1, y), (x + 1, y + 1), (x, y + 1)):
-            for other in cells.get(beside, ()):
-                for one in names:
-                    yield one, other
 
 
 def _advice(met: Collection[str], robots: Collection[str]) -> str:

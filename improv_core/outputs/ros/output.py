@@ -32,7 +32,7 @@ from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets
 from improv_core.outputs.ros.sensors.client import PROMPT, USUAL, RosReader, request_for, silence
 from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
-from improv_core.outputs.ros.topic import Advertise, Now, RosTopic, message_class
+from improv_core.outputs.ros.topic import Advertise, RosTopic, message_class
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage, SentAs
@@ -69,8 +69,8 @@ class RosSink(Sink):
         node: str | None = None,
         arguments: Sequence[str] = (),
         tell: Callable[[str], None] = lambda line: None,
-        now: Now = time.monotonic,
     ) -> None:
+        now = time.monotonic
         name, arguments = without_name(arguments)
         self._standby = standby
         standby.alarm = lambda line: hear(Alarm(line))

@@ -170,10 +170,10 @@ class Standby:
         self._pending.pop(topic, None)
         self._tell({"type": "confirmed", "topic": topic})
 
-    def live(self, patience: float = PATIENCE) -> None:
-        """Send a sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
-        if self.moving and (self._clock() >= self._pulse or patience != PATIENCE):
-            self._ask(patience)
+    def live(self) -> None:
+        """Send a sign of life, at most once per `PULSE_PERIOD`."""
+        if self.moving and self._clock() >= self._pulse:
+            self._ask(PATIENCE)
 
     def close(self) -> None:
         """End the process. If robots still move because the stage couldn't stop them, it tries that first. It stays for

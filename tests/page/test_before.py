@@ -47,7 +47,7 @@ def test_before_anything_plays_the_page_names_the_file_and_the_missing_part(
     viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": [], "count": 0})
     page.goto(link(viewer))
     expect(hint).to_contain_text("Save solo.improv to see it dance")
-    expect(hint).to_contain_text("It is in /dances")
+    expect(hint).to_contain_text("solo.improv is in /dances")
     expect(page.locator("#timeline")).to_be_hidden()
     expect(page.locator("#score")).to_be_hidden()
     keep(page, "page-page.png")

@@ -7,13 +7,17 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
 from tests.page.conftest import Keep, at, wait
 from tests.page.editing import Edit
+from tests.page.looks import COUNT
 
 SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
 
+ORANGE = [192, 79, 0]
+PHONE: ViewportSize = {"width": 390, "height": 844}
+LOWER_END = "document.getElementById('{0}').getBoundingClientRect().bottom - document.getElementById('hall').offsetTop"
 AT_REST = """(
   window.before = window.seen,
   window.seen = JSON.stringify(improv.view),
@@ -53,8 +57,13 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(
     edited = Edit(file, window)
     page = edited.page()
     text = page.locator("#text")
+    page.set_viewport_size({"width": 683, "height": 384})
+    for button in ("Tutorial", "Examples", "Share"):
+        expect(page.get_by_role("button", name=button, exact=True)).to_be_in_viewport(ratio=1)
+    wait(page, "improv.toScreen(0, 2).y > " + LOWER_END.format("hint-title") + " + 8")  # the path is below the line
+    page.set_viewport_size({"width": 1280, "height": 800})
     page.locator("#write").click()
-    wait(page, "improv.transport.state === 'playing' && improv.view")
+    wait(page, "improv.transport.state === 'playing' && improv.drawn.ada?.y > 0.5")
     page.locator("#stop").click()
 
     put_cursor(page, "forwa")
@@ -109,6 +118,17 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(
 
     page.locator("#perform").click()
     page.locator("#gesture-parts").select_option("1")
+    expect(page.locator("#gesture")).to_contain_text("Press Perform again to write the words")
+    page.set_viewport_size(PHONE)
+    wait(page, "improv.toScreen(0, 2).y > " + LOWER_END.format("gesture"))
+    page.set_viewport_size({"width": 1280, "height": 800})
+    wait(page, AT_REST)
+    shown = page.evaluate(COUNT, ORANGE)
+    page.locator("#trail").select_option("off")
+    page.evaluate("window.same = 0")
+    wait(page, AT_REST)
+    assert page.evaluate(COUNT, ORANGE) == shown  # no trail leads to where the robot was put
+    page.locator("#trail").select_option("all")
     page.locator("#stage").focus()
     page.keyboard.down("ArrowUp")
     wait(page, "improv.drawn.ada.x > 1.5")

@@ -317,7 +317,7 @@ listenForPointing(
 meetings.listen(stage, floor.camera)
 
 const sizes = new ResizeObserver(refit)
-for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
+for (const id of ["stage", "tracks", "senses", "gesture", "hint"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   forgetColors()
   playingWords.forget()

@@ -24,7 +24,7 @@ export function insets(presenting) {
     else left = beat.width
     if (stop.left < hall.right) top = Math.max(top, stop.bottom - hall.top)
   }
-  for (const line of document.querySelectorAll("#show-wall.trouble:not([hidden]), #stands:not([hidden])")) {
+  for (const line of document.querySelectorAll("#show-wall.trouble, #stands, #gesture, .editing #hint > :is(h2, p)")) {
     const { height, bottom: end } = line.getBoundingClientRect()
     if (height) top = Math.max(top, end - hall.top + 8) // no robot and no name must be under it
   }

@@ -29,8 +29,8 @@ const WIDTH = 3 // pixels
 /** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
 const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
 const LINES = {
-  draw: "Draw on the floor, or move the pen with the arrow keys. Enter: write the words. Esc: end",
-  perform: "Move the robot with the arrow keys or a finger; real ones stay. Enter: write the words. Esc: discard",
+  draw: ["Draw on the floor. Press Draw again to end.", "By keyboard: arrow keys, Enter, Esc to end."],
+  perform: ["Drag the robot; real ones stay. Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
 }
 
 export class Gesturing {
@@ -154,6 +154,7 @@ export class Gesturing {
     const before = this.#robot.value
     this.#robot.replaceChildren(...(names.length ? names : ["turtle1"]).map((name) => element("option", { value: name, textContent: name })))
     if (names.includes(before)) this.#robot.value = before
+    find("gesture-whose").hidden = names.length < 2
     this.#end()
     this.#mode = mode
     const [whole] = this.#parts.options
@@ -162,7 +163,8 @@ export class Gesturing {
     const [x, y, z, heading] = program.current?.score.robots[this.#robot.value]?.start_pose ?? [0, 0, 0, 0]
     this.#restart({ x, y, z, heading })
     this.#show()
-    find("gesture-line").textContent = LINES[mode]
+    const [line, keys] = LINES[mode]
+    find("gesture-line").replaceChildren(line, element("span", { className: "by-key", textContent: ` ${keys}` }))
     find("stage").focus()
   }
 

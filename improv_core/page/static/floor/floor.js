@@ -103,11 +103,12 @@ export class Floor {
     for (const robot of robots) this.#drawRobot(robot)
     const rings = placeRings(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring)
-    for (const overlay of scene.overlays) overlay.draw(pen, camera)
+    scene.gesturing.draw(pen, camera)
     for (const path of scene.returnPaths) {
       drawReturnPath(pen, path, camera, robots.find(({ name }) => name === path.name)?.color ?? colors().ink)
     }
     this.#drawNames(named, rings, text)
+    scene.handle.draw(pen, camera)
     for (const mark of scene.meetings?.marks(camera) ?? []) this.#drawMeeting(mark, robots)
     this.#drawBumps(scene)
     if (robots.length) this.#drawScale()

@@ -158,11 +158,12 @@ export class View {
       world: program.current?.score.world ?? null,
       preview,
       rings: startPoses.rings,
-      overlays: [gesturing, handle],
+      gesturing,
+      handle,
       meetings: startPoses.rings.length ? null : meetings,
       returnPaths: misplaced.returnPaths,
       still: this.still,
-      key: [this.#known, placed, panels.trail, panels.ahead, preview.isShown && preview.version, !clock.playing && beat, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
+      key: [this.#known, placed, panels.trail, panels.ahead, preview.isShown && preview.version, !clock.playing && beat, gesturing.performs, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
       robots,
     }
   }
@@ -176,7 +177,9 @@ export class View {
    * @param {number} seconds since the last frame
    */
   #whereabouts(name, lost, at, seconds) {
-    const pose = this.#parts.gesturing.poseOf(name) ?? measured.pose(name, seconds) ?? this.robots[name]
+    const byHand = this.#parts.gesturing.poseOf(name)
+    if (byHand) return { pose: byHand, seen: -Infinity } // no trail leads there
+    const pose = measured.pose(name, seconds) ?? this.robots[name]
     if (!lost) this.#lost.delete(name)
     else if (!this.#lost.has(name)) this.#lost.set(name, { pose, seen: at })
     return this.#lost.get(name) ?? { pose, seen: Infinity }

@@ -45,6 +45,7 @@ def test_a_link_is_shown_fixed_and_passed_on_and_begins_at_its_pause(address: st
     share, dialog = page.get_by_role("button", name="Share"), page.locator("#sharing")
     share.click()
     expect(page.get_by_label("improv.toml", exact=True)).to_have_value(toml)
+    expect(page.get_by_label("Website")).to_be_hidden()  # this is one
     keep(page, "site-share-toml.png")
     page.get_by_label("improv.toml", exact=True).fill(toml.replace("quadrator", "quadrotor"))
     page.get_by_role("button", name="Use this").click()

@@ -11,7 +11,7 @@ import { drawCode } from "../net/worker-backend.js"
 /** @import { Saving } from "../editor/saving.js" */
 /** @import { Still } from "./still.js" */
 
-const NO_SITE = "For a link, write the address of a website with Improv above."
+const NO_SITE = "To get a link, enter the address of a website that improv site has built."
 const MOST_IN_CODE = 2_900 // characters: a QR code of this size can still be read from a screen
 const MOST_WITH_STILL = 2_000 // characters: a longer link has no room for a picture
 

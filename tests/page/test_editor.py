@@ -78,6 +78,8 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     fix.click()
     whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
     expect(text).to_have_value(whole)
+    cursor = text.evaluate("text => text.value.slice(text.selectionStart)")
+    assert cursor.startswith(" || left")  # behind the word, not in it
     expect(page.locator("#diagnostics")).to_be_hidden()
     expect(page.locator("#completions")).to_be_hidden()
     page.keyboard.press("Control+z")

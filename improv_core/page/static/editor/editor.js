@@ -311,7 +311,7 @@ export class Editor {
         this.#count,
         this.#text,
         (offset) => this.#go(offset),
-        (edits) => number === this.#number && this.#replace(applyEdits(this.#text, edits)),
+        (edits) => number === this.#number && this.#replace(applyEdits(this.#text, edits), edits.length === 1 ? edits[0] : undefined),
       )
     }
     this.#listed = listed // the same rows stay, so that a button that is being pressed is not replaced

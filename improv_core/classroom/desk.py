@@ -133,8 +133,12 @@ class Desk:
             self._plays = asyncio.create_task(self._perform(command, asked))
             return
         chosen = [self._children[number] for number in dict.fromkeys(command["numbers"]) if number in self._children]
-        if dances := [(child["name"], texts[good["count"]]) for child, texts in chosen if (good := child["good"])]:
-            self._plays = asyncio.create_task(self._play(dances, asked))
+        dances = [(child["name"], texts[good["count"]]) for child, texts in chosen if (good := child["good"])]
+        without = " + ".join(child["name"] for child, _ in chosen if not child["good"])
+        if dances:
+            self._plays = asyncio.create_task(self._play(dances, without, asked))
+        elif without:
+            self._say(f"{without}: no dance that plays")
 
     def stopped(self) -> None:
         """Show that the teacher has stopped everything."""
@@ -146,11 +150,15 @@ class Desk:
             self._plays.cancel()
         self._preparing.close()
 
-    async def _play(self, dances: Sequence[tuple[str, str]], asked: int) -> None:
-        """Play dances in the simulator, unless a stop has come since the count of stops was `asked`."""
+    async def _play(self, dances: Sequence[tuple[str, str]], without: str, asked: int) -> None:
+        """Play dances in the simulator, `without` the children who were also chosen, unless a stop has come since the
+        count of stops was `asked`."""
         names = " + ".join(name for name, _ in dances)
         self._say(f"Reading {names}")
-        await self._begin(await self._preparing.prepare(dances), names, asked, simulated=True)
+        ready = await self._preparing.prepare(dances)
+        if without:
+            ready["notes"] = [f"without {without}: no dance that plays", *ready["notes"]]
+        await self._begin(ready, names, asked, simulated=True)
 
     async def _perform(self, command: Perform, asked: int) -> None:
         """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""

@@ -39,28 +39,16 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
         if not only or _is_one_of(action.kind, only)
     ]
     if isinstance(document, RobotsFile):
-        commands = [_command(ls, document, action) for action in trials(document.lines.text, span)]
+        played = trials(document.lines.text, span)
     else:
         played = play_actions(document.analysis, span.start, *ls.performance.silenced)
-        commands = [*(_command(ls, document, action) for action in played), *_on_save(ls)]
-    commands += _resumes(ls)
-    return edits + [each for each in commands if not only or _is_one_of(str(each.kind), only)]
-
-
-def _resumes(ls: Session) -> Iterator[types.CodeAction]:
-    """Yield the actions that continue after a stop that nobody asked for."""
-    for name, beat in ls.performance.playing.resumes.items():
-        title = f"Resume from this {name}"
-        command = types.Command(title, "improv.resume", arguments=[beat])
-        yield types.CodeAction(title=title, kind="improv.resume", command=command)
-
-
-def _on_save(ls: Session) -> Iterator[types.CodeAction]:
-    """Yield the action that has saves do with a dance what they don't do yet."""
-    if other := ls.performance.other_on_save:
+    commands = [_command(each.title, each.command, _arguments(ls, document, each), each.kind) for each in played]
+    if isinstance(document, Document) and (other := ls.performance.other_on_save):
         title = "Let saves continue the dance" if other == "continue" else "Let saves start the dance over"
-        command = types.Command(title, "improv.onSave", arguments=[other])
-        yield types.CodeAction(title=title, kind="improv.onSave", command=command)
+        commands.append(_command(title, "onSave", [other]))
+    resumes = ls.performance.playing.resumes.items()
+    commands += [_command(f"Resume from this {name}", "resume", [beat]) for name, beat in resumes]
+    return edits + [each for each in commands if not only or _is_one_of(str(each.kind), only)]
 
 
 def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
@@ -121,17 +109,18 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
         yield Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),)), file
 
 
-def _command(ls: Session, document: AnyDocument, action: PlayAction) -> types.CodeAction:
+def _arguments(ls: Session, document: AnyDocument, action: PlayAction) -> list[Any]:
     arguments: list[Any] = [document.uri] if action.command in ("play", "only") else []
     if isinstance(action.only, Scenes):
         arguments.append(to_scenes(action.only))
     elif action.only:
         arguments.append(to_range(document.lines, action.only, ls.editor.encoding))
-    if action.robot:
-        arguments.append(action.robot)
-    title = message_without_links(action.title)
-    command = types.Command(title, f"improv.{action.command}", arguments=arguments)
-    return types.CodeAction(title=title, kind=action.kind, command=command)
+    return [*arguments, *([action.robot] if action.robot else [])]
+
+
+def _command(title: str, name: str, arguments: list[Any], kind: str = "") -> types.CodeAction:
+    title, name = message_without_links(title), f"improv.{name}"
+    return types.CodeAction(title=title, kind=kind or name, command=types.Command(title, name, arguments=arguments))
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:

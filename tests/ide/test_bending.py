@@ -1,4 +1,4 @@
-"""Handles that are dragged: before, the cursor `|>` in a movement; after, the program."""
+"""Gestures on the floor: before, the cursor `|>` in a movement; after, the program."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 
 from improv_core.diagnostics import applied
 from improv_core.ide.bending import bent, handle_at, lengthened
+from improv_core.ide.insertion import gap_at
 from improv_core.program.analysis import analyze
 from improv_core.program.files import robots_near
 from tests.ide.cursor import at_cursor
@@ -111,3 +112,20 @@ def test_a_word_that_moves_nobody_or_that_is_computed_has_no_handle(program: str
     analysis, offset = at_cursor(program)
     assert handle_at(analysis, offset) is None
     assert bent(analysis, offset, (1, 1), freely=False) == ()
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("ada $ for|>ward 2.2m left", "ada $ forward 2.2m rest left"),
+        ("ada $ |>forward left", "ada $ forward rest left"),
+        ("ada $ forward left 9|>0deg radius 1m", "ada $ forward left 90deg radius 1m rest"),
+        ("ada $ repeat 2 (forward left|>)", "ada $ repeat 2 (forward left rest)"),
+        ("ada $ forward |> left", "ada $ forward rest left"),
+    ],
+)
+def test_words_stand_behind_the_word_at_the_cursor_and_its_measures(before: str, after: str) -> None:
+    analysis, offset = at_cursor(before)
+    gap = gap_at(analysis, offset)
+    assert gap
+    assert " ".join(applied(analysis.text, [gap.filled("rest")]).split()) == after

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
 from functools import partial
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, unknown
@@ -11,14 +12,16 @@ from improv_core.program.meaning import Meaning, movement_of
 from improv_core.program.misuse import MovementOf
 from improv_core.robots.bodies import DIRECTIONS
 from improv_core.robots.config import Robots
-from improv_core.score.algebra import FromStatement, Gain, Parallel
-from improv_core.score.body import START, Body
+from improv_core.score.algebra import FromStatement, Parallel
+from improv_core.score.body import START, Body, BodyPart
 from improv_core.score.bounds import swaps_sides
-from improv_core.score.by_part import ByPart, ToPose
+from improv_core.score.joints import Limb
 from improv_core.score.measured import units_in
 from improv_core.score.movement import DIRECTIONS as COMPONENTS
 from improv_core.score.movement import Asked, Movement
 from improv_core.score.profiles import MOTIONS, PUPPET, Profile
+from improv_core.score.projection import Reach, project
+from improv_core.score.traversal import outer_first
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
@@ -79,8 +82,9 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
                     warns = code == "no-such-pose"
                     found.setdefault((code, span, message), Diagnostic(code, span, message, warns=warns))
         if meaning.movement.body_words.has_poses:
-            for span, message in _disturbed(meaning.movement, body):
-                found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
+            for one in body.parts:
+                for span, message in _disturbed(meaning.movement, one, body):
+                    found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
     for word, names in without.items():
         for span in _uses(meaning.body, word, movement):
             yield _lacking(word, names, span, robots)
@@ -200,64 +204,37 @@ def _wrong_unit(asked: Asked, takes: str, span: Span, word: str) -> Diagnostic:
     return Diagnostic("wrong-measure", span, f"{where}`{direction}` takes {what}, such as `{example}`{other}")
 
 
-def _disturbed(whole: Movement, body: Body) -> Iterator[tuple[Span, str]]:
-    """Yield each pose whose joints another voice moves too, as its span in the line and advice."""
-    waiting: list[tuple[Movement, str, bool, bool, Span | None]] = [(whole, "", False, False, None)]
-    seen = set[tuple[int, str, bool, bool, Span | None]]()
-    while waiting:
-        checkpoint()
-        movement, word, mirrored, flipped, outer = waiting.pop()
-        key = (id(movement), word, mirrored, flipped, outer)
-        if key in seen or not movement.body_words.has_poses:
+def _disturbed(whole: Movement, part: BodyPart, body: Body) -> Iterator[tuple[Span, str]]:
+    """Yield each pose of a body part whose joints another voice moves too, as its span in the line and advice."""
+    performed = project(whole, part.name, body, Limb(part, body, Fraction(60)))
+    for movement, use in _within(performed, None):
+        if not isinstance(movement, Parallel):
             continue
-        seen.add(key)
-        if isinstance(movement, ByPart):
-            word, mirrored = movement.part, flipped
-        elif isinstance(movement, Gain) and swaps_sides(movement.gain):
-            flipped = not flipped
-        elif isinstance(movement, FromStatement) and outer is None:
-            outer = movement.span
-        elif isinstance(movement, Parallel):
-            moved = [_moved(each, word, mirrored, flipped, body) for each in movement.items]
-            for place, voice in enumerate(movement.items):
-                others = set[str]().union(*(each[0] for other, each in enumerate(moved) if other != place))
-                if both := sorted(moved[place][1] & others):
-                    span = outer or _pose_in(voice)
-                    if span:
-                        yield (
-                            span,
-                            f"another voice moves `{both[0]}` too, so it ends elsewhere: play one after the other",
-                        )
-        waiting += [(each, word, mirrored, flipped, outer) for each in movement.parts]
+        poses = [
+            [(each, span or each.span) for each, span in _within(voice, use) if isinstance(each, Reach)]
+            for voice in movement.items
+        ]
+        moved = [
+            {direction for pose, _ in own for direction in pose.moved}
+            | {each for each in COMPONENTS if getattr(voice.bounds.peak, each)}
+            for voice, own in zip(movement.items, poses, strict=True)
+        ]
+        for place, own in enumerate(poses):
+            others = set[str]().union(*moved[:place], *moved[place + 1 :])
+            for pose, span in own:
+                joints = sorted(each.joint for each in part.drives if each.direction in others.intersection(pose.moved))
+                if joints and span:
+                    yield span, f"another voice moves `{joints[0]}` too, so it ends elsewhere: play one after the other"
+                    break
 
 
-def _moved(
-    movement: Movement, word: str, mirrored: bool, flipped: bool, body: Body
-) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the joints that a movement moves in its context, and those that its poses move."""
-    words = movement.body_words
-    asked = {each._replace(mirrored=each.mirrored != flipped) for each in words.asked if each.part}
-    asked |= {Asked(word, mirrored, pose=pose) for pose in words.loose_poses}
-    asked |= {Asked(word, mirrored, direction) for direction in _WORDS if getattr(movement.bounds.peak, direction)}
-    moved, posed = set[str](), set[str]()
-    for each in asked:
-        for name in body.performers(each.part, each.mirrored):
-            part = body.part[name]
-            pose = part.pose(each.pose)
-            for drive in part.drives:
-                if each.pose and (each.pose == START or (pose and drive.direction in pose.steps)):
-                    posed.add(drive.joint)
-                elif drive.direction == each.direction:
-                    moved.add(drive.joint)
-    return frozenset(moved | posed), frozenset(posed)
+def _within(movement: Movement, use: Span | None) -> Iterator[tuple[Movement, Span | None]]:
+    """Yield a movement and all inside it, each with the `use` of a name, in the line, by which it plays."""
 
+    def inside(at: tuple[Movement, Span | None]) -> list[tuple[Movement, Span | None]]:
+        checkpoint()
+        whole, use = at
+        own = whole.span if isinstance(whole, FromStatement) else None
+        return [(each, use or own) for each in whole.parts]
 
-def _pose_in(movement: Movement) -> Span | None:
-    """Return the span of the first pose in a movement in its line."""
-    waiting = [movement]
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, ToPose) or (isinstance(part, FromStatement) and part.body_words.has_poses and part.span):
-            return part.span
-        waiting += [each for each in reversed(part.parts) if each.body_words.has_poses]
-    return None
+    return outer_first((movement, use), inside, lambda at: (id(at[0]), at[1]))

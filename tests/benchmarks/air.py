@@ -11,23 +11,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
-from tests.benchmarks.servers import processor_time
 from tests.hosts.sshd import client_config, server_config
 from tests.ros.hosts import Host
 
 LINK = Path(os.environ.get("IMPROV_LINK") or Path(__file__).parents[3] / "shared" / "tools" / "jitter_link.py")
 BASE = "improv-air"
 """Namespace of the parent."""
-
-
-def memory(process: Path) -> float:
-    """Return the memory of a process in MB, by its folder in /proc; memory that others use, too, counts in parts."""
-    rows = dict(line.split(":") for line in (process / "smaps_rollup").read_text().splitlines()[1:])
-    return int(rows["Pss"].split()[0]) / 1e3
 
 
 class Machine:
@@ -65,17 +58,6 @@ class Machine:
         return subprocess.Popen(
             [*self.by, *clock, "/usr/sbin/sshd", "-D", "-e", "-f", config], stderr=subprocess.DEVNULL
         )
-
-    def used(self) -> str:
-        """Return the memory of each process that plays there, and its CPU."""
-        found = []
-        for process in Path("/proc").glob("[0-9]*"):
-            with suppress(OSError, StopIteration, IndexError):
-                words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
-                name = next(word for word in words if f"{self._folder}/cache/improv/stages" in word).rpartition("/")[2]
-                found.append((f"{name} {words[2]}", memory(process), processor_time(int(process.name))))
-        parts = ", ".join(f"{name} {used:.0f} MB, {spent:.1f} s of CPU" for name, used, spent in found)
-        return f"{sum(used for _, used, _ in found):.0f} MB in all ({parts})"
 
     @property
     def known(self) -> str:

@@ -1,5 +1,4 @@
-"""Times at which robots on bad links change their velocities, with a stage on each of them and with one stage for all;
-and the memory that a host needs.
+"""Times at which robots on bad links change their velocities, with a stage on each of them and with one stage for all.
 
 Each robot is on its own link with random delays and losses. There are saves, pauses, and changes of speed. The
 benchmark compares the time at which a robot's own machine has received a change with the beat that the parent's stage
@@ -39,7 +38,6 @@ from improv_core.session.state import PlayScore
 from tests.benchmarks.air import BASE, entering, machines, on_air
 from tests.benchmarks.robots import ENV, LIMIT, Heard, Listener
 from tests.benchmarks.tables import machine, p99, print_head, print_row
-from tests.processes import lines_until
 
 AIR = ("--delay", "0.002", "--jitter", "0.098", "--loss", "0.02")
 """2 to 100 ms each way, and 2 % of all packets lost."""
@@ -47,8 +45,6 @@ GAPS = ("--delay", "0.002", "--jitter", "0.02", "--stall", "1:10")
 """Every 10 s, nothing passes for a second."""
 STOPS = 0.5
 """Seconds before the message that all have stopped, from which on robots may have stopped."""
-SETTLING = 20.0
-"""Seconds for which a host dances until its memory is read."""
 PERIOD = 20.0
 """Seconds in which there are a save, a pause, and a change of speed."""
 DANCES = "forward left", "left forward"
@@ -81,7 +77,6 @@ def run(quick: bool) -> None:
         print_row(stages, about, str(len(sizes)), *figures)
         said += [f"{stages}, {about}: {line}" for line in found.lines]
     print("\n" + "\n".join(dict.fromkeys(said)))
-    print(f"\nOne robot's host: {_used()}")
 
 
 def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patience: float) -> Found:
@@ -101,21 +96,6 @@ def _dance(robots: int, seconds: float, link: Sequence[str], hosts: bool, patien
         for listener in listeners:
             heard |= listener.end()
     return _found(told, heard)
-
-
-def _used() -> str:
-    """Return the memory and the CPU that one robot's host takes while it dances."""
-    with tempfile.TemporaryDirectory(dir="/tmp") as folder, ExitStack() as stack:
-        (machine,), env = stack.enter_context(machines(1, Path(folder), ("--delay", "0.002")))
-        stack.enter_context(Listener("drain", ["/r0/cmd_vel"], machine.by, on_air(ENV)))
-        playing = subprocess.Popen(_parent(1, 60.0, True, 0.5), env=on_air(env), stdout=subprocess.PIPE, text=True)
-        try:
-            lines_until('"playing"', playing.stdout)
-            time.sleep(SETTLING)
-            return machine.used()
-        finally:
-            playing.kill()
-            playing.communicate()
 
 
 def _parent(robots: int, seconds: float, hosts: bool, patience: float) -> list[str]:

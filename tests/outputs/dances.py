@@ -6,7 +6,6 @@ import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from improv_core.outputs.ros.joints.channels import Channel
@@ -14,23 +13,19 @@ from improv_core.outputs.ros.joints.trajectories import leaves_out, standing, tr
 from improv_core.score.joints import JointMotion
 from tests.ros.controller import TrajectoryController
 
+TICK = 0.001
+"""Seconds between two looks at the controller."""
 REPEAT = 0.05
 """Seconds between two messages that repeat a velocity."""
 Program = Sequence[tuple[float, Sequence[float]]]
 """The velocities of joints from a time on; the last ones are zeros."""
+Passed = Sequence[Sequence[tuple[float, float]]]
+"""The positions and velocities of a controller's joints at each tick, from 1 s on."""
 
 
-@dataclass(frozen=True, slots=True)
-class Danced:
-    """A controller's positions and velocities at each tick from 1 s on, and the positions of the program."""
-
-    tick: float
-    passed: Sequence[Sequence[tuple[float, float]]]
-    program: Sequence[Sequence[float]]
-
-    def steepest(self, joint: int) -> float:
-        """The largest acceleration of a joint."""
-        return max(abs(after[joint][1] - before[joint][1]) / self.tick for before, after in pairwise(self.passed))
+def steepest(passed: Passed, joint: int) -> float:
+    """The largest acceleration of a joint."""
+    return max(abs(after[joint][1] - before[joint][1]) / TICK for before, after in pairwise(passed))
 
 
 def dance(
@@ -40,8 +35,7 @@ def dance(
     begin: float = 0.0,
     seconds: float = 3.0,
     stop: float = math.inf,
-    tick: float = 0.001,
-) -> Danced:
+) -> Passed:
     """Have joints at their starts perform a program until a stop; each message of a number is so many seconds late.
 
     Performance time is the program's, and `begin` later.
@@ -63,7 +57,7 @@ def dance(
 
     commands = sorted({*times, *(each for pair in pairwise(times) for each in _repeated(*pair)), stop} - {math.inf})
     arrivals = deque(sorted((at + late(number), at) for number, at in enumerate(commands) if at <= stop))
-    ticks = [1 + count * tick for count in range(round(seconds / tick))]
+    ticks = [1 + count * TICK for count in range(round(seconds / TICK))]
     passed = []
     for time in ticks:
         while arrivals and arrivals[0][0] <= time:
@@ -75,7 +69,7 @@ def dance(
                 made.take(names, [*trajectory(channel, now := course)], begin + arrived)
         passed.append(made.states(begin + time))
     assert not made.refused
-    return Danced(tick, passed, [[position for position, _ in line(time)] for time in ticks])
+    return passed
 
 
 def _repeated(at: float, end: float) -> list[float]:

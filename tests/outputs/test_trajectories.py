@@ -39,7 +39,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.body import Joint
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
-from tests.outputs.dances import REPEAT, dance
+from tests.outputs.dances import REPEAT, dance, steepest
 from tests.ros.controller import TrajectoryController
 
 YAW, PITCH = Joint("yaw", -2.0, 2.0, max_velocity=4.0), Joint("pitch", None, 1.0)
@@ -169,10 +169,10 @@ PROGRAM = [(1.0, (1.0, 0.0)), (1.05, (1.0, 0.0)), (1.1, (1.0, -2.0)), (1.15, (-3
 def test_joints_arrive_where_they_are_sent_within_their_accelerations(begin: float, late: float, window: float) -> None:
     """Times are rounded, and every other command leaves late. Joints that state no acceleration catch up with more."""
     danced = dance(replace(HEAD, window=window), PROGRAM, lambda number: late * (number % 2), begin)
-    assert [position for position, _ in danced.passed[-1]] == pytest.approx([-0.3, -0.4])
+    assert [position for position, _ in danced[-1]] == pytest.approx([-0.3, -0.4])
     most = 2.0 if late else 1.01
-    assert danced.steepest(0) <= 4 / window * most
-    assert danced.steepest(1) <= 2 / window * most
+    assert steepest(danced, 0) <= 4 / window * most
+    assert steepest(danced, 1) <= 2 / window * most
 
 
 KEPT = Joint("yaw", max_velocity=1.0, max_acceleration=4.0)
@@ -187,7 +187,7 @@ def test_no_repeat_makes_a_joint_exceed_its_acceleration(seconds: float, late: f
     """Some repeats leave just before the acceleration changes, when no point can lie where it does."""
     program = [(1 + number * seconds, [speed]) for number, speed in enumerate((0.5, -0.5, 0.25, 0.5, 0.0, -0.5, 0.0))]
     danced = dance(NOD, program, lambda number: late * (number % 2))
-    assert danced.steepest(0) <= 4.0 * 1.02
+    assert steepest(danced, 0) <= 4.0 * 1.02
 
 
 @pytest.mark.parametrize("delay", [0.02, 0.1, 0.3])
@@ -195,16 +195,16 @@ def test_no_repeat_makes_a_joint_exceed_its_acceleration(seconds: float, late: f
 def test_late_messages_ask_for_no_larger_accelerations(delay: float, period: int) -> None:
     """Joints have come to rest at the place where they turn, as they were sent. From there, they catch up."""
     danced = dance(NOD, BACK_AND_FORTH, lambda number: delay * (number % period == 0), seconds=6.0)
-    assert danced.steepest(0) <= 4.0 * 1.02
-    assert danced.passed[-1][0][0] == pytest.approx(0.0, abs=1e-5)
-    assert all(-1e-6 <= position <= 0.5 + 1e-6 for ((position, _),) in danced.passed), "no farther than the program"
+    assert steepest(danced, 0) <= 4.0 * 1.02
+    assert danced[-1][0][0] == pytest.approx(0.0, abs=1e-5)
+    assert all(-1e-6 <= position <= 0.5 + 1e-6 for ((position, _),) in danced), "no farther than the program"
 
 
 def test_a_joint_is_back_on_the_program_soon_after_late_messages() -> None:
     """Nothing leaves for 0.2 s after the joint has turned. It meets the program where it turns next."""
     late = lambda number: max(0.2 - (number - 20) * REPEAT, 0.0) if number >= 20 else 0.0  # noqa: E731
     danced, on_time = (dance(NOD, BACK_AND_FORTH, each, seconds=6.0) for each in (late, lambda number: 0.0))
-    off = [abs(one[0] - other[0]) for (one,), (other,) in zip(danced.passed, on_time.passed, strict=True)]
+    off = [abs(one[0] - other[0]) for (one,), (other,) in zip(danced, on_time, strict=True)]
     assert 0.05 < max(off[:2000]) < 0.11
     assert max(off[2700:]) < 1e-6
 
@@ -221,9 +221,7 @@ def test_a_joint_is_back_on_the_program_soon_after_late_messages() -> None:
     ],
 )
 def test_a_stop_brakes_as_fast_as_a_joint_may(channel: Channel, stop: float, seconds: float) -> None:
-    (_, before), *after = [
-        each[0] for each in dance(channel, BACK_AND_FORTH, stop=stop).passed[round(stop * 1000) - 1000 :]
-    ]
+    (_, before), *after = [each[0] for each in dance(channel, BACK_AND_FORTH, stop=stop)[round(stop * 1000) - 1000 :]]
     assert before
     moving = sum(1 for _, velocity in after if velocity)
     assert moving / 1000 == pytest.approx(seconds, abs=0.003)

@@ -69,12 +69,12 @@ class Analysis(Program):
     @cached_property
     def lacks(self) -> Mapping[int, str]:
         """The first error in each statement whose movement lacks something because of it, or in a definition that the
-        statement uses: "a word is missing: `lft` in line 3"."""
+        statement uses: "`lft` in line 3 is not defined"."""
         found: dict[int, str] = {}
         for fault in in_slices(sorted(self.faulty)):
             meaning, waiting = self.meanings[fault], [] if self.meanings[fault].ok else [fault]
             line, unknown = f"line {self.line_number(fault)}", meaning.unresolved
-            why = message(f"a word is missing: `{unknown[0].text}` in {line}") if unknown else f"{line} has an error"
+            why = message(f"`{unknown[0].text}` in {line} is not defined") if unknown else f"{line} has an error"
             while waiting:
                 index = waiting.pop()
                 if index not in found:

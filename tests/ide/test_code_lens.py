@@ -27,12 +27,12 @@ def test_a_program_has_one_lens_with_its_length() -> None:
 
 def test_a_lens_says_that_a_word_is_missing() -> None:
     for program in ("\nr $ repeat 4 (up lft)", "\nx = lft\ns $ up\nr $ repeat 4 (up x)"):
-        check(program, "0: ▶ play · a word is missing: `lft` in line 2 → all")
+        check(program, "0: ▶ play · `lft` in line 2 is not defined → all")
     check("r $ pause near", "0: ▶ play · line 1 has an error → all")
     check("r $ up\nx = (\ns $ x", "0: ▶ play · line 2 has an error → all")
     check(
         "r $ lft\n---\nr $ up",
-        "0: ▶ play · a word is missing: `lft` in line 1 → all",
+        "0: ▶ play · `lft` in line 1 is not defined → all",
         "1: ▶ scene 2 · 1 beat, 1.0 s → 1 to 1",
     )
 

@@ -247,7 +247,7 @@ def test_distances_are_those_of_the_robots_that_play() -> None:
 
 
 def test_a_hover_says_that_a_word_is_missing() -> None:
-    missing = "a word is missing: `lft` in line 1"
+    missing = "`lft` in line 1 is not defined"
     for program in ("|>r $ repeat 4 (up lft)", "r |>$ repeat 4 (up lft)", "r $ re|>peat 4 (up lft)"):
         check_missing(program, missing)
     for line in ("|>r $ side side", "r |>$ side side", "r $ (|>side) up", "r $ rep|>eat 4 side"):

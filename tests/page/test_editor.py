@@ -367,7 +367,7 @@ def test_the_path_of_a_text_is_shown_before_it_is_saved_and_can_be_hidden(edit: 
     write(page, "bo at 0 1\nbo $ repeat 4 (forward left)\n")
     wait(page, f"{ada} > 30 && {bo} > 30")
     write(page, "bo $ lft\n")
-    expect(preview).to_have_text("Preview: a word is missing: `lft` in line 5")
+    expect(preview).to_have_text("Preview: `lft` in line 5 is not defined")
     wait(page, f"{ada} > 30 && {bo} === 0")
     preview.click()
     expect(preview).to_have_text("Preview")

@@ -44,11 +44,15 @@ def test_an_endless_path_has_a_beginning() -> None:
 
 
 def test_a_robot_that_lacks_a_word_has_no_path() -> None:
-    word = "a word is missing: `lft` in line 1"
+    word = "`lft` in line 1 is not defined"
     check("side = forward lft\nada $ repeat 4 side\nbo $ forward 1m\nbo at 0 0", "bo 1,0", problem=word)
     check("ada $ lft\nada $ forward\nbo $ forward 1m\nbo at 0 0", "bo 1,0", problem=word)
     check("beat 30\nbeat 20\nbo $ forward 1m\nbo at 0 0", "bo 1,0", problem="line 2 has an error")
-    check("bo $ forward 1m\nada $ until near repeat forward\nada $ lft\nbo at 0 0", "bo 1,0", problem=word[:-1] + "3")
+    check(
+        "bo $ forward 1m\nada $ until near repeat forward\nada $ lft\nbo at 0 0",
+        "bo 1,0",
+        problem=word.replace("1", "3"),
+    )
 
 
 ROOM = "room 10m 4m\nada at 0 0\n"
@@ -61,7 +65,7 @@ def test_senses_decide_as_in_the_simulator() -> None:
     stroke = second["robots"]["ada"]["strokes"][-1]
     assert 1 < stroke[3] < 4.7
     assert second["robots"]["ada"]["certain"] == len(second["robots"]["ada"]["strokes"])
-    check(f"{ROOM}ada $ until near repeat forward 1m lft", problem="a word is missing: `lft` in line 3")
+    check(f"{ROOM}ada $ until near repeat forward 1m lft", problem="`lft` in line 3 is not defined")
 
 
 def test_no_more_answers_follow_once_somebody_types() -> None:

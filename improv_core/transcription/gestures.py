@@ -29,6 +29,8 @@ _ARC_COST = 1.2
 """An arc takes more words than a line: so many times as many, and twice as many again if it hardly bends,"""
 _SLIGHT = math.radians(45)
 """by less than this."""
+_CORNER_COST = 1.0
+"""A corner takes a turn on the spot, and so as many words as a line."""
 _MISFIT_COST = 0.3
 _FEWEST = 4
 """Fewer places make no arc."""
@@ -70,12 +72,13 @@ class _Curve(NamedTuple):
 
 
 def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
-    """Return the pose at which a stroke begins, and the words that draw it; none if it is shorter than `LEAST`.
+    """Return the pose at which a stroke begins, to a centimeter, and the words that draw it; none if it is shorter than
+    `LEAST`.
 
     The robot first turns to it from its `heading` (radians), or begins that way if it has none. Each line or arc takes
     the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat.
     """
-    start = Pose(stroke[0].x, stroke[0].y) if stroke else Pose()
+    start = Pose(round(stroke[0].x, 2), round(stroke[0].y, 2)) if stroke else Pose()
     curves = _curves(stroke)
     if not curves:
         return start, ""
@@ -163,7 +166,8 @@ def _curves(stroke: Sequence[DrawnPoint]) -> list[_Curve]:
         for last in range(first + 1, len(places)):
             fit = _fit(places[first : last + 1], kept[last].beat - kept[first].beat, tremor)
             misses = 0 if fit else misses + 1
-            if fit and (cost := costs[first] + fit[0]) < costs[last]:
+            bends = first and fit and abs(_kink(best[first][1], fit[1])) > _KINK
+            if fit and (cost := costs[first] + fit[0] + _CORNER_COST * bool(bends)) < costs[last]:
                 costs[last], best[last] = cost, (first, fit[1])
             if misses == _PATIENCE:
                 break
@@ -297,5 +301,10 @@ def _to(line: _Curve, start: complex, end: complex) -> _Curve:
 
 def _are_one(one: _Curve, other: _Curve) -> bool:
     bends = [curve.turn / curve.length for curve in (one, other)]
-    kink = abs(math.remainder(one.direction + one.turn - other.direction, math.tau))
+    kink = abs(_kink(one, other))
     return kink < (_KINK if all(bends) else _KINK / 2) and abs(bends[0] - bends[1]) <= _ALIKE * max(map(abs, bends))
+
+
+def _kink(one: _Curve, other: _Curve) -> float:
+    """Return the turn on the spot between two curves, in radians."""
+    return math.remainder(other.direction - one.direction - one.turn, math.tau)

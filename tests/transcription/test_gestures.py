@@ -72,8 +72,16 @@ def test_a_drawing_becomes_lines_and_arcs(places: list[complex], words: str) -> 
     check(places, words)
 
 
+def test_a_wave_becomes_arcs_rather_than_lines_with_corners() -> None:
+    wave = [complex(number / 35, -0.57 * math.sin(number / 12)) for number in range(110)]
+    words = (
+        "forward 50cm left 135deg radius 30cm forward 90cm right 150deg radius 40cm forward 1m left 180deg radius 50cm"
+    )
+    assert words_drawn(stroke(wave, 0.006), None, DEFAULT, 0)[1] == words
+
+
 def test_a_drawing_begins_where_the_hand_did_in_its_first_direction() -> None:
-    start, words = words_drawn(stroke(lines(1 + 1j, 1 + 3j)), None, DEFAULT, 0)
+    start, words = words_drawn(stroke(lines(1.0037 + 1j, 1.0037 + 3j)), None, DEFAULT, 0)
     assert (start, words) == (Pose(1, 1, 0, math.pi / 2), "forward")
 
 

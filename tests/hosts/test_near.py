@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,6 +48,19 @@ def test_a_stop_is_passed_on_first_and_answered_once_the_stage_has_obeyed() -> N
         asking.join(LIMIT)
         assert answers == [[]]
         reached.close()
+
+
+def test_a_stop_of_the_parent_goes_before_the_rest_of_a_long_score() -> None:
+    near, stop = Near(), b'{"type": "stop", "number": 3}\n'
+    near._put(b"#" * 3_000_000, is_score=True)
+    assert [near._outgoing.next()[:1] for _ in range(2)] == [b"l", b"m"]  # type: ignore[index]
+    reads, writes = os.pipe()
+    threading.Thread(target=near._read_stops, args=(reads,), daemon=True).start()
+    os.write(writes, stop)
+    assert near.sent.acquire(timeout=LIMIT)
+    assert near._outgoing.next() == b"s" + stop
+    near._gone.set()
+    os.close(writes)
 
 
 def test_a_flood_of_stops_that_nobody_confirms_is_bounded() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given
 
 from improv_core.program.analysis import analyze
 from improv_core.score import algebra
-from improv_core.score.dice import chance, choose, seed, shuffle, throwing
+from improv_core.score.dice import choose, seed, shuffle
 from improv_core.score.equality import same
 from improv_core.score.movement import Movement
 from improv_core.score.primitives import PRIMITIVES
@@ -47,17 +47,10 @@ def test_places_and_names_do_not_matter(one: str, other: str) -> None:
     [
         ("r $ forward", "r $ left"),
         ("r $ forward left", "r $ left forward"),
-        ("r $ forward left", "r $ forward || left"),
-        ("r $ repeat 2 forward", "r $ repeat 3 forward"),
-        ("r $ repeat forward", "r $ repeat left"),
         ("r $ repeat forward", "r $ repeat 4 forward"),
-        ("r $ forward", "r $ forward forward"),
-        ("r $ fast 2 forward", "r $ fast 3 forward"),
         ("r $ scale 2 forward", "r $ scale 3 forward"),
         ("r $ reverse (forward left)", "r $ forward left"),
-        ("r $ forward || left", "r $ forward || right"),
         ("r $ fast 2 forward", "r $ scale 2 forward"),
-        ("r $ reverse (forward left)", "r $ retrograde (forward left)"),
         ("r $ reflect sagittal left", "r $ reflect frontal left"),
         ("x = forward\nr $ x left", "x = left\nr $ x left"),
     ],
@@ -70,11 +63,8 @@ def test_movements_that_play_otherwise_differ(one: str, other: str) -> None:
     ("one", "other"),
     [
         (choose((FORWARD, LEFT)), choose((LEFT, FORWARD))),
-        (choose((FORWARD, LEFT, LEFT)), choose((FORWARD, LEFT))),
         (choose((FORWARD, LEFT)), shuffle((FORWARD, LEFT))),
-        (chance(FORWARD, Fraction(1, 2)), chance(FORWARD, Fraction(1, 3))),
         (seed(choose((FORWARD, LEFT)), Fraction(1)), seed(choose((FORWARD, LEFT)), Fraction(2))),
-        (throwing(choose((FORWARD, LEFT)), 1), throwing(choose((FORWARD, LEFT)), 2)),
         (ramp(FORWARD, 1, 2), ramp(FORWARD, 2, 1)),
         (ramp(FORWARD, 1, 1), ease(FORWARD)),
         (algebra.repeat(choose(()), 2), algebra.repeat(choose(()), 3)),

@@ -331,7 +331,7 @@ def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
 
     said = page.evaluate(
         """() => new Promise(done => {
-          const token = encodeURIComponent(localStorage.getItem("improv.token"))
+          const token = encodeURIComponent(JSON.parse(localStorage.getItem("improv.token")))
           const socket = new WebSocket(`ws://${location.host}/live?token=${token}`)
           const said = []
           socket.onopen = () => {

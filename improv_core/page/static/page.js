@@ -19,7 +19,7 @@ import { seek } from "./controls/seek.js"
 import { Senses } from "./controls/senses.js"
 import { wall } from "./controls/status-wall.js"
 import { Editor } from "./editor/editor.js"
-import { offerHelp } from "./editor/writing.js"
+import { offerWords } from "./editor/word-row.js"
 import { Bumps } from "./floor/bumps.js"
 import { Floor } from "./floor/floor.js"
 import { Formation } from "./floor/formation.js"
@@ -42,6 +42,10 @@ import { robotList } from "./score/robot-list.js"
 import { PlayingWords, Score } from "./score/score.js"
 import { Sound } from "./sound/sound.js"
 import { Timeline } from "./timeline/timeline.js"
+import { isClass, joinClass } from "./website/class.js"
+import { offerExamples } from "./website/examples.js"
+import { offerGuide } from "./website/guide.js"
+import { offerSharing } from "./website/share.js"
 import { stillOf } from "./website/still.js"
 
 /** @import { Point } from "./floor/camera.js" */
@@ -296,11 +300,20 @@ function fit() {
 }
 
 offerFiles(stage)
-offerHelp(
+offerWords(findA("text", HTMLTextAreaElement))
+// On a website, what somebody chooses plays at once. Elsewhere, real robots may play, and a file is written: that takes another press.
+const choose = (/** @type {string} */ text, toml = "") => {
+  editor.saving.replace(text, isWebsite ? toml : undefined)
+  if (isWebsite) editor.saving.write()
+}
+offerExamples(choose)
+offerGuide(choose)
+offerSharing(
   editor.saving,
   () => (clock.transport.state === "paused" && editor.isPlayed && !clock.atStart ? clock.beat() : 0),
   (text) => stillOf(preview.linesOf(text)),
 )
+if (isClass) joinClass(editor.saving)
 
 /** @param {Point} point @param {() => boolean} freely whether Alt is pressed */
 const grab = (point, freely) =>

@@ -7,12 +7,7 @@ export function find(id) {
   return findA(id, HTMLElement)
 }
 
-/**
- * @template {HTMLElement} T
- * @param {string} id
- * @param {{ new (): T }} kind
- * @returns {T}
- */
+/** @template {HTMLElement} T @param {string} id @param {{ new (): T }} kind @returns {T} */
 export function findA(id, kind) {
   const element = document.getElementById(id)
   if (!(element instanceof kind)) throw new Error(`the page has no ${kind.name} called ${id}`)

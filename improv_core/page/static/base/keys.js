@@ -14,10 +14,7 @@ const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
  * @property {(line: string) => void} say shows what a letter did, or why it did nothing
  */
 
-/**
- * Calls functions for keys.
- * @param {Actions} actions
- */
+/** Calls functions for keys. @param {Actions} actions */
 export function listen({ stop, keys, shifted, lettersWork, say }) {
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || event.defaultPrevented) return

@@ -1,10 +1,7 @@
 // @ts-check
 // Values that this browser keeps, if it keeps any.
 
-/**
- * The value that is kept under a key, or null.
- * @param {string} key
- */
+/** The value that is kept under a key, or null. @param {string} key */
 export function stored(key) {
   try {
     return JSON.parse(localStorage.getItem(key) ?? "null")
@@ -29,14 +26,8 @@ export function store(key, value) {
 
 /** Settings that last, if the browser keeps them. */
 export const settings = {
-  /**
-   * @param {string} name
-   * @param {unknown} otherwise
-   */
+  /** @param {string} name @param {unknown} otherwise */
   get: (name, otherwise) => stored(`improv.${name}`) ?? otherwise,
-  /**
-   * @param {string} name
-   * @param {unknown} value
-   */
+  /** @param {string} name @param {unknown} value */
   set: (name, value) => store(`improv.${name}`, value),
 }

@@ -91,11 +91,7 @@ export class Figures {
   }
 }
 
-/**
- * @param {Robot} robot
- * @param {Picture | null} picture
- * @returns {Card}
- */
+/** @param {Robot} robot @param {Picture | null} picture @returns {Card} */
 function card(robot, picture) {
   const { name, body } = robot
   const card = robotElement("li", robot, element("h2", { textContent: name, title: name }))
@@ -114,20 +110,13 @@ function starts(body) {
   return Object.fromEntries(body.flatMap(({ joints }) => joints.map(({ name, start }) => [name, start])))
 }
 
-/**
- * The gauges of one body part, under its name.
- * @param {Row[]} rows
- */
+/** The gauges of one body part, under its name. @param {Row[]} rows */
 function group(rows) {
   const name = element("span", { className: "part", textContent: rows[0]?.part.replaceAll("_", " ") ?? "" })
   return element("div", {}, name, ...rows.map(({ row }) => row))
 }
 
-/**
- * @param {string} part
- * @param {Joint} joint
- * @returns {Row}
- */
+/** @param {string} part @param {Joint} joint @returns {Row} */
 function row(part, joint) {
   const { ends, start } = gauge(joint, joint.start, 0)
   const className = ["gauge", ...["least", "most"].filter((_, index) => ends[index])].join(" ")

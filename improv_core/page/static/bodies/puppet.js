@@ -49,11 +49,7 @@ export function puppet(body) {
   return { svg, draw }
 }
 
-/**
- * @param {Figure} figure
- * @param {ViewName} name
- * @returns {Record<typeof PARTS[number], string>}
- */
+/** @param {Figure} figure @param {ViewName} name @returns {Record<typeof PARTS[number], string>} */
 function pathsOf(figure, name) {
   const { arms, head, strings } = view(figure, name)
   const half = name === "front" ? 0.2 : 0.14

@@ -25,21 +25,13 @@ export function framesOf(skeleton, positions) {
   return frames
 }
 
-/**
- * @param {Bone} bone
- * @param {Positions} positions
- */
+/** @param {Bone} bone @param {Positions} positions */
 function positionOf({ joint, follows, ratio, shift, rest }, positions) {
   if (follows === null) return positions[joint] ?? rest
   return follows in positions ? ratio * positions[follows] + shift : rest
 }
 
-/**
- * @param {Bone} bone
- * @param {Frame} carrier
- * @param {number} position
- * @returns {Frame}
- */
+/** @param {Bone} bone @param {Frame} carrier @param {number} position @returns {Frame} */
 function carried({ place, turn, axis, way }, { at, axes }, position) {
   const begin = plus(at, along(axes, place))
   const own = /** @type {Axes} */ (rotation(turn).map((each) => along(axes, each)))

@@ -51,11 +51,7 @@ export class StickFigure {
     this.#last = skeleton.map(({ way }, index) => way === "turns" && !carries[index])
   }
 
-  /**
-   * @param {Positions} positions
-   * @param {Sight} sight
-   * @returns {Paths}
-   */
+  /** @param {Positions} positions @param {Sight} sight @returns {Paths} */
   seen(positions, sight) {
     const frames = framesOf(this.#skeleton, positions)
     this.#fit(frames.map(({ at }) => at))
@@ -108,19 +104,13 @@ export class StickFigure {
     if (far > this.room.radius) this.room.radius = far * GROWING
   }
 
-  /**
-   * @param {Place} one
-   * @param {Place} other
-   */
+  /** @param {Place} one @param {Place} other */
   #apart(one, other) {
     return distance(one, other) > LEAST * this.room.radius
   }
 }
 
-/**
- * @param {Place} one
- * @param {Place} other
- */
+/** @param {Place} one @param {Place} other */
 function distance(one, other) {
   return Math.hypot(one[0] - other[0], one[1] - other[1], one[2] - other[2])
 }

@@ -27,11 +27,7 @@ export function along([x, y, z], [a, b, c]) {
   return [x[0] * a + y[0] * b + z[0] * c, x[1] * a + y[1] * b + z[1] * c, x[2] * a + y[2] * b + z[2] * c]
 }
 
-/**
- * @param {Place} one
- * @param {Place} other
- * @returns {Place}
- */
+/** @param {Place} one @param {Place} other @returns {Place} */
 export function plus(one, other) {
   return [one[0] + other[0], one[1] + other[1], one[2] + other[2]]
 }

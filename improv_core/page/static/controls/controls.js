@@ -157,10 +157,7 @@ function round(number) {
   return Number(number.toFixed(2))
 }
 
-/**
- * A whole number, kept short for dances longer than anybody will wait.
- * @param {number} number
- */
+/** A whole number, kept short for dances longer than anybody will wait. @param {number} number */
 function whole(number) {
   return number < 1e6 ? String(number) : number.toExponential(0).replace("e+", "e")
 }

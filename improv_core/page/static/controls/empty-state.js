@@ -33,10 +33,7 @@ export function showHint() {
   document.body.classList.toggle("empty", !played || !robots)
 }
 
-/**
- * @param {Messages["program"]["problems"][number]} problem
- * @param {string} program
- */
+/** @param {Messages["program"]["problems"][number]} problem @param {string} program */
 function row({ file, line, word, message }, program) {
   const where = [file !== program && file, line && `line ${line}`].filter(Boolean).join(", ")
   const summary = element("summary", {}, ...(where ? [element("b", { textContent: where }), " "] : []), message)

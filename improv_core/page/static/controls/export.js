@@ -21,10 +21,7 @@ export function download(name, blob) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 }
 
-/**
- * An SVG as a PNG.
- * @param {string} svg
- */
+/** An SVG as a PNG. @param {string} svg */
 async function drawPng(svg) {
   const image = element("img", { src: svgAddress(svg) })
   await image.decode()
@@ -47,10 +44,7 @@ export function offerFiles(canvas) {
   })
 }
 
-/**
- * @param {string} ending
- * @param {(svg: string) => Blob | Promise<Blob>} make
- */
+/** @param {string} ending @param {(svg: string) => Blob | Promise<Blob>} make */
 async function savePaths(ending, make) {
   const svg = await program.getPicture()
   if (svg) download(`${program.stem}${ending}`, await make(svg))

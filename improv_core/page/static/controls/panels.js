@@ -124,10 +124,7 @@ export class Panels {
     this.#open(name, settings.get(name, wide) && !SMALL_SCREEN.matches)
   }
 
-  /**
-   * @param {string} name
-   * @param {boolean} open
-   */
+  /** @param {string} name @param {boolean} open */
   #open(name, open) {
     find(name).hidden = !open && !(this.presenting && name === "score")
     find(`show-${name}`).setAttribute("aria-expanded", String(open))

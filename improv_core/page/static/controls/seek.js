@@ -17,10 +17,7 @@ export function seek(beat) {
   send({ type: "seek", beat: target.beat })
 }
 
-/**
- * Seeks to the next whole beat, or the one before.
- * @param {number} beats
- */
+/** Seeks to the next whole beat, or the one before. @param {number} beats */
 export function seekBy(beats) {
   const waits = performance.now() - target.at < STEP_WINDOW && !clock.playing
   const beat = waits ? target.beat : clock.beat()

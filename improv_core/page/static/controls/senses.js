@@ -84,10 +84,7 @@ export class Senses {
     })
   }
 
-  /**
-   * @param {string} robot
-   * @param {string} sense
-   */
+  /** @param {string} robot @param {string} sense */
   #chip(robot, sense) {
     const chip = button({ className: "chip", textContent: sense }, ({ shiftKey }) => shiftKey && this.#force(robot, sense))
     this.#chips.set(idOf(robot, sense), chip)
@@ -111,10 +108,7 @@ export class Senses {
     redraw()
   }
 
-  /**
-   * @param {string} robot
-   * @param {string} sense
-   */
+  /** @param {string} robot @param {string} sense */
   #force(robot, sense) {
     if (!clock.transport.generation) return
     const id = idOf(robot, sense)
@@ -156,18 +150,12 @@ export class Senses {
   }
 }
 
-/**
- * @param {string} robot
- * @param {string} sense
- */
+/** @param {string} robot @param {string} sense */
 function idOf(robot, sense) {
   return JSON.stringify([robot, sense])
 }
 
-/**
- * @param {Robot} robot
- * @param {HTMLElement[]} chips
- */
+/** @param {Robot} robot @param {HTMLElement[]} chips */
 function row(robot, chips) {
   return robotElement("li", robot, element("span", { className: "name", textContent: robot.name, title: robot.name }), ...chips)
 }

@@ -54,18 +54,12 @@ export class StatusWall {
     this.#vitals = robots
   }
 
-  /**
-   * @param {Messages["link"]} message
-   * @param {number} now milliseconds
-   */
+  /** @param {Messages["link"]} message @param {number} now milliseconds */
   takeLink(message, now) {
     this.#links.set(message.host, { ...message, at: now })
   }
 
-  /**
-   * The state of each host's connection, in a line each.
-   * @param {number} now milliseconds
-   */
+  /** The state of each host's connection, in a line each. @param {number} now milliseconds */
   links(now) {
     return [...this.#links.values()].map(({ host, error, lag, at }) => {
       const silent = Math.round((now - at) / 1000)
@@ -80,10 +74,7 @@ export class StatusWall {
     this.#looked = -Infinity
   }
 
-  /**
-   * The line about a robot that nobody can see or reach now; empty for others.
-   * @param {string} name
-   */
+  /** The line about a robot that nobody can see or reach now; empty for others. @param {string} name */
   lost(name) {
     const fault = ["silent", "gone"].find((fault) => this.#faults.get(name)?.has(fault))
     if (!fault || !Object.hasOwn(this.#vitals, name)) return ""

@@ -37,10 +37,7 @@ export class Completions {
     return !this.#list.hidden
   }
 
-  /**
-   * @param {Word[]} words
-   * @param {{ left: number, top: number, bottom: number }} place of what is written already
-   */
+  /** @param {Word[]} words @param {{ left: number, top: number, bottom: number }} place of what is written already */
   show(words, place) {
     const names = words.map(({ word }) => word)
     syncChildren(this.#list, names, (name) => element("li", { role: "option" }, element("b", { textContent: name }), " ", element("span")))

@@ -88,10 +88,7 @@ function move(event) {
   if (same instanceof HTMLElement) same.focus()
 }
 
-/**
- * @param {HTMLElement} item
- * @param {boolean} reachable with Tab
- */
+/** @param {HTMLElement} item @param {boolean} reachable with Tab */
 function reach(item, reachable) {
   for (const each of item.querySelectorAll("button, summary")) if (each instanceof HTMLElement) each.tabIndex = reachable ? 0 : -1
 }

@@ -125,10 +125,7 @@ export class Draft {
     this.#others = this.#others.filter((each) => !isSame(each, work))
   }
 
-  /**
-   * Keeps what is not in the file, across reloads and the end of the browser.
-   * @param {Work} work
-   */
+  /** Keeps what is not in the file, across reloads and the end of the browser. @param {Work} work */
   keep({ text, toml }) {
     try {
       const saved = this.isSaved(text)
@@ -190,10 +187,7 @@ function isSame(one, other) {
   return one.text === other.text && (one.toml === undefined || other.toml === undefined || one.toml === other.toml)
 }
 
-/**
- * @param {string} key
- * @returns {StoredDraft | null}
- */
+/** @param {string} key @returns {StoredDraft | null} */
 function readDraft(key) {
   const draft = stored(key)
   if (typeof draft?.text !== "string" || typeof draft.revision !== "string") return null

@@ -337,10 +337,7 @@ export class Editor {
     this.#highlight.light(this.#lights.size ? offsetsAfter(this.#lights, difference(program.text, this.#text)) : this.#lights)
   }
 
-  /**
-   * @param {number} x
-   * @param {number} y
-   */
+  /** @param {number} x @param {number} y */
   #explain(x, y) {
     const word = this.#highlight.wordAt(x, y)
     if (!word) return false

@@ -65,10 +65,7 @@ export class Highlight {
     return this.#lines.length
   }
 
-  /**
-   * Lights words, given by offset.
-   * @param {Map<number, Light>} lights
-   */
+  /** Lights words, given by offset. @param {Map<number, Light>} lights */
   light(lights) {
     const lit = new Set()
     for (const [offset, { color, moves }] of lights) {
@@ -84,10 +81,7 @@ export class Highlight {
     this.lit = lit
   }
 
-  /**
-   * The cursor's place on the screen at an offset.
-   * @param {number} offset
-   */
+  /** The cursor's place on the screen at an offset. @param {number} offset */
   place(offset) {
     const index = this.#line(offset)
     const { element } = this.#lines[index]
@@ -147,10 +141,7 @@ function sharedEnds(before, after) {
   return [first, last]
 }
 
-/**
- * @param {Node} node a text
- * @param {number} offset after its first character
- */
+/** @param {Node} node a text @param {number} offset after its first character */
 function edge(node, offset) {
   const range = document.createRange()
   range.setStart(node, Math.max(offset - 1, 0))
@@ -198,10 +189,7 @@ function described(text, colors, underlines, [first, last]) {
   return found
 }
 
-/**
- * @param {ReturnType<typeof described>[number]} line
- * @returns {Line}
- */
+/** @param {ReturnType<typeof described>[number]} line @returns {Line} */
 function drawn({ line, number, marks, key }) {
   const made = element("div")
   if (number) made.dataset.number = String(number)

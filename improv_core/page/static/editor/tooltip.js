@@ -28,10 +28,7 @@ export class Tooltip {
     }
   }
 
-  /**
-   * @param {string} text
-   * @param {string} picture SVG, or nothing
-   */
+  /** @param {string} text @param {string} picture SVG, or nothing */
   show(text, picture) {
     if (!this.#place) return
     this.#box.replaceChildren(element("p", { textContent: text }))

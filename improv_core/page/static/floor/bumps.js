@@ -64,10 +64,7 @@ export class Bumps {
     return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOW_TIME }))
   }
 
-  /**
-   * The announcement at `now`, or nothing.
-   * @param {number} now
-   */
+  /** The announcement at `now`, or nothing. @param {number} now */
   news(now) {
     if (!this.#untold.length || now - this.#told < ANNOUNCE_PERIOD) return ""
     const [count, latest] = [this.#untold.length, inWords(this.#untold[this.#untold.length - 1])]

@@ -96,10 +96,7 @@ export class Camera {
     this.fits = false
   }
 
-  /**
-   * @param {number} x
-   * @param {number} y
-   */
+  /** @param {number} x @param {number} y */
   pan(x, y) {
     const view = this.sight
     this.view = { ...view, x: view.x - x / view.scale, y: view.y + y / view.scale }
@@ -125,10 +122,7 @@ export class Camera {
     return { x: left + (this.size.width - left) / 2, y: top + (this.size.height - top - bottom) / 2 }
   }
 
-  /**
-   * @param {Point} low
-   * @param {Point} high
-   */
+  /** @param {Point} low @param {Point} high */
   #shows(low, high) {
     const { x: left, y: bottom } = this.toScreen(low)
     const { x: right, y: top } = this.toScreen(high)
@@ -156,10 +150,7 @@ export function bounds(lists) {
   return low.x <= high.x ? [low, high] : [{ x: 0, y: 0 }, { x: 0, y: 0 }]
 }
 
-/**
- * The shortest of …0.5, 1, 2, 5, 10… meters that is no shorter than `least`.
- * @param {number} least
- */
+/** The shortest of …0.5, 1, 2, 5, 10… meters that is no shorter than `least`. @param {number} least */
 export function roundLength(least) {
   const power = 10 ** Math.floor(Math.log10(least))
   const factor = [1, 2, 5].find((factor) => factor * power >= least) ?? 10

@@ -10,9 +10,9 @@ import { LabelPlaces } from "./labels.js"
 import { drawLimbs } from "./figure-above.js"
 import { drawMark } from "./meetings.js"
 import { drawReturnPath } from "./out-of-place.js"
-import { penOn } from "../base/pen.js"
+import { penOn, picture } from "../base/pen.js"
 import { drawFacing, drawLost, drawRing, placeRings } from "./rings.js"
-import { picture, REACH } from "./robots.js"
+import { REACH, robotPicture } from "./robots.js"
 import { drawText, textPicture } from "./texts.js"
 
 /** @import { Point } from "./camera.js" */
@@ -35,8 +35,6 @@ export class Floor {
   #canvas
   #pen
   #ground = new Ground()
-  /** @type {{ color: string, image: ImageBitmap } | null} */
-  #shadow = null
   #ratio = 1
   #strip = { foot: 0, width: 0 } // at the bottom, for the scale, in pixels
   #names = new LabelPlaces()
@@ -124,19 +122,13 @@ export class Floor {
   /** The drawn places of robots. */
   get poses() { return Object.fromEntries(this.#robots.map(({ name, pose }) => [name, pose])) }
 
-  /**
-   * The robot that is drawn at a point of the canvas.
-   * @param {Point} point
-   */
+  /** The robot that is drawn at a point of the canvas. @param {Point} point */
   robotAt({ x, y }) {
     const at = this.#robots.findLast(({ place, size }) => Math.hypot(x - place.x, y - place.y) < size)
     return at?.name ?? null
   }
 
-  /**
-   * Draws where a robot looks, lit if something is there.
-   * @param {Drawn} robot
-   */
+  /** Draws where a robot looks, lit if something is there. @param {Drawn} robot */
   #drawFields({ fields, pose, place, color }) {
     const pen = this.#pen
     const { scale } = this.camera.sight
@@ -164,10 +156,7 @@ export class Floor {
     }
   }
 
-  /**
-   * Draws where a measured robot ideally is.
-   * @param {Drawn} robot
-   */
+  /** Draws where a measured robot ideally is. @param {Drawn} robot */
   #drawIdeal({ ideal, size, pose }) {
     if (!ideal || Math.hypot(ideal.x - pose.x, ideal.y - pose.y) * this.camera.sight.scale < 1) return
     this.#pen.strokeStyle = colors().ink
@@ -179,15 +168,14 @@ export class Floor {
   #drawRobot({ kind, figure, pose, place, size, color, silent, lost }) {
     const pen = this.#pen
     const shade = mix(color, colors().shadow, 0.28)
-    const made = picture(kind, color, shade, Math.round(size), this.#ratio)
+    const made = robotPicture(kind, color, shade, Math.round(size), this.#ratio)
     const height = Math.min(Math.max(pose.z, -2), 4)
     const lift = Math.max(height, 0) * size * 0.8
     const scale = 1 + height * 0.12
     const reach = size * 1.35 * Math.max(scale, 1)
     pen.globalAlpha = silent || lost ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
     const { below } = colors() // in the dark theme a light, as no shadow would be visible
-    if (this.#shadow?.color !== below) this.#shadow = { color: below, image: shadow(below) }
-    pen.drawImage(this.#shadow.image, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
+    pen.drawImage(picture(`shadow ${below}`, () => shadow(below)), place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
     pen.globalAlpha = silent || lost ? 0.4 : 1
     pen.save()
     pen.translate(place.x, place.y)
@@ -304,19 +292,13 @@ export class Floor {
   }
 }
 
-/**
- * A robot's name, and how high it is.
- * @param {Drawn} robot
- */
+/** A robot's name, and how high it is. @param {Drawn} robot */
 function about({ label, pose, silent }) {
   const high = Math.abs(pose.z) < 0.05 ? [] : [`${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`]
   return [silent ? `${label} · muted` : label, ...high]
 }
 
-/**
- * A soft round shadow, as a picture.
- * @param {string} color
- */
+/** A soft round shadow, as a picture. @param {string} color */
 function shadow(color) {
   const canvas = new OffscreenCanvas(96, 96)
   const pen = penOn(canvas)
@@ -325,5 +307,5 @@ function shadow(color) {
   fade.addColorStop(1, `${color}00`)
   pen.fillStyle = fade
   pen.fillRect(0, 0, 96, 96)
-  return canvas.transferToImageBitmap()
+  return canvas
 }

@@ -119,10 +119,7 @@ export class Ground {
     this.#show({ ...shown, painted: now, since: performance.now() })
   }
 
-  /**
-   * @param {GroundScene} scene
-   * @returns {Sheet}
-   */
+  /** @param {GroundScene} scene @returns {Sheet} */
   #begin(scene) {
     const { camera, ratio } = scene
     const view = camera.sight
@@ -143,11 +140,7 @@ export class Ground {
   }
 }
 
-/**
- * @param {Pen} pen
- * @param {SheetScene} scene
- * @param {Sheet["painted"]} painted
- */
+/** @param {Pen} pen @param {SheetScene} scene @param {Sheet["painted"]} painted */
 function* paintAll(pen, scene, painted) {
   const { robots, ratio, size } = scene
   pen.setTransform(ratio, 0, 0, ratio, 0, 0)
@@ -179,10 +172,7 @@ function inWorld(pen, { view, middle, ratio }) {
   pen.setTransform(scale, 0, 0, -scale, middle.x * ratio - view.x * scale, middle.y * ratio + view.y * scale)
 }
 
-/**
- * @param {Pen} pen
- * @param {SheetScene} scene
- */
+/** @param {Pen} pen @param {SheetScene} scene */
 function paintGrid(pen, scene) {
   const { view, middle, size } = scene
   const spacing = roundLength(44 / view.scale) * view.scale
@@ -214,11 +204,7 @@ function paintGrid(pen, scene) {
   })
 }
 
-/**
- * @param {Pen} pen
- * @param {SheetScene} scene
- * @param {Drawn} robot
- */
+/** @param {Pen} pen @param {SheetScene} scene @param {Drawn} robot */
 function paintAhead(pen, { view, size, beat, until }, { path, moved, color }) {
   if (!path) return
   const first = path.findIndex(({ end }) => end > beat)
@@ -337,12 +323,7 @@ export function paintTail(pen, { camera, ratio, trails, at: now }, { name, pose,
   pen.setTransform(ratio, 0, 0, ratio, 0, 0)
 }
 
-/**
- * @param {Pen} pen
- * @param {Point} place
- * @param {number} width
- * @param {string} color
- */
+/** @param {Pen} pen @param {Point} place @param {number} width @param {string} color */
 function paintStart(pen, { x, y }, width, color) {
   pen.beginPath()
   pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)

@@ -29,10 +29,7 @@ export class Handle {
   #held = false
   #changed = false // by a hand or a key, so that the new words are read out
 
-  /**
-   * @param {() => Cursor} cursor
-   * @param {(change: Change) => void} change
-   */
+  /** @param {() => Cursor} cursor @param {(change: Change) => void} change */
   constructor(cursor, change) {
     this.#cursor = cursor
     this.#change = change

@@ -58,21 +58,12 @@ function boxOf(robot, side, floor) {
   return around(Math.max(Math.min(x, floor.right - half), floor.left + half), y, robot.wide, robot.high)
 }
 
-/**
- * @param {number} x
- * @param {number} y
- * @param {number} wide
- * @param {number} high
- * @returns {Box}
- */
+/** @param {number} x @param {number} y @param {number} wide @param {number} high @returns {Box} */
 function around(x, y, wide, high) {
   return { left: x - wide / 2, top: y - high / 2, right: x + wide / 2, bottom: y + high / 2 }
 }
 
-/**
- * @param {Box} one
- * @param {Box} other
- */
+/** @param {Box} one @param {Box} other */
 function overlap(one, other) {
   return one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom
 }

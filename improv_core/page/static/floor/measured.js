@@ -69,10 +69,7 @@ export class Measured {
     this.room = []
   }
 
-  /**
-   * Draws nothing from before a time of the performance.
-   * @param {number} at
-   */
+  /** Draws nothing from before a time of the performance. @param {number} at */
   clear(at) {
     this.#cleared = at
     this.version++
@@ -86,10 +83,7 @@ export class Measured {
     return this.#shown.has(name)
   }
 
-  /**
-   * The number of a robot's places.
-   * @param {string} name
-   */
+  /** The number of a robot's places. @param {string} name */
   count(name) {
     return this.#places.get(name)?.length ?? 0
   }
@@ -131,10 +125,7 @@ export class Measured {
     return words(places.findLast((place) => place.beat <= beat && beat - place.beat < NEAR_BEAT))
   }
 
-  /**
-   * A robot's largest error, in words.
-   * @param {string} name
-   */
+  /** A robot's largest error, in words. @param {string} name */
   most(name) {
     const places = this.#places.get(name) ?? []
     const most = (/** @type {"off" | "turned"} */ what) => places.reduce((found, place) => Math.max(found, place[what]), 0)
@@ -192,10 +183,7 @@ export class Measured {
 
 export const measured = new Measured()
 
-/**
- * @param {number[]} numbers
- * @returns {Place}
- */
+/** @param {number[]} numbers @returns {Place} */
 function read([at, beat, x, y, heading, idealX, idealY, idealHeading, off, turned, aligned, simulated, follows]) {
   const pose = { x, y, z: 0, heading }
   const ideal = { x: idealX, y: idealY, z: 0, heading: idealHeading }

@@ -7,6 +7,7 @@ import { refit } from "../base/frames.js"
 import { announce } from "../base/notices.js"
 import { send } from "../net/send.js"
 import { drawFacing } from "./rings.js"
+import { drawText, textPicture } from "./texts.js"
 
 /** @import { Camera } from "./camera.js" */
 /** @import { Messages } from "../net/messages.js" */
@@ -62,23 +63,15 @@ export class Misplaced {
  */
 export function drawReturnPath(pen, { name, from, to }, camera, color) {
   const end = camera.toScreen(to)
-  const { x, y } = from ? camera.toScreen(from) : end
-  pen.font = "600 14px system-ui, sans-serif"
-  pen.textAlign = "center"
-  pen.textBaseline = "top"
-  pen.lineWidth = 4
-  pen.strokeStyle = colors().ground
-  pen.fillStyle = colors().ink
-  pen.strokeText(name, x, y + 1.5 * SIZE)
-  pen.fillText(name, x, y + 1.5 * SIZE)
+  const begin = from && camera.toScreen(from)
+  if (begin) drawText(pen, textPicture(name, 14, colors().ink, devicePixelRatio), begin.x, begin.y + 2 * SIZE)
   for (const [width, style] of /** @type {const} */ ([[6, colors().ground], [2.5, color]])) {
     pen.lineWidth = width
     pen.strokeStyle = style
     pen.setLineDash([5, 4])
     drawFacing(pen, end, to.heading, SIZE, 0.6 * SIZE, 1.5 * SIZE)
     pen.setLineDash([])
-    if (!from) continue
-    const begin = camera.toScreen(from)
+    if (!from || !begin) continue
     drawFacing(pen, begin, from.heading, SIZE, 0.6 * SIZE, 1.5 * SIZE)
     const far = Math.hypot(end.x - begin.x, end.y - begin.y)
     if (far < 1) continue

@@ -93,10 +93,7 @@ export class Preview {
     else this.#show(message, text)
   }
 
-  /**
-   * @param {Messages["draft"]["paths"]} message
-   * @param {string} text
-   */
+  /** @param {Messages["draft"]["paths"]} message @param {string} text */
   #show({ robots, problem, waits_for }, text) {
     const wasShown = this.isShown
     this.#text = text

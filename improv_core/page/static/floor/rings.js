@@ -51,10 +51,7 @@ export function nearestRing(point, rings) {
   return best
 }
 
-/**
- * @param {Pen} pen
- * @param {Placed} ring
- */
+/** @param {Pen} pen @param {Placed} ring */
 export function drawRing(pen, { heading, place, tip, size, color, chosen }) {
   const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
   const [back, side] = [0.56 * size, 0.44 * size]

@@ -2,18 +2,14 @@
 // The look of each kind of robot from above, nose to the right, in units of its radius. Drawn once, then copied.
 
 import { figureOf } from "../bodies/body.js"
-import { penOn } from "../base/pen.js"
+import { penOn, picture } from "../base/pen.js"
 
 /** @import { Body } from "../bodies/body.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {keyof typeof KINDS} Kind */
 
 export const DARK = "#1c2330"
-const MOST_PICTURES = 300 // pictures
 export const REACH = 1.75 // how far a picture extends from its middle, in radii
-
-/** @type {Map<string, ImageBitmap>} */
-const pictures = new Map()
 
 /**
  * A picture of a robot, `REACH` radii from its middle to each side.
@@ -23,11 +19,8 @@ const pictures = new Map()
  * @param {number} radius
  * @param {number} ratio
  */
-export function picture(kind, color, shade, radius, ratio) {
-  const key = [kind, color, shade, radius, ratio].join()
-  let made = pictures.get(key)
-  if (!made) {
-    if (pictures.size >= MOST_PICTURES) pictures.clear()
+export function robotPicture(kind, color, shade, radius, ratio) {
+  return picture([kind, color, shade, radius, ratio].join(" "), () => {
     const size = Math.ceil(radius * REACH * 2 * ratio)
     const canvas = new OffscreenCanvas(size, size)
     const pen = penOn(canvas)
@@ -35,35 +28,26 @@ export function picture(kind, color, shade, radius, ratio) {
     pen.scale(radius * ratio, -radius * ratio) // the world's y is up
     pen.lineJoin = pen.lineCap = "round"
     KINDS[kind](pen, color, shade)
-    made = canvas.transferToImageBitmap() // drawn faster than a canvas, which might change
-    pictures.set(key, made)
-  }
-  return made
+    return canvas
+  })
 }
 
 /**
- * The kind of picture that suits a profile.
+ * The kind of picture that suits a profile: the one in its name, or one for what the robot can do.
  * @param {string} profile
  * @param {string[]} [motions]
  * @param {Body} [body]
  * @returns {Kind}
  */
 export function kindOf(profile, motions = [], body = []) {
-  for (const [part, kind] of NAMES) if (profile.includes(part)) return kind
+  const named = NAMED.find((kind) => profile.includes(kind))
+  if (named) return named
   if (figureOf(body)?.head) return "puppet"
   if (motions.includes("climb") && !motions.includes("strafe")) return "quadrotor"
   return motions.includes("strafe") && !motions.includes("climb") ? "holonomic" : "disc"
 }
 
-/** @type {[string, Kind][]} */
-const NAMES = [
-  ["turtlesim", "turtle"],
-  ["burger", "burger"],
-  ["waffle", "waffle"],
-  ["turtlebot4", "turtlebot4"],
-  ["holonomic", "holonomic"],
-  ["quadrotor", "quadrotor"],
-]
+const NAMED = /** @type {const} */ (["turtlesim", "burger", "waffle", "turtlebot4", "holonomic", "quadrotor"])
 
 /** @satisfies {Record<string, (pen: Pen, color: string, shade: string) => void>} */
 const KINDS = {
@@ -83,7 +67,7 @@ const KINDS = {
     disc(pen, 0, 0, 1, color)
   },
 
-  turtle(pen, color, shade) {
+  turtlesim(pen, color, shade) {
     for (const side of [-1, 1]) {
       ellipse(pen, 0.62, side * 0.82, 0.42, 0.21, side * 0.75, color)
       ellipse(pen, -0.66, side * 0.74, 0.34, 0.18, side * -0.7, color)
@@ -172,12 +156,7 @@ const KINDS = {
   },
 }
 
-/**
- * @param {Pen} pen
- * @param {number} x
- * @param {number} y
- * @param {number} radius
- */
+/** @param {Pen} pen @param {number} x @param {number} y @param {number} radius */
 function eyes(pen, x, y, radius) {
   for (const side of [-1, 1]) {
     disc(pen, x, side * y, radius, "#ffffff")
@@ -185,54 +164,26 @@ function eyes(pen, x, y, radius) {
   }
 }
 
-/**
- * @param {Pen} pen
- * @param {number} x
- * @param {number} y
- * @param {number} radius
- * @param {string} color
- */
+/** @param {Pen} pen @param {number} x @param {number} y @param {number} radius @param {string} color */
 export function disc(pen, x, y, radius, color) {
-  pen.beginPath()
-  pen.arc(x, y, radius, 0, 2 * Math.PI)
-  fill(pen, color)
+  ellipse(pen, x, y, radius, radius, 0, color)
 }
 
-/**
- * @param {Pen} pen
- * @param {number} x
- * @param {number} y
- * @param {number} width
- * @param {number} height
- * @param {number} angle
- * @param {string} color
- */
+/** @type {(pen: Pen, x: number, y: number, width: number, height: number, angle: number, color: string) => void} */
 function ellipse(pen, x, y, width, height, angle, color) {
   pen.beginPath()
   pen.ellipse(x, y, width, height, angle, 0, 2 * Math.PI)
   fill(pen, color)
 }
 
-/**
- * @param {Pen} pen
- * @param {number} x
- * @param {number} y
- * @param {number} width
- * @param {number} height
- * @param {number} round
- * @param {string} color
- */
+/** @type {(pen: Pen, x: number, y: number, width: number, height: number, round: number, color: string) => void} */
 function box(pen, x, y, width, height, round, color) {
   pen.beginPath()
   pen.roundRect(x - width / 2, y - height / 2, width, height, round)
   fill(pen, color)
 }
 
-/**
- * @param {Pen} pen
- * @param {number[][]} points
- * @param {string} color
- */
+/** @param {Pen} pen @param {number[][]} points @param {string} color */
 function polygon(pen, points, color) {
   pen.beginPath()
   for (const [x, y] of points) pen.lineTo(x, y)
@@ -240,20 +191,13 @@ function polygon(pen, points, color) {
   fill(pen, color)
 }
 
-/**
- * @param {Pen} pen
- * @param {string} color
- */
+/** @param {Pen} pen @param {string} color */
 function fill(pen, color) {
   pen.fillStyle = color
   pen.fill()
 }
 
-/**
- * @param {Pen} pen
- * @param {string} color
- * @param {number} width
- */
+/** @param {Pen} pen @param {string} color @param {number} width */
 function edge(pen, color, width) {
   pen.strokeStyle = color
   pen.lineWidth = width

@@ -217,10 +217,7 @@ function rounded({ x, y, heading }) {
   return { x: neat(x, PRECISION), y: neat(y, PRECISION), heading: neat(heading, PRECISION) }
 }
 
-/**
- * @param {number} value
- * @param {number} most
- */
+/** @param {number} value @param {number} most */
 function within(value, most) {
   return Math.min(Math.max(value, -most), most)
 }

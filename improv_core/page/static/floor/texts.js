@@ -2,15 +2,10 @@
 // Texts on the stage, as pictures: text with an edge is slow to draw.
 
 import { colors } from "../base/colors.js"
-import { FONT, penOn } from "../base/pen.js"
+import { FONT, penOn, picture } from "../base/pen.js"
 
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {{ image: ImageBitmap, width: number, height: number }} TextPicture its size in CSS pixels */
-
-const MOST_PICTURES = 300
-
-/** @type {Map<string, TextPicture>} */
-const pictures = new Map()
 
 /**
  * A picture of a text, with an edge that keeps it legible over trails.
@@ -18,29 +13,26 @@ const pictures = new Map()
  * @param {number} size pixels
  * @param {string} color
  * @param {number} ratio device pixels per CSS pixel
+ * @returns {TextPicture}
  */
 export function textPicture(text, size, color, ratio) {
   const { ground } = colors()
-  const key = [text, size, color, ground, ratio].join(" ")
-  const known = pictures.get(key)
-  if (known) return known
-  if (pictures.size > MOST_PICTURES) pictures.clear()
-  const font = `600 ${size}px ${FONT}`
-  const measuring = penOn(new OffscreenCanvas(1, 1))
-  measuring.font = font
-  const width = Math.ceil(measuring.measureText(text).width + size)
-  const canvas = new OffscreenCanvas(width * ratio, size * 1.8 * ratio)
-  const pen = penOn(canvas)
-  Object.assign(pen, { font, textAlign: "center", textBaseline: "middle", lineJoin: "round", lineWidth: size * 0.3 })
-  pen.scale(ratio, ratio)
-  pen.strokeStyle = ground
-  pen.strokeText(text, width / 2, size * 0.9)
-  pen.fillStyle = color
-  pen.fillText(text, width / 2, size * 0.9)
-  const image = canvas.transferToImageBitmap()
-  const picture = { image, width: image.width / ratio, height: image.height / ratio } // canvases have whole pixels
-  pictures.set(key, picture)
-  return picture
+  const image = picture([text, size, color, ground, ratio].join(" "), () => {
+    const font = `600 ${size}px ${FONT}`
+    const measuring = penOn(new OffscreenCanvas(1, 1))
+    measuring.font = font
+    const width = Math.ceil(measuring.measureText(text).width + size)
+    const canvas = new OffscreenCanvas(width * ratio, size * 1.8 * ratio)
+    const pen = penOn(canvas)
+    Object.assign(pen, { font, textAlign: "center", textBaseline: "middle", lineJoin: "round", lineWidth: size * 0.3 })
+    pen.scale(ratio, ratio)
+    pen.strokeStyle = ground
+    pen.strokeText(text, width / 2, size * 0.9)
+    pen.fillStyle = color
+    pen.fillText(text, width / 2, size * 0.9)
+    return canvas
+  })
+  return { image, width: image.width / ratio, height: image.height / ratio } // canvases have whole pixels
 }
 
 /**

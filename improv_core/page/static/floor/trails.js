@@ -84,10 +84,7 @@ export class Trails {
     this.version++
   }
 
-  /**
-   * Takes from the score what leads to the latest seek.
-   * @param {Lookahead | null} lookahead
-   */
+  /** Takes from the score what leads to the latest seek. @param {Lookahead | null} lookahead */
   complete(lookahead) {
     if (!this.#sought || !lookahead || lookahead.version === this.#known) return
     this.#known = lookahead.version
@@ -100,19 +97,13 @@ export class Trails {
     this.version++
   }
 
-  /**
-   * Forgets robots that are not in `names`.
-   * @param {Set<string>} names
-   */
+  /** Forgets robots that are not in `names`. @param {Set<string>} names */
   keep(names) {
     for (const name of this.#places.keys()) if (!names.has(name)) this.#places.delete(name)
     this.#measure()
   }
 
-  /**
-   * Shows nothing from before a time of the performance.
-   * @param {number} at
-   */
+  /** Shows nothing from before a time of the performance. @param {number} at */
   clear(at) {
     this.#cleared = at
     this.version++
@@ -162,10 +153,7 @@ export class Trails {
   }
 }
 
-/**
- * @param {Spot} one
- * @param {Spot | undefined} other where it should be, if that is known
- */
+/** @param {Spot} one @param {Spot | undefined} other where it should be, if that is known */
 function isNear(one, other) {
   return !other || Math.hypot(one.x - other.x, one.y - other.y) < NEAR
 }

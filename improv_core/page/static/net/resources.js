@@ -30,12 +30,7 @@ export async function fetchFromGallery(file, tag) {
   return { ...NONE, problem: `This website doesn't have ${file}: drop it onto this page.` }
 }
 
-/**
- * @param {URL} address
- * @param {string} file
- * @param {string} tag
- * @returns {Promise<SongAnswer>}
- */
+/** @param {URL} address @param {string} file @param {string} tag @returns {Promise<SongAnswer>} */
 async function answerOf(address, file, tag) {
   const problem = `${file} did not arrive: reload this page.`
   try {
@@ -51,21 +46,19 @@ async function answerOf(address, file, tag) {
 }
 
 /** The paths as SVG, drawn by the server; null if there are none, or no server. */
-export async function fetchPaths() {
-  try {
-    const answer = await fetch(withToken("path.svg"))
-    return answer.ok ? await answer.text() : null
-  } catch {
-    return null
-  }
-}
+export const fetchPaths = () => textAt("path.svg")
 
 /** The server's Unix time, in seconds; null if it doesn't answer. @returns {Promise<number | null>} */
 export async function fetchTime() {
+  const time = Number((await textAt("time")) ?? NaN)
+  return Number.isFinite(time) ? time : null
+}
+
+/** @param {string} path */
+async function textAt(path) {
   try {
-    const answer = await fetch(withToken("time"))
-    const time = answer.ok ? Number(await answer.text()) : NaN
-    return Number.isFinite(time) ? time : null
+    const answer = await fetch(withToken(path))
+    return answer.ok ? await answer.text() : null
   } catch {
     return null
   }

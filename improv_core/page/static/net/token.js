@@ -4,6 +4,7 @@
 // nothing. In a frame it is neither kept nor read: any local server may frame this page.
 
 import { findA } from "../base/elements.js"
+import { store, stored } from "../base/storage.js"
 
 const KEY = "improv.token"
 const given = findA("token", HTMLMetaElement).content
@@ -11,29 +12,17 @@ const given = findA("token", HTMLMetaElement).content
 /** True if this page is in a frame, as in VS Code. */
 export const framed = window.top !== window.self
 
+if (given && !framed) store(KEY, given)
+
 /** Empty if the page was opened without a valid ticket, and this browser has no token for it. */
-export const token = framed ? given : given ? storeToken(given) : storedToken()
+export const token = given || framed ? given : storedToken()
 
 // The ticket is used up. Without it, the address can be reloaded and bookmarked. On a website, what others put there goes,
 // and the dance of a link stays.
 if (location.search) history.replaceState(null, "", location.pathname + location.hash)
 
-/** @param {string} token */
-function storeToken(token) {
-  try {
-    localStorage.setItem(KEY, token)
-  } catch {
-    // without storage, the page can't be reloaded
-  }
-  return token
-}
-
 function storedToken() {
-  try {
-    return localStorage.getItem(KEY) ?? ""
-  } catch {
-    return ""
-  }
+  return String(stored(KEY) ?? "")
 }
 
 /** True if this browser has another token by now: Improv was started again, and another tab has opened its page. */

@@ -28,10 +28,7 @@ export class Anchor {
     return this.#moved.entries()
   }
 
-  /**
-   * The move of a robot's path, or undefined.
-   * @param {string} name
-   */
+  /** The move of a robot's path, or undefined. @param {string} name */
   of(name) {
     return this.#moved.get(name)
   }
@@ -64,13 +61,7 @@ export class Anchor {
     }
   }
 
-  /**
-   * @param {string} name
-   * @param {Pose | null} ideal
-   * @param {Pose} pose
-   * @param {number} slack
-   * @param {number} turn
-   */
+  /** @param {string} name @param {Pose | null} ideal @param {Pose} pose @param {number} slack @param {number} turn */
   #check(name, ideal, pose, slack, turn) {
     if (!ideal) return
     const before = this.#moved.get(name)

@@ -114,10 +114,7 @@ export class Clock {
     return Math.min(Math.floor(this.beat() + 1e-6) + 1, this.lastBeat)
   }
 
-  /**
-   * Returns whether a robot stands still while the others play.
-   * @param {string} robot
-   */
+  /** Returns whether a robot stands still while the others play. @param {string} robot */
   isSilent(robot) {
     const { muted, soloed } = this.transport
     return soloed.length > 0 ? !soloed.includes(robot) : muted.includes(robot)

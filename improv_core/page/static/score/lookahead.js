@@ -57,10 +57,7 @@ export class Lookahead {
     this.#ask = ask
   }
 
-  /**
-   * Fetches what is needed to show what plays at `beat`.
-   * @param {number} beat
-   */
+  /** Fetches what is needed to show what plays at `beat`. @param {number} beat */
   want(beat) {
     if (this.#asked !== null || performance.now() < this.#pause) return
     if (this.#renewed !== null) {
@@ -97,10 +94,7 @@ export class Lookahead {
     this.#asked = null
   }
 
-  /**
-   * Takes an answer.
-   * @param {Messages["window"]} message
-   */
+  /** Takes an answer. @param {Messages["window"]} message */
   take({ generation, from, to, robots }) {
     if (generation !== this.score.generation || from !== this.#asked) return
     this.#asked = null
@@ -162,10 +156,7 @@ export class Lookahead {
     return poseAfter(segment.pose, segment.velocity, segment.seconds * part)
   }
 
-  /**
-   * The last beat that the stage shows.
-   * @param {number} beat
-   */
+  /** The last beat that the stage shows. @param {number} beat */
   horizon(beat) {
     return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOW_AHEAD
   }
@@ -254,10 +245,7 @@ export function partsOf(score, name) {
   return [null, ...moving.map((part) => part.name)]
 }
 
-/**
- * @param {string} robot
- * @param {string} part
- */
+/** @param {string} robot @param {string} part */
 function keyOf(robot, part) {
   return `${robot} ${part}`
 }

@@ -89,10 +89,7 @@ export class ProgramText {
     return voices
   }
 
-  /**
-   * The offset of the innermost `[` around an offset, or undefined.
-   * @param {number} at
-   */
+  /** The offset of the innermost `[` around an offset, or undefined. @param {number} at */
   bracket(at) {
     this.#brackets ??= brackets(this.#text)
     return this.#brackets.get(at)
@@ -116,10 +113,7 @@ export class ProgramText {
   }
 }
 
-/**
- * The offset of the innermost `[` for each offset within brackets.
- * @param {string} text
- */
+/** The offset of the innermost `[` for each offset within brackets. @param {string} text */
 function brackets(text) {
   const found = new Map()
   /** @type {number[]} */

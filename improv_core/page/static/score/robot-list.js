@@ -27,19 +27,13 @@ export class RobotList {
     return [...this.#radii.keys()]
   }
 
-  /**
-   * Poses by robot, or null if they are of other robots.
-   * @param {number[][]} poses in the order of the robots
-   */
+  /** Poses by robot, or null if they are of other robots. @param {number[][]} poses in the order of the robots */
   named(poses) {
     const { names } = this
     return names.length === poses.length ? Object.fromEntries(names.map((name, index) => [name, poses[index]])) : null
   }
 
-  /**
-   * The positions of joints by robot and name.
-   * @param {Record<string, number[]>} positions
-   */
+  /** The positions of joints by robot and name. @param {Record<string, number[]>} positions */
   posed(positions) {
     return Object.fromEntries(
       Object.entries(positions).map(([name, each]) => {

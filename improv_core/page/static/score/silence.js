@@ -9,10 +9,7 @@ export class Silence {
   /** @type {Silenced[]} */
   #asked = [] // requests that no message has confirmed yet
 
-  /**
-   * Takes in what a message says, which may be the answer to any of the requests.
-   * @param {Silenced} told
-   */
+  /** Takes in what a message says, which may be the answer to any of the requests. @param {Silenced} told */
   take(told) {
     this.#told = told
     const answered = this.#asked.findIndex((asked) => same(asked, told))
@@ -34,10 +31,7 @@ export class Silence {
   }
 }
 
-/**
- * @param {Silenced} one
- * @param {Silenced} other
- */
+/** @param {Silenced} one @param {Silenced} other */
 function same(one, other) {
   const text = (/** @type {string[]} */ names) => [...names].sort().join()
   return text(one.muted) === text(other.muted) && text(one.soloed) === text(other.soloed)

@@ -270,10 +270,7 @@ function whyNot(size, type) {
   return "can't be played: it is damaged, or so long that this browser has no room for its sound"
 }
 
-/**
- * @param {Audio} audio
- * @param {ArrayBuffer} bytes
- */
+/** @param {Audio} audio @param {ArrayBuffer} bytes */
 function decoded(audio, bytes) {
   return audio.decode(bytes).catch(() => null)
 }

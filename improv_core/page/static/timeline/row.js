@@ -177,10 +177,7 @@ function isHeld(before, now, at, lane) {
   return now.length > 1 && before[lane]?.at === at && direction(before, now) === 1
 }
 
-/**
- * @param {ProgramText} words
- * @param {Voice[]} voices
- */
+/** @param {ProgramText} words @param {Voice[]} voices */
 function bracketKey(words, voices) {
   const opening = voices.map(({ at }) => words.bracket(at)).find((at) => at !== undefined)
   const names = namesOf(voices).map(({ at }) => at).join() || undefined

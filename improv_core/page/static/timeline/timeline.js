@@ -58,10 +58,7 @@ export class Timeline {
     wake()
   }
 
-  /**
-   * Marks in a robot's row what its senses have decided.
-   * @param {Messages["decided"]} decision
-   */
+  /** Marks in a robot's row what its senses have decided. @param {Messages["decided"]} decision */
   mark(decision) {
     this.#sheet.mark(decision)
     this.touch()
@@ -73,10 +70,7 @@ export class Timeline {
     this.touch()
   }
 
-  /**
-   * Marks where robots will meet. A pointer near such a mark goes to its beat.
-   * @param {Meeting[]} meetings
-   */
+  /** Marks where robots will meet. A pointer near such a mark goes to its beat. @param {Meeting[]} meetings */
   showMeetings(meetings) {
     this.#sheet.meetings = meetings
     this.touch()
@@ -183,11 +177,7 @@ export class Timeline {
     this.shown = { left, scale, beat, width }
   }
 
-  /**
-   * @param {number} beat
-   * @param {number} shown
-   * @param {boolean} still
-   */
+  /** @param {number} beat @param {number} shown @param {boolean} still */
   #follow(beat, shown, still) {
     const wanted = Math.max(beat - shown * PLAYHEAD_AT, 0)
     if (clock.playing && !still) return wanted
@@ -214,12 +204,7 @@ export class Timeline {
     )
   }
 
-  /**
-   * @param {"muted" | "soloed"} kind
-   * @param {string} word
-   * @param {string} name
-   * @param {string} title
-   */
+  /** @param {"muted" | "soloed"} kind @param {string} word @param {string} name @param {string} title */
   #button(kind, word, name, title) {
     return button({ className: kind, textContent: word[0], title, ariaLabel: `${word} ${name}` }, () => {
       send({ type: "silence", ...this.#silence.flip(kind, name) })
@@ -258,10 +243,7 @@ export class Timeline {
     this.showMeasured()
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {boolean} send
-   */
+  /** @param {PointerEvent} event @param {boolean} send */
   #scrub(event, send) {
     const pointed = this.#beatOf(event)
     const beat = this.#sheet.meetings.find((meeting) => Math.abs(meeting.beat - pointed) * this.shown.scale < SNAP_DISTANCE)?.beat ?? pointed
@@ -273,10 +255,7 @@ export class Timeline {
   }
 }
 
-/**
- * @param {Robot} robot
- * @param {string} part
- */
+/** @param {Robot} robot @param {string} part */
 function partRow(robot, part) {
   const row = robotElement("li", robot, element("span", { className: "name", textContent: part.replaceAll("_", " "), title: `${part} of ${robot.name}` }))
   row.className = "part"

@@ -68,10 +68,7 @@ export class TimelineSheet {
     this.#marks = []
   }
 
-  /**
-   * @param {number} width
-   * @param {number} height
-   */
+  /** @param {number} width @param {number} height */
   resize(width, height) {
     this.#ratio = Math.min(devicePixelRatio, 2)
     this.#width = width
@@ -106,11 +103,7 @@ export class TimelineSheet {
     this.#drawPlayhead(pen, view)
   }
 
-  /**
-   * @param {Lookahead} current
-   * @param {TimelineView} view
-   * @param {string} key
-   */
+  /** @param {Lookahead} current @param {TimelineView} view @param {string} key */
   #paint(current, view, key) {
     const right = view.left + (this.#width * (1 + SPARE)) / view.scale
     const width = Math.ceil(this.#width * (1 + SPARE) * this.#ratio)
@@ -133,11 +126,7 @@ export class TimelineSheet {
     return this.#sheet
   }
 
-  /**
-   * @param {Pen} pen
-   * @param {TimelineView} view
-   * @param {number} [times]
-   */
+  /** @param {Pen} pen @param {TimelineView} view @param {number} [times] */
   #clipRows(pen, { head }, times = 1) {
     pen.save()
     pen.beginPath()
@@ -145,10 +134,7 @@ export class TimelineSheet {
     pen.clip()
   }
 
-  /**
-   * @param {Pen} pen
-   * @param {TimelineView} view
-   */
+  /** @param {Pen} pen @param {TimelineView} view */
   #drawPlayhead(pen, { beat, left, scale, letter, head }) {
     const x = Math.min(Math.max((beat - left) * scale, 1), this.#width - 1)
     pen.fillStyle = colors().ink

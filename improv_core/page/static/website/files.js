@@ -5,13 +5,11 @@ import { findA } from "../base/elements.js"
 import { download } from "../controls/export.js"
 
 /**
- * @typedef {object} Chosen a file that somebody has chosen
+ * @typedef {object} Chosen a file that somebody has chosen to write
  * @property {string} name
  * @property {() => Promise<{ write: (text: string) => Promise<void>, close: () => Promise<void> }>} createWritable
- * @property {() => Promise<File>} getFile
  */
 /** @typedef {(options: object) => Promise<Chosen>} Save */
-/** @typedef {(options: object) => Promise<Chosen[]>} Open */
 
 const MOST_BYTES = 400_000
 const MOST_CHARACTERS = 100_000 // characters
@@ -35,30 +33,20 @@ export async function saveText(name, text) {
     await file.close()
     return `Saved as ${chosen.name}.`
   } catch (problem) {
-    return wasLeft(problem) ? "" : `Not saved: ${problem}`
+    const wasLeft = problem instanceof DOMException && problem.name === "AbortError" // the window to choose a file
+    return wasLeft ? "" : `Not saved: ${problem}`
   }
 }
 
 /** Opens a file that somebody chooses. Promises null if nobody does. @returns {Promise<File | null>} */
-export async function chooseFile() {
-  const choose = /** @type {Open | undefined} */ (Reflect.get(window, "showOpenFilePicker"))
-  if (choose) {
-    try {
-      const [chosen] = await choose({ types: TYPES })
-      return await chosen.getFile()
-    } catch (problem) {
-      if (wasLeft(problem)) return null
-      throw problem
-    }
-  }
+export function chooseFile() {
   const input = findA("open-file", HTMLInputElement)
-  const chosen = new Promise((done) => {
+  input.value = ""
+  input.click()
+  return new Promise((done) => {
     input.onchange = () => done(input.files?.[0] ?? null)
     input.oncancel = () => done(null)
   })
-  input.value = ""
-  input.click()
-  return chosen
 }
 
 /** The program in a file; null if it is too long or no text. @param {File} file */
@@ -70,9 +58,4 @@ export async function textOf(file) {
   } catch {
     return null
   }
-}
-
-/** Returns whether somebody has closed the window in which people choose a file. @param {unknown} problem */
-function wasLeft(problem) {
-  return problem instanceof DOMException && problem.name === "AbortError"
 }

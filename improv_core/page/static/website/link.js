@@ -18,10 +18,7 @@ export const BROKEN = "this link is broken, perhaps because its end is missing: 
 export const STRANGE = "this link holds something that isn't a dance: it was not opened"
 export const LATER = "this link was made by a later version of Improv: open it on a newer page"
 
-/**
- * The fragment that holds some work.
- * @param {Work} work
- */
+/** The fragment that holds some work. @param {Work} work */
 export async function fragmentOf({ text, toml, beat, still }) {
   const held = { v: 1, text, ...(toml && { toml }), ...(beat && { beat }), ...(still.length && { still }) }
   const bytes = new TextEncoder().encode(JSON.stringify(held))

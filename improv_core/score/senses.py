@@ -6,9 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
-
-from improv_core.score.fits import read
+from typing import Literal, NamedTuple
 
 Message = Literal[
     "sensor_msgs/LaserScan",
@@ -93,13 +91,6 @@ def is_computed(source: Source) -> bool:
     if isinstance(source, Topic):
         return source.message in SECTORS or source.message == ODOMETRY
     return isinstance(source, BuiltIn) and source.built_in != CUE
-
-
-def source_from_json(data: Mapping[str, Any]) -> Source:
-    """Return the source of a sense that `as_json` wrote. Raises ValueError on anything else."""
-    source: Source = read(data, Source)
-    require_valid(source)
-    return source
 
 
 def require_valid(source: Source) -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.score.fits import as_json
-from improv_core.score.senses import BuiltIn, Key, OscName, Source, Topic, source_from_json
+from improv_core.score.senses import BuiltIn, Key, OscName, Source, Topic
 from tests.robots.drawing import check
 
 ROBOTS = (
@@ -46,7 +44,6 @@ def test_declared_senses(declared: str, expected: Source) -> None:
     robots = check(f"{ROBOTS}[senses.drop]\n{declared}\n")
     assert robots.sense("anna", "drop") == expected
     assert robots.sense_names == ("bump", "near", "cue", "drop")
-    assert source_from_json(json.loads(json.dumps(as_json(expected)))) == expected
     assert not robots.lacks("anna", "drop")
 
 

@@ -33,7 +33,7 @@ from improv_core.score.movement import Velocity
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET, TURTLESIM
 from improv_core.score.score import Deadman, OutsideClock, Part, Safety, Score
-from improv_core.score.senses import source_from_json
+from improv_core.score.senses import BuiltIn, Topic
 
 LIMIT = 60.0
 """Seconds to wait for an event, as in conftest.py."""
@@ -57,7 +57,9 @@ def prepare(
     """Prepare robots on these topics. All have the same part and profile, but some may be puppets. They perform a part,
     or only have to stop."""
     made = replace(TURTLESIM, **dict(profile))
-    part["senses"] = {name: source_from_json(each) for name, each in part.get("senses", {}).items()}
+    part["senses"] = {
+        name: (Topic if "topic" in each else BuiltIn)(**each) for name, each in part.get("senses", {}).items()
+    }
     parts = {
         robot: Part(robot, () if stops else (stand(1),), PUPPET if robot in puppets else made, Pose(), topic, **part)
         for robot, topic in topics.items()

@@ -24,7 +24,7 @@ from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.output import Edge, RawPose
 from improv_core.protocol.reader_messages import FromReader, MeasuredPose, ToReader
-from improv_core.score.senses import RobotSense, Topic, source_from_json
+from improv_core.score.senses import RobotSense, Topic
 
 NICENESS = 5
 """The process's niceness. If all processors are busy, commands come first, unless robots have to keep apart: then poses
@@ -48,7 +48,9 @@ def main() -> int:
 
     def tell_edges(edges: Iterable[Edge]) -> None:
         for edge in edges:
-            tell(_edge(edge))
+            assert isinstance(edge.what, RobotSense)
+            robot, sense = edge.what
+            tell({"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at})
 
     def hear(topic: Topic, value: bool | None) -> None:
         tell_edges(senses.take(topic, value, time.monotonic()))
@@ -63,7 +65,8 @@ def main() -> int:
     period = LOOK
     while not lines.ended:
         for message in lines.read():
-            tell_edges(senses.read(_sources(message), time.monotonic()))
+            asked = {RobotSense(each["robot"], each["sense"]): Topic(**each["source"]) for each in message["senses"]}
+            tell_edges(senses.read(asked, time.monotonic()))
             subscriptions.keep(senses.topics)
             period = message["period"]
             subscriptions.poses.keep(message["odometry"])
@@ -148,17 +151,6 @@ class _Known(NamedTuple):
 
 
 _UNKNOWN = _Known(None, -math.inf)
-
-
-def _sources(message: ToReader) -> dict[RobotSense, Topic]:
-    sources = {RobotSense(each["robot"], each["sense"]): source_from_json(each["source"]) for each in message["senses"]}
-    return {sense: source for sense, source in sources.items() if isinstance(source, Topic)}
-
-
-def _edge(edge: Edge) -> FromReader:
-    assert isinstance(edge.what, RobotSense)
-    robot, sense = edge.what
-    return {"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at}
 
 
 def _pose(measured: RawPose) -> MeasuredPose:

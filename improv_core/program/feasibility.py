@@ -340,5 +340,5 @@ def _around(body: Node, word: Primitive) -> Iterator[Node]:
 
 def _keeps_paths(node: Node) -> bool:
     if isinstance(node, nodes.Apply):
-        return WORDS[node.word.text].keeps_path
+        return WORDS[node.word.text].poses and not node.across
     return isinstance(node, nodes.Series | nodes.Bracket | nodes.Choice)

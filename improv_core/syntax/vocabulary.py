@@ -45,7 +45,6 @@ def _paced(text: str, about: str, rate: Callable[[Fraction], Fraction]) -> Word:
         (_FACTOR,),
         make=make,
         rate=rate,
-        keeps_path=True,
         needless=_by_one,
     )
 
@@ -55,7 +54,7 @@ def _inverse(number: Fraction) -> Fraction:
 
 
 def _guard(text: str, about: str, example: str, make: Callable[[Movement, reactions.Condition], Movement]) -> Word:
-    return Word(text, Kind.GUARD, about, (Argument("sense", example),), make=_reacting(make), keeps_path=True)
+    return Word(text, Kind.GUARD, about, (Argument("sense", example),), make=_reacting(make))
 
 
 def _reacting(make: Callable[..., Movement]) -> Callable[[Applied], Movement]:
@@ -141,7 +140,6 @@ WORDS: Mapping[str, Word] = {
             needs=Needs.END,
             backward=True,
             poses=False,
-            keeps_path=True,
         ),
         Word(
             "repeat",
@@ -149,7 +147,6 @@ WORDS: Mapping[str, Word] = {
             "Repeats this many times; without a number, forever.",
             (Argument("n", "4", whole, ("2", "3", "4", "8"), "times"),),
             make=lambda it: algebra.repeat(it.body, *map(int, it.numbers)),
-            keeps_path=True,
         ),
         Word(
             "reflect",
@@ -177,7 +174,6 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: algebra.fit(it.body, exact(it.number)),
             needs=Needs.END,
             spreads=True,
-            keeps_path=True,
         ),
         Word(
             "ramp",
@@ -213,7 +209,6 @@ WORDS: Mapping[str, Word] = {
             (Argument("beats", "2", at_least_zero, ("1", "2", "4"), "beats"),),
             make=_canon,
             by_robot=True,
-            keeps_path=True,
             needless=_alone,
         ),
         Word(
@@ -225,7 +220,6 @@ WORDS: Mapping[str, Word] = {
             of_items=True,
             is_even=True,
             throws=True,
-            keeps_path=True,
             needless=_one_item,
             removable=False,
         ),
@@ -236,7 +230,6 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: dice.shuffle(it.items),
             of_items=True,
             throws=True,
-            keeps_path=True,
             needless=_one_item,
             removable=False,
         ),
@@ -248,7 +241,6 @@ WORDS: Mapping[str, Word] = {
             make=lambda it: dice.chance(it.body, it.number, it.span),
             needs=Needs.FIXED,
             throws=True,
-            keeps_path=True,
         ),
         Word(
             "seed",
@@ -257,7 +249,6 @@ WORDS: Mapping[str, Word] = {
             (Argument("n", "3", above_zero, ("1", "2", "3")),),
             make=lambda it: dice.seed(it.body, it.number),
             throws=True,
-            keeps_path=True,
             needless=_without_dice,
             removable=False,
         ),

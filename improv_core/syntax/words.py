@@ -155,9 +155,8 @@ class Word:
     by_robot: bool = False
     """True if it means something else for each robot of a line."""
     poses: bool = True
-    """True if poses may stand in its movement, or in the movement that is reflected across it."""
-    keeps_path: bool = False
-    """True if a detour with the same end may replace a step in it."""
+    """True if poses may stand in its movement, or in the movement that is reflected across it: then a detour with the
+    same end may also replace a step, except in a reflection."""
     wrong: Says | None = None
     needless: Says | None = None
     removable: bool = True

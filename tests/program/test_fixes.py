@@ -116,7 +116,8 @@ max_linear = 0.35
     ("before", "after"),
     [
         ("strafeleft up", "[left forward right] up"),
-        ("retrograde [up straferight]", "retrograde [up (right forward left)]"),
+        ("ease straferight", "ease [right forward left]"),
+        ("retrograde straferight", "retrograde rest"),
         ("choose (left straferight)", "choose (left [right forward left])"),
         ("reverse strafeleft", "reverse rest"),
         ("scale 1/2 strafeleft", "scale 1/2 rest"),

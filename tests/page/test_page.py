@@ -31,7 +31,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     requested: list[str] = []
     page.on("request", lambda request: requested.append(request.url))
     open_page(page, viewer)
-    expect(page.get_by_text("Save a program to see it dance")).to_be_visible()
+    expect(page.get_by_text("Save or play a program to see it dance")).to_be_visible()
 
     parts = {"ada": part("ada", Pose()), "bo": part("bo", Pose(9.0, 0.0, 0.0, 1.5))}
     simulator.prepare(Score(Fraction(60), parts), restart=True)
@@ -40,7 +40,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     simulator.advance(2.5)
     ada = simulator.poses()["ada"]
     wait(page, f"Math.hypot(improv.robots.ada.x - {ada.x}, improv.robots.ada.y - {ada.y}) < 1e-3")
-    expect(page.get_by_text("Save a program to see it dance")).to_be_hidden()
+    expect(page.get_by_text("Save or play a program to see it dance")).to_be_hidden()
     expect(page.locator("#state")).to_have_text("playing")
     expect(page.locator("#about")).to_have_text("60 beats/min simulator")
     expect(page.get_by_role("status")).to_have_text("playing 8 beats at 60 beats per minute")

@@ -25,7 +25,7 @@ export function showHint() {
   const editing = document.body.classList.contains("editing")
   find("hint").hidden = !notices.isOpen || (played && robots)
   find("hint-example").hidden = editing && !played
-  const notPlayed = editing ? "Press Save and play to see it dance" : `Save ${name || "a program"} to see it dance`
+  const notPlayed = editing ? "Press Save and play to see it dance" : `Save ${name || "or play a program"} to see it dance`
   find("hint-title").textContent = played ? `${name || "This program"} has no robots` : notPlayed
   find("hint-text").textContent = played
     ? "Write the name of a robot, a dollar sign, and what it does. For example:"

@@ -26,8 +26,8 @@ Soon = Callable[..., None]
 class Broadcast:
     """Passes news of the performance on to the pages. Its methods may be called from any thread.
 
-    `confirm` gets the mark of each stop that the stages have obeyed, or also the stages that have yet to obey it. With
-    `takes_start_poses`, pages may ask for other start poses. `scores` finds out when parts of a score begin.
+    `confirm` gets the mark of each stop that the stage here has obeyed. With `takes_start_poses`, pages may ask for
+    other start poses. `scores` finds out when parts of a score begin.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Broadcast:
         pages: Pages,
         answers: Answers,
         soon: Soon,
-        confirm: Callable[..., None],
+        confirm: Callable[[str], None],
         *,
         takes_start_poses: bool,
         meetings: Meetings | None = None,
@@ -63,7 +63,7 @@ class Broadcast:
         about: tuple[str, ...] = ()
         match message["type"]:
             case "obeyed":
-                self._soon(self._confirm, message["mark"], message["waits_for"])
+                self._soon(self._confirm, message["mark"])
                 return
             case "answer":
                 answer = message["answer"]

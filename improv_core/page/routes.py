@@ -184,7 +184,8 @@ class Application:
 
         def tell_session() -> None:
             if not self._stops.is_confirmed(page, number):
-                self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
+                name = f"{page} {number}"
+                self._throttle.take({"type": "stop", "direct": name} if self._show else {"type": "stop", "mark": name})
 
         if self._ask_stages(page, number):
             asyncio.get_running_loop().call_later(HEAD_START, tell_session)

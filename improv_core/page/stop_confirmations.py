@@ -31,14 +31,16 @@ class PageStops:
         self._obeyed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
 
     def obeyed(self, mark: str, waits_for: Sequence[str] = ()) -> None:
-        """Note that the stop with this mark (its page and its number) has been obeyed, or by whom it has yet to be."""
+        """Note that the stop with this mark (its page and its number) has been obeyed, and with it everything that the
+        page sent earlier, or by whom it has yet to be."""
         page, _, number = mark.rpartition(" ")
-        if waits_for:
-            self.wait(page, int(number), ", ".join(waits_for))
-            return
-        self.confirm(page, int(number))
-        self._obeyed.set()
-        self._obeyed = asyncio.Event()
+        known = self._known(page)
+        if not waits_for:
+            known.confirmed = max(int(number), known.confirmed)
+            self._obeyed.set()
+            self._obeyed = asyncio.Event()
+        elif int(number) == known.arrived:
+            known.waits_for = ", ".join(waits_for)
 
     async def confirmed(self, page: str, number: int, limit: float) -> bool:
         """Return whether a stop is confirmed within `limit` seconds."""
@@ -53,16 +55,6 @@ class PageStops:
         if is_new:
             known.arrived, known.waits_for = number, ""
         return is_new
-
-    def confirm(self, page: str, number: int) -> None:
-        """Note that this stop has been obeyed, and with it everything that the page sent earlier."""
-        known = self._known(page)
-        known.confirmed = max(number, known.confirmed)
-
-    def wait(self, page: str, number: int, names: str) -> None:
-        """Note the names of those that have yet to obey this stop."""
-        known = self._known(page)
-        known.waits_for = names if number == known.arrived else known.waits_for
 
     def waits_for(self, page: str) -> str:
         """Return the names of those that have yet to obey the latest stop from a page, as far as known."""

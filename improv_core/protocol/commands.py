@@ -35,8 +35,8 @@ class _Asked(TypedDict, total=False):
 
 
 class Marked(TypedDict, total=False):
-    """`mark` identifies a stop for its page, which recognizes it once it has been obeyed. It goes to the stages that
-    have to report that. `direct` is the same in both copies of a stop, and each stage obeys it once."""
+    """`mark` identifies a stop for its page, if only the simulator plays and can't be reached straight: it answers
+    `obeyed`. `direct` is the same in both copies of a stop, and each stage obeys it once."""
 
     mark: str
     direct: str
@@ -50,8 +50,8 @@ class Added(_Timed, Marked, _Asked):
 
 
 class Stop(Added):
-    """Stop every robot at once, on the channel of stops. The stages of real robots, or else the simulator, answer
-    `obeyed` to a page's stop, which has a `mark`. `direct` identifies a stop that has also gone straight to stages."""
+    """Stop every robot at once, on the channel of stops. A stage answers `obeyed` to a stop with a `mark`. `direct`
+    identifies a stop that has also gone straight to stages."""
 
     type: Literal["stop"]
 
@@ -218,7 +218,7 @@ _ROWS = (
         overtakes=True,
         voids=frozenset({"pause", "resume", "seek", "restart", "cue"}),
         # Each page waits until its own stop is confirmed, and a person's stop holds for more than those of automations.
-        about=lambda stop: stop.get("by") or stop.get("mark", "").rpartition(" ")[0],
+        about=lambda stop: stop.get("by") or stop.get("direct", stop.get("mark", "")).rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS),

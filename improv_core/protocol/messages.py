@@ -206,11 +206,10 @@ class Ping(TypedDict):
 
 
 class Obeyed(TypedDict):
-    """Robots have been told to stop because of the stop with this `mark`, except by the stages in `waits_for`."""
+    """The stage's robots have been told to stop because of the stop with this `mark`."""
 
     type: Literal["obeyed"]
     mark: str
-    waits_for: Sequence[str]
 
 
 class PageMessage(TypedDict):

@@ -35,7 +35,7 @@ class Stops:
 
     def __init__(self, asleep: Callable[[], float] = asleep) -> None:
         self._lock = threading.Lock()
-        self._stages: dict[Receiver, bool] = {}  # true if the stage's robots are real
+        self._stages: dict[Receiver, None] = {}  # in the order in which they came
         self._tell: list[Callable[[], object]] = []
         self._asleep = asleep
         self._slept = asleep()
@@ -58,23 +58,22 @@ class Stops:
         with self._lock:
             return self._counted()
 
-    def add(self, stage: Receiver, *, real: bool = False) -> None:
+    def add(self, stage: Receiver) -> None:
         """Also stop this stage from now on."""
         with self._lock:
-            self._stages[stage] = real
+            self._stages[stage] = None
 
     def discard(self, stage: Receiver) -> None:
         with self._lock:
             self._stages.pop(stage, None)
 
     def stop(self, message: Stop | Pause | None = None) -> None:
-        """Send all stages a stop, or a pause, at once. If some have real robots, only these report that they obeyed its
-        mark. A stop with a mark has gone straight to stages, too."""
+        """Send all stages a stop, or a pause, at once. One with an identity has gone straight to stages, too."""
         now, again = time.monotonic(), None
         with self._lock:
             timed = message.copy() if message else Stop(type="stop")
             asked, timed["at"] = timed.get("at"), now
-            if timed["type"] == "stop" and (direct := timed.pop("direct", timed.get("mark"))):
+            if timed["type"] == "stop" and (direct := timed.pop("direct", "")):
                 if asked is None or not self.halts.has_waited(asked, now):
                     timed["direct"] = direct
                 else:
@@ -84,12 +83,8 @@ class Stops:
                 self._direct[direct] = again is None
                 if len(self._direct) > MOST_DIRECT:
                     del self._direct[next(iter(self._direct))]
-            any_real = any(self._stages.values())
-            unmarked = timed.copy()
-            if unmarked["type"] == "stop":
-                unmarked.pop("mark", None)
-            for stage, real in self._stages.items():
-                stage.send(timed if real == any_real else unmarked)
+            for stage in self._stages:
+                stage.send(timed)
             self._note(stop=timed["type"] == "stop")
         if again:
             self._repeat_later(again)
@@ -133,7 +128,7 @@ class Stops:
         for after its own stop can't have waited since before it.
         """
         if is_stop(request):
-            if not (request["type"] == "stop" and request.get("direct", request.get("mark")) in self._direct):
+            if not (request["type"] == "stop" and request.get("direct") in self._direct):
                 self.stop(request)
         elif by := request.get("by"):
             with self._lock:

@@ -1,17 +1,15 @@
-"""Decides how new stages stop the robots of dead ones, when pages' stops count as obeyed, and the answer to
-`improv stop`. Standard library only."""
+"""Decides how new stages stop the robots of dead ones, and the answer to `improv stop`. Standard library only."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from improv_core.protocol.messages import TransportMessage
-from improv_core.protocol.page_messages import for_pages
 from improv_core.safety.stop_socket import IDLE
 from improv_core.score.score import Part, Score
-from improv_core.session.acts import Act, Decided, Send, SendScore
-from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
+from improv_core.session.acts import SendScore
+from improv_core.session.state import PlayScore, SessionState, StageKey
 
 
 def halt(state: SessionState, key: StageKey) -> SendScore:
@@ -29,33 +27,6 @@ def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) 
     return key in state.stages and state.stages[key].died_moving and stands
 
 
-def halted(state: SessionState, key: StageKey) -> Decided:
-    """Note that the robots of a dead stage stand."""
-    return obeyed(state.with_stage(key, died_moving=False), key.host, state.unobeyed)
-
-
-def await_obeyed(state: SessionState, mark: str) -> Decided:
-    """Inform pages about the stages that have yet to obey a stop, unless only the simulator plays, which confirms it
-    itself. A stage that has died while it moved robots has not obeyed, either."""
-    if not state.real:
-        return state, []
-    hosts = frozenset(host for host, stage in state.robots.items() if stage.alive or stage.died_moving)
-    state = replace(state, unobeyed={**state.unobeyed, mark: hosts})
-    return state, tell_obeyed(state, mark, _named(state, hosts))
-
-
-def obeyed(state: SessionState, host: str, marks: Iterable[str]) -> Decided:
-    """Note that the stage of real robots on a host has obeyed these stops, and inform pages which have yet to."""
-    acts: list[Act] = []
-    for mark in [*marks]:
-        if host in state.unobeyed.get(mark, ()):
-            left = state.unobeyed[mark] - {host}
-            rest = {other: hosts for other, hosts in state.unobeyed.items() if other != mark}
-            state = replace(state, unobeyed={**rest, mark: left} if left else rest)
-            acts += tell_obeyed(state, mark, _named(state, left))
-    return state, acts
-
-
 def stop_line(state: SessionState, begins: Sequence[str], moving: int, was_on: bool) -> str:
     """Return the line about what was stopped: the program that played, or the one that `begins`, and how many real
     robots were `moving`, as far as that is known."""
@@ -71,17 +42,6 @@ def stop_line(state: SessionState, begins: Sequence[str], moving: int, was_on: b
     if not moving:  # how many moved when somebody asked is not known
         return stopped
     return f"{stopped}: {'1 robot was' if moving == 1 else f'{moving} robots were'} moving"
-
-
-def tell_obeyed(state: SessionState, mark: str, waits_for: Sequence[str]) -> list[Act]:
-    """Inform pages that all stages have obeyed a stop, except those that it waits for."""
-    message = for_pages({"type": "obeyed", "mark": mark, "waits_for": waits_for})
-    return [Send(key, message) for key in state.pages]
-
-
-def _named(state: SessionState, hosts: Iterable[str]) -> list[str]:
-    here = "the stage here" if state.is_spread else "the real robots"
-    return [here if host == HERE else host for host in sorted(hosts)]
 
 
 def _standing(scores: Collection[Score]) -> Score:

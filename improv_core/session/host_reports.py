@@ -16,7 +16,7 @@ from improv_core.protocol.messages import Armed, FromStage, TransportMessage
 from improv_core.protocol.transport import plays, stop_of
 from improv_core.session import clock, together
 from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, warning
-from improv_core.session.halting import halted, has_halted
+from improv_core.session.halting import has_halted
 from improv_core.session.on_hosts import CONFIRM_LIMIT, admit, join, pass_on_seen
 from improv_core.session.state import SessionState, StageKey
 from improv_core.session.together import SPARE, begin, resume_at
@@ -106,8 +106,8 @@ def _armed(state: SessionState, host: str, said: Armed, now: Now) -> Decided:
 def _transport(state: SessionState, host: str, transport: TransportMessage, now: Now) -> Decided:
     kind, before = transport["state"], state.robots[host].transport
     if state.robots[host].died_moving:  # it only stops robots, whatever it reports about that
-        key = StageKey(host, "ros")
-        return halted(state, key) if has_halted(state, key, transport) else (state, [])
+        stands = has_halted(state, StageKey(host, "ros"), transport)
+        return together.with_all(state, [host], died_moving=not stands), []
     moves = plays(transport)
     may_move = state.robots[host].may_move and moves
     state = together.with_all(state, [host], transport=transport, may_move=may_move)

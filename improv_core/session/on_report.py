@@ -11,14 +11,14 @@ from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import COMMANDS
 from improv_core.protocol.messages import Decided as SenseDecided
-from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
+from improv_core.protocol.messages import Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
 from improv_core.protocol.transport import beat_at, stop_of
 from improv_core.score.takeover import Takeover
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
-from improv_core.session.halting import halt, halted, has_halted, obeyed, tell_obeyed
+from improv_core.session.halting import halt, has_halted
 from improv_core.session.on_request import on_request, send_score
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
 from improv_core.session.together import entry_at, others, stopped, without
@@ -42,8 +42,8 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
             return _started(state, stage, message, now)
         case "failed":
             return _not_started(state, stage, message["message"])
-        case "obeyed":
-            return _obeyed(state, stage, message)
+        case "obeyed":  # the page has it from the process of the page itself
+            return state, []
         case "gone" if stage.output != "ros" or not others(state, stage.host):
             return _gone(state, stage, message, now)
         case _ if stage.output == "ros" and state.is_spread:
@@ -54,8 +54,7 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
             return _reported(state.with_stage(stage, armed=message["armed"]), stage, message)
         case "transport" if has_halted(state, stage, message):
             state, acts = _reported(state, stage, message)
-            state, told = halted(state, stage)
-            return state, [*acts, *told, *_stand(state, stage, now)]
+            return state.with_stage(stage, died_moving=False), [*acts, *_stand(state, stage, now)]
         case _:
             return _reported(state, stage, message)
 
@@ -124,15 +123,6 @@ def _reported(state: SessionState, stage: StageKey, message: Heard) -> Decided:
         case "unreached" if leads:
             state, acts = _explained(state, message["message"], state.resumes)
     return state, [*acts, Announce(message, leads)]
-
-
-def _obeyed(state: SessionState, stage: StageKey, message: Obeyed) -> Decided:
-    """Inform pages that real robots have obeyed a stop, or which of their stages have yet to."""
-    if message["waits_for"]:
-        return state, tell_obeyed(state, message["mark"], message["waits_for"])
-    if stage not in state.stages or state.stages[stage].died_moving:
-        return state, []  # the new stage never moved the robots of the dead one
-    return obeyed(state, stage.host, [message["mark"]])
 
 
 def _to(output: Output | None, message: ToStage) -> list[Act]:
@@ -319,9 +309,8 @@ def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> De
             state, more = send_score(replace(state, pending=None), state.pending, now)
             acts += more
         return state, acts
-    state, told = obeyed(state, stage.host, state.unobeyed) if real else (state, [])
     state, joins = _as_one(on_hosts.join(state, stage.host, now), stage) if real else (state, [])
-    return state, [*acts, *told, *joins]
+    return state, [*acts, *joins]
 
 
 def _not_started(state: SessionState, stage: StageKey, why: str) -> Decided:

@@ -17,7 +17,6 @@ from improv_core.score.takeover import amid
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session import on_hosts
 from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScore, send, warning
-from improv_core.session.halting import await_obeyed
 from improv_core.session.state import HERE, Change, PlayScore, SessionState, StageKey
 
 StageRequest = Change | Resume | ProgramMessage | ProgramSource | Draft | Answer
@@ -55,7 +54,7 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
         case "resume":
             return _resume(state, request, now)
         case "stop":
-            return _stop(state, request, now)
+            return _stop(state, now)
         case "pause":
             return on_hosts.pause(state), []
         case _:
@@ -85,10 +84,8 @@ def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:
     return [send(host, on_hosts.pressed_of(state, host, pressed)) for host in state.alive]
 
 
-def _stop(state: SessionState, stop: Stop, now: Now) -> Decided:
-    state, acts = on_hosts.stop(replace(state, stood=None, pending=None), now)
-    state, more = await_obeyed(state, stop["mark"]) if "mark" in stop else (state, [])
-    return state, [*acts, *more]
+def _stop(state: SessionState, now: Now) -> Decided:
+    return on_hosts.stop(replace(state, stood=None, pending=None), now)
 
 
 def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
@@ -140,7 +137,7 @@ def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
     # Whichever led: simulated robots, too, must not keep dancing while real ones get ready.
     stop: Stop = {"type": "stop"}
     if simulated and state.twin:
-        state, acts = _stop(replace(state, leader=state.twin), stop, now)
+        state, acts = _stop(replace(state, leader=state.twin), now)
         return state, [*(send(host, stop) for host in state.robots), *acts]
     if simulated and state.is_real:
         raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")

@@ -376,7 +376,7 @@ class Playback:
         self._loads.forget([key])
         self._hear(key, stage.ready)
         if key.output == "ros":
-            self.stops.add(self, real=True)  # until the end: while none moves them, no stage reports that robots stand
+            self.stops.add(self)  # until the end: while none moves them, no stage reports that robots stand
         else:
             self.stops.add(stage)
         return True

@@ -177,8 +177,7 @@ class SessionState:
     `latest` is the same if stages may still need it: once one has died, they don't. `on_robots` is the latest score
     that real robots were sent. `entered` is the first message about the playing of `latest`, and `behind` the seconds
     by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
-    leader. `unobeyed` are the stops of pages, each with the hosts of real robots that have yet to obey it. `clock` is
-    the clock of music that the session listens to.
+    leader. `clock` is the clock of music that the session listens to.
 
     If real robots have stages on several machines, these play as one in a `mode`. `paused_by` are the hosts whose
     stages have paused by themselves; the latest pause began with the one that `paused_first`. Those that are `joining`
@@ -216,7 +215,6 @@ class SessionState:
     pending: PlayScore | None = None
     """The score that somebody asked for before that stage was replaced."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
-    unobeyed: Mapping[str, frozenset[str]] = field(default_factory=dict)
     clock: OutsideClock | None = None
 
     mode: Mode = "stopped"

@@ -312,7 +312,7 @@ class Loop:
             case "stop":
                 self.player.take(message, now)
                 if "mark" in message:  # a page has sent it
-                    self._tell({"type": "obeyed", "mark": message["mark"], "waits_for": []})
+                    self._tell({"type": "obeyed", "mark": message["mark"]})
             case "held" | "released":
                 self._hold(GAMEPAD, message["type"] == "held", now)
             case "key":

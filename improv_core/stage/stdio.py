@@ -82,7 +82,7 @@ def direct(stop: Stop, tell: Callable[[FromStage], None]) -> DirectStop:
     own: Stop = {"type": "stop", "direct": name}
     if "by" in stop:
         own["by"] = stop["by"]
-    return DirectStop(own, lambda: tell({"type": "obeyed", "mark": name, "waits_for": []}))
+    return DirectStop(own, lambda: tell({"type": "obeyed", "mark": name}))
 
 
 def arrival(line: bytes, read: RowsRead) -> Arrival:

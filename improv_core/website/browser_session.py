@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -110,7 +110,7 @@ class BrowserBackend:
     def _stop(self, number: int) -> None:
         self._throttle.take({"type": "stop", "mark": str(number)})
 
-    def _confirm(self, mark: str, waits_for: Sequence[str]) -> None:
+    def _confirm(self, mark: str) -> None:
         self._obeyed(int(mark))
 
     def _command(self, command: PageRequest) -> None:

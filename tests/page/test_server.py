@@ -425,26 +425,9 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
-        viewer.publish({"type": "obeyed", "mark": "page-1 1", "waits_for": []})
+        viewer.publish({"type": "obeyed", "mark": "page-1 1"})
         assert waiting.result(LIMIT) == 204
     assert commands.empty()
-
-
-def test_an_unconfirmed_stop_is_answered_with_the_names_yet_to_obey_it(
-    viewer: PageServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
-
-    def pressed() -> tuple[int, bytes]:
-        answer = answer_to(viewer, "page=p&number=1")
-        return answer.status, answer.read()
-
-    assert pressed() == (202, b"")
-    viewer.publish({"type": "obeyed", "mark": "p 1", "waits_for": ["pi@pi.local", "the stage here"]})
-    assert pressed() == (202, b"pi@pi.local, the stage here")
-    viewer.publish({"type": "obeyed", "mark": "p 1", "waits_for": []})
-    monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
-    assert pressed() == (204, b"")
 
 
 @pytest.mark.parametrize(("hangs", "answer"), [("", (204, b"")), ("ros", (202, b"the real robots"))])
@@ -464,7 +447,7 @@ def test_a_stop_goes_straight_to_stages_and_to_the_parent_only_if_one_has_not_ob
         viewer.close()
         stages.close()
     if hangs:
-        assert commands.get(timeout=LIMIT) == {"type": "stop", "mark": "p 1"}
+        assert commands.get(timeout=LIMIT) == {"type": "stop", "direct": "p 1"}
     assert commands.empty(), "stages report a stop that they have obeyed"
 
 

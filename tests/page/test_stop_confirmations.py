@@ -39,20 +39,20 @@ def test_nothing_older_than_a_stop_comes_over_a_new_connection() -> None:
 def test_a_stop_is_confirmed_with_all_that_came_before_it() -> None:
     stops = PageStops()
     assert not stops.is_confirmed(PAGE, 1)
-    stops.confirm(PAGE, 2)
+    stops.obeyed(f"{PAGE} 2")
     assert [stops.is_confirmed(PAGE, number) for number in (1, 2, 3)] == [True, True, False]
-    stops.confirm(PAGE, 1)
+    stops.obeyed(f"{PAGE} 1")
     assert stops.is_confirmed(PAGE, 2)
 
 
 def test_those_yet_to_obey_a_stop_are_known_until_the_next_one() -> None:
     stops = PageStops()
     stops.arrive(PAGE, 1)
-    stops.wait(PAGE, 1, "ada, bo")
+    stops.obeyed(f"{PAGE} 1", ["ada", "bo"])
     stops.arrive(PAGE, 1)  # sent again
     assert [stops.waits_for(PAGE), stops.waits_for(OTHER)] == ["ada, bo", ""]
     stops.arrive(PAGE, 2)
-    stops.wait(PAGE, 1, "ada")
+    stops.obeyed(f"{PAGE} 1", ["ada"])
     assert stops.waits_for(PAGE) == ""
 
 

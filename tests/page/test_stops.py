@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.parse import urlsplit
 
 import pytest
@@ -14,6 +16,7 @@ from improv_core.page import routes
 from improv_core.page.server import PageServer
 from tests.page.conftest import LIMIT, TOKEN, Commands, Keep, Show, leave, link, new_page, wait, watch
 from tests.processes import halt
+from tests.safety.stages import Stages
 
 NOTICE = "Stop is not confirmed yet. Trying again…"
 
@@ -59,7 +62,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     while (command := commands.get(timeout=LIMIT))["type"] != "stop":
         pass
     expect(page.locator("#notice")).to_have_text(NOTICE)
-    again.publish({"type": "obeyed", "mark": command["mark"], "waits_for": []})
+    again.publish({"type": "obeyed", "mark": command["mark"]})
     expect(page.locator("#notice")).to_be_hidden()
     again.publish({"type": "stopped"})
     again.close()
@@ -67,20 +70,23 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
 
 
 def test_the_page_names_the_robots_yet_to_obey_a_stop(
-    page: Page, viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
+    page: Page, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
-    page.goto(link(viewer))
-    wait(page, "window.improv?.connected")
-    page.get_by_role("button", name="Stop").click()
-    while (command := commands.get(timeout=LIMIT))["type"] != "stop":
-        pass
-    viewer.publish({"type": "obeyed", "mark": command["mark"], "waits_for": ["the real robots"]})
-    line = "Stop is not confirmed yet by the real robots. Trying again…"
-    expect(page.locator("#notice")).to_have_text(line)
-    expect(page.locator("#news")).to_have_text(line)
-    viewer.publish({"type": "obeyed", "mark": command["mark"], "waits_for": []})
-    expect(page.locator("#notice")).to_be_hidden()
+    monkeypatch.setattr(routes, "ASK_LIMIT", 0.05)
+    monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.5)
+    with TemporaryDirectory(dir="/tmp") as folder:
+        stages = Stages(Path(folder, "7-abc"), "ros", hangs="ros")
+        viewer = PageServer(0, Simulator().snapshot, commands.put, token=TOKEN, show=Path(folder, "7-abc"))
+        page.goto(link(viewer))
+        wait(page, "window.improv?.connected")
+        page.get_by_role("button", name="Stop").click()
+        line = "Stop is not confirmed yet by the real robots. Trying again…"
+        expect(page.locator("#notice")).to_have_text(line)
+        expect(page.locator("#news")).to_have_text(line)
+        stages.hangs = ""
+        expect(page.locator("#notice")).to_be_hidden()
+        viewer.close()
+        stages.close()
 
 
 def test_a_stop_arrives_even_if_its_page_is_closed_at_once(page: Page, viewer: PageServer, commands: Commands) -> None:

@@ -20,7 +20,7 @@ class Stages:
     def __init__(self, show: Path, *names: str, hangs: str = "") -> None:
         self.stops: list[tuple[str, Stop]] = []
         self._stopped = threading.Condition()
-        self._hangs = hangs
+        self.hangs = hangs
         self.sockets = {name: StageSocket(show, name, self._take(name)) for name in names}
 
     def wait(self, count: int) -> None:
@@ -37,7 +37,7 @@ class Stages:
             with self._stopped:
                 self.stops.append((name, stop))
                 self._stopped.notify_all()
-            if name != self._hangs:
+            if name != self.hangs:
                 answer(OBEYED)
 
         return take

@@ -58,20 +58,6 @@ def test_page_requests_carry_the_count_and_their_stops_are_obeyed_at_once() -> N
     assert stage.kinds == ["stop", "pause"]
 
 
-def test_only_stages_of_real_robots_say_that_they_obeyed_the_stop_of_a_page_if_there_are_any() -> None:
-    stops, simulator, real = Stops(), Stage(), Stage()
-    stops.add(simulator)
-    stops.arrive({"type": "stop", "mark": "page 1"})
-    stops.add(real, real=True)
-    stops.arrive({"type": "stop", "mark": "page 2"})
-    stops.arrive({"type": "pause"})
-    assert [message.get("mark") for message in simulator.sent] == ["page 1", None, None]
-    assert [message.get("mark") for message in real.sent] == ["page 2", None]
-    stops.discard(real)
-    stops.arrive({"type": "stop", "mark": "page 3"})
-    assert simulator.sent[-1].get("mark") == "page 3"
-
-
 def test_requests_made_before_the_machine_slept_are_not_sent_after_it() -> None:
     slept = 1000.0
     stops, stage = Stops(lambda: slept), Stage()
@@ -109,18 +95,16 @@ def test_threads_can_take_turns_in_any_order() -> None:
 def test_a_stop_that_has_gone_straight_to_stages_counts_once_whoever_reports_it_first() -> None:
     stops, simulator, real = Stops(), Stage(), Stage()
     stops.add(simulator)
-    stops.add(real, real=True)
+    stops.add(real)
     report: Stop = {"type": "stop", "direct": "page 1", "at": time.monotonic()}
-    assert stops.arrive({"type": "stop", "mark": "page 1"}) == 1
+    assert stops.arrive({"type": "stop", "direct": "page 1"}) == 1
     assert [stops.arrive(report), stops.arrive(report)] == [1, 1]
     assert stops.has_settled("page 1")
     stops.stop({"type": "pause"})
     stops.stop({"type": "stop", "direct": "improv stop"})
     assert stops.arrive({"type": "stop", "direct": "improv stop"}) == 3
-    assert stops.arrive({"type": "stop", "direct": "page 2"}) == 4
-    assert stops.arrive({"type": "stop", "mark": "page 2"}) == 4
     for stage in (simulator, real):
-        assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop", "page 2"]
+        assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop"]
 
 
 @pytest.mark.parametrize("threads", [True, False])

@@ -126,12 +126,10 @@ class Story:
         return self.words
 
     def _seen(self, act: Act) -> list[View]:
-        """Return an act as people and the stages of robots see it; of pages, only the confirmation of stops."""
+        """Return an act as people and the stages of robots see it."""
         match act:
             case Send(to, message) if to.output == "ros":
                 return [SendTo(to.host, message)]
-            case Send(_, message) if (inner := unpacked(message))["type"] == "obeyed":
-                return [Say(inner)]
             case SendScore(to):
                 return [SendTo(key.host, load) for key, load in self.loads.of(self.state, act).items()]
             case Announce(news):
@@ -500,34 +498,6 @@ def test_a_stop_that_all_confirm_is_no_news() -> None:
     for host in story.state.alive:
         story.is_at(host, "stopped", 1.0)
     assert story.waits() == []
-
-
-def test_a_page_shows_the_hosts_that_have_yet_to_obey_its_stop() -> None:
-    story = Story.playing()
-    story.told("stop", mark="page 1")
-
-    def waits_for(host: str) -> list[list[str]]:
-        story.said(host, "obeyed", mark="page 1", waits_for=[])
-        return [[*act.message["waits_for"]] for act in story.acts]  # type: ignore[union-attr, typeddict-item]
-
-    assert [waits_for(host) for host in (PI, PI, HERE, PAD)] == [[["the stage here", PAD]], [], [[PAD]], [[]]]
-
-
-def test_a_host_that_died_while_it_moved_has_obeyed_once_its_next_stage_has_stopped_its_robots() -> None:
-    story = Story.playing(HERE, PI)
-    story.told("stop", mark="page 1")
-    assert story.said(HERE, "obeyed", mark="page 1", waits_for=[]) == ["say obeyed"]
-    assert "say obeyed" not in story.said(PI, "gone", message="the link was silent")
-    story.told("stop", mark="page 2")
-    assert story.said(HERE, "obeyed", mark="page 2", waits_for=[]) == ["say obeyed"]
-    story.starts(PI)
-    assert story.words == [f"{PI}: load"]
-    story.is_at(PI, "stopped")
-    assert story.acts == [Say({"type": "obeyed", "mark": f"page {number}", "waits_for": []}) for number in (1, 2)]
-    story.said(PI, "gone", message="the link was silent")
-    story.told("stop", mark="page 3")
-    story.said(HERE, "obeyed", mark="page 3", waits_for=[])
-    assert story.acts == [Say({"type": "obeyed", "mark": "page 3", "waits_for": []})]
 
 
 def test_a_host_that_comes_back_joins_at_the_beat() -> None:

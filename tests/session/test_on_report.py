@@ -10,7 +10,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import Armed, Decided, Obeyed, Pressed, Sensed
+from improv_core.protocol.messages import Armed, Decided, Pressed, Sensed
 from improv_core.protocol.play_again import STOPPED
 from improv_core.score.score import OutsideClock
 from improv_core.session.on_report import BEHIND
@@ -461,46 +461,3 @@ def test_a_page_without_a_simulator_is_sent_what_the_leading_stage_plays_and_rep
         (ROS, ["ros: silence", "ros: score 1 stop"]),
     ])  # fmt: skip
     assert story.state.status == "ROS 2"
-
-
-STOP: Event = {"type": "stop", "mark": "page 1"}
-OBEYED: Obeyed = {"type": "obeyed", "mark": "page 1", "waits_for": []}
-
-
-def told_pages(story: Story) -> list[list[str]]:
-    """Return the stages that have yet to obey the stop, for each report of that to pages after the latest event."""
-    return [sent["waits_for"] for sent in story.sent("simulator") if sent["type"] == "obeyed"]
-
-
-def test_pages_learn_that_real_robots_have_yet_to_obey_a_stop_and_once_they_have() -> None:
-    story = Story.playing()
-    story(STOP)
-    assert told_pages(story) == [["the real robots"]]
-    assert story(("ros", {**OBEYED, "waits_for": ["pi@pi.local"]})) == ["simulator: obeyed"]
-    assert told_pages(story) == [["pi@pi.local"]]
-    assert story(("ros", OBEYED)) == ["simulator: obeyed"]
-    assert told_pages(story) == [[]]
-
-
-def test_a_stop_that_a_dead_stage_did_not_obey_is_confirmed_once_its_robots_stand() -> None:
-    story = Story.playing()
-    story(STOP)
-    tell(story, [
-        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
-        ({"type": "stop", "mark": "page 2"}, ["simulator: obeyed"]),
-        (ROS, ["ros: score 1 stop"]),
-        (("ros", {**OBEYED, "mark": "page 2"}), []),  # by a stage that has yet to find the robots
-        (("ros", at("ended", 1)), ["transport", "simulator: obeyed", "simulator: obeyed"]),
-        (("ros", at("ended", 1)), ["transport"]),
-    ])  # fmt: skip
-
-
-def test_nobody_confirms_a_stop_if_no_stage_of_real_robots_could_be_started_again() -> None:
-    story = Story.playing()
-    for event in (STOP, ("ros", GONE), ("ros", FAILED)):
-        story(event)
-        assert [] not in told_pages(story)
-
-
-def test_the_simulator_alone_confirms_a_stop_itself() -> None:
-    assert Story.playing("simulator")(STOP) == []

@@ -55,15 +55,6 @@ async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
 
 
 @performed
-async def test_a_page_learns_once_that_real_robots_have_yet_to_obey_its_stop(fakes: Fakes) -> None:
-    leader, twin = await fakes.play()
-    twin.say({"type": "request", "command": {"type": "stop", "mark": "page 1", "direct": "page 1"}})
-    leader.say({"type": "obeyed", "mark": "page 1", "waits_for": []})
-    told = [unpacked(each) for each in twin.sent if unpacked(each)["type"] == "obeyed"]
-    assert [each["waits_for"] for each in told] == [["the real robots"], []]
-
-
-@performed
 async def test_the_leading_stage_gets_news_of_the_clock_that_its_score_follows(fakes: Fakes) -> None:
     follows = PlayScore(replace(DANCE, clock=OutsideClock("midi", "IAC")), "dance.improv", 0)
     await fakes.playback.play(follows)

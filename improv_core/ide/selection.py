@@ -18,8 +18,7 @@ from improv_core.program.program import Line, Placed
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import unsupported
 from improv_core.score.algebra import series
-from improv_core.score.dice import throwing
-from improv_core.score.excerpt import position_of
+from improv_core.score.dice import position_of, throwing
 from improv_core.score.movement import Movement
 from improv_core.score.throws import StreamPosition
 from improv_core.syntax import nodes

@@ -11,7 +11,8 @@ from improv_core.score import fields
 from improv_core.score.algebra import hold, one_by_one, repeat, series
 from improv_core.score.bounds import in_series, opened
 from improv_core.score.movement import STILL, Bounds, Duration, InTurn, Movement, Several, Single, Through, Visit, makes
-from improv_core.score.throws import ROBOTS, Dice, T
+from improv_core.score.throws import ROBOTS, Dice, StreamPosition, T
+from improv_core.score.traversal import outer_first
 from improv_core.text import Span
 from improv_core.values import value
 
@@ -155,3 +156,17 @@ def throwing(body: Movement, throw: int, stream: str = ROBOTS) -> Movement:
 def _any_of(items: Sequence[Movement]) -> Bounds:
     """Return the bounds of a movement that one throw decides."""
     return replace(in_series(item.bounds for item in items), dice=True, throws=1)
+
+
+def position_of(inner: Movement, whole: Movement, begin: StreamPosition) -> StreamPosition | None:
+    """Return the throw with which `inner` begins at its first place in `whole`, which itself begins at `begin`.
+
+    None if it isn't in there, or if nothing in it throws dice.
+    """
+
+    def inside(at: tuple[Movement, StreamPosition]) -> list[tuple[Movement, StreamPosition]]:
+        part, place = at
+        return [(each, part.throw_of(index, place)) for index, each in enumerate(part.parts)] if part.dice else []
+
+    places = outer_first((whole, begin), inside, key=lambda at: id(at[0]))
+    return next((place for part, place in places if part is inner), None)

@@ -86,7 +86,8 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
                 for span, message in _disturbed(meaning.movement, one, body):
                     found.setdefault(("pose-disturbed", span, ""), Diagnostic("pose-disturbed", span, message))
     for word, names in without.items():
-        for span in _uses(meaning.body, word, movement):
+        words = [each for each in asked if each == Asked(word, each.mirrored)]
+        for span in {span for each in words for span in _asking(meaning.body, each, movement)}:
             yield _lacking(word, names, span, robots)
     yield from found.values()
 
@@ -106,18 +107,6 @@ def _lacking(word: str, names: Sequence[str], span: Span, robots: Robots) -> Dia
     return Diagnostic("no-such-part", span, f"{shown}{more} {verb} no `{word}`, so this rests: {advice}", fixes)
 
 
-def _uses(node: Node, word: str, movement: MovementOf) -> Iterator[Span]:
-    """Yield each use of a word for a body part, and of a name whose movement has that word."""
-    if isinstance(node, nodes.PartTerm) and node.name.text == word:
-        yield node.name.span
-    if isinstance(node, nodes.Name) and word in movement(node).body_words.parts:
-        yield node.span
-    inside = [span for child in nodes.children(node) for span in _uses(child, word, movement)]
-    yield from inside
-    if isinstance(node, nodes.Call) and not inside and word in movement(node).body_words.parts:
-        yield node.name.span
-
-
 def _asking(node: Node, asked: Asked, movement: MovementOf, inside: bool = False) -> Iterator[Span]:
     """Yield each word or name that asks this. `inside` is true in the term of the word for the body part."""
     checkpoint()
@@ -128,7 +117,10 @@ def _asking(node: Node, asked: Asked, movement: MovementOf, inside: bool = False
         if inside and asked.pose == node.pose.text:
             yield node.pose.span
     elif isinstance(node, nodes.PartTerm):
-        yield from _asking(node.body, asked, movement, node.name.text == asked.part and not asked.mirrored)
+        performs = node.name.text == asked.part and not asked.mirrored
+        if performs and asked == Asked(asked.part):
+            yield node.name.span
+        yield from _asking(node.body, asked, movement, performs)
     elif isinstance(node, (nodes.Name, nodes.Call)):
         made = movement(node)
         if asked in made.body_words.asked or (inside and _asks(made, asked)):

@@ -25,6 +25,8 @@ from improv_ls.positions import to_position
 LIT = "improv/lit"
 TRANSPORT = "improv/transport"
 EVALUATED = "improv/evaluated"
+PASSED_ON = {"state", "backend", "generation", "tempo", "speed", "beats", "muted", "soloed"}
+"""The parts of the stage's messages that editors get."""
 SHORTEST = 0.03
 """Seconds between two changes of the lit words, at least: nobody sees shorter ones."""
 SHORTEST_BEAT = 0.25
@@ -148,16 +150,9 @@ class Live:
     def _tell_transport(self, message: TransportMessage, beat: float) -> None:
         document, self._counted, state = self._playing.document, counted(message, beat), self._state()
         told = {
-            "state": message["state"],
-            "backend": message["backend"],
-            "generation": message["generation"],
-            "tempo": message["tempo"],
-            "speed": message["speed"],
-            "beats": message["beats"],
+            **{name: value for name, value in message.items() if name in PASSED_ON},
             "beat": beat,
             "counted": self._counted,
-            "muted": message["muted"],
-            "soloed": message["soloed"],
             "silenced": silenced(message["muted"], message["soloed"]),
             "robots": sorted(self._playing.replay.score.parts) if self._playing.replay else [],
             "uri": document.uri if document else None,

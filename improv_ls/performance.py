@@ -172,8 +172,8 @@ class Performance:
         refusals = self._editor.refusals
         line = await self._settling.run(prepared.line)  # not before, since robots would wait for it
         if refusals == self._editor.refusals:  # otherwise, this line would hide that it, or a later one, is refused
-            stands = any(is_muted(robot, *self.silenced) for robot in prepared.score.parts)
-            why = f"; {silenced(*self.silenced)}" if stands else ""
+            stands = any(is_muted(robot, *self.state.silenced) for robot in prepared.score.parts)
+            why = f"; {silenced(*self.state.silenced)}" if stands else ""
             self._editor.say(f"▶ {line}, {playback.state.status}{why}")
         if only.note:
             self._editor.say(only.note)
@@ -245,7 +245,7 @@ class Performance:
 
     def toggle(self, command: str, robot: str) -> None:
         """Mute or solo a robot, or undo that."""
-        muted, soloed = self.silenced
+        muted, soloed = self.state.silenced
         if command == "mute":
             muted ^= {robot}
         else:
@@ -253,15 +253,10 @@ class Performance:
         self.ask({"type": "silence", "muted": sorted(muted), "soloed": sorted(soloed)})
 
     @property
-    def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
-        """Return the muted robots, and the soloed ones."""
-        return self.state.silenced
-
-    @property
     def robots(self) -> set[str]:
         """Robots of the last dance, and those that are muted or soloed."""
         latest = self.playing.latest
-        return {*(latest.document.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
+        return {*(latest.document.analysis.robots if latest else ()), *self.state.silenced[0], *self.state.silenced[1]}
 
     def stop(self, stop: Stop) -> str | None:
         """Obey `improv stop`, on any thread. Return the line that answers it, unless there are no stages yet."""

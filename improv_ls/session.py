@@ -118,9 +118,6 @@ class Session(StdioServer):
         known = {*self.documents, *self.robots_files}
         return uri if uri in known else next((each for each in known if unquote(each) == unquote(uri)), uri)
 
-    def _look(self, document: Document) -> None:
-        self.rooms.look(document)
-
     def _show_room(self, document: Document) -> None:
         self.publish(document)
         self.editor.refresh("diagnostics")
@@ -149,7 +146,9 @@ class Session(StdioServer):
         slices = Slices(asyncio.get_running_loop().call_soon)
         urdfs = Urdfs(slices, self.urdfs_changed)
         read_urdfs_by(urdfs.skeleton_in)
-        return Settling(slices, urdfs, self.documents, self.publish, self._look, self._refresh, self._fail)
+        return Settling(
+            slices, urdfs, self.documents, self.publish, lambda each: self.rooms.look(each), self._refresh, self._fail
+        )
 
     def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
         """Answer a request, in slices, as soon as the document is far enough up to date."""

@@ -152,15 +152,9 @@ class _Desk:
 
     def _show(self) -> None:
         """Send all pages the content of the file."""
-        self._performing.playback.ask(
-            {
-                "type": "source",
-                "path": str(absolute(self._path)),
-                "text": self._version.text,
-                "revision": self._version.revision,
-                "toml": self._robots.text,
-            }
-        )
+        ask, path, toml = self._performing.playback.ask, str(absolute(self._path)), self._robots.text
+        text, revision = self._version.text, self._version.revision
+        ask({"type": "source", "path": path, "text": text, "revision": revision, "toml": toml})
 
     def _answer(self, page: int, answer: EditorAnswer | None) -> None:
         if answer:

@@ -67,10 +67,6 @@ def waits(asked: PageRequest) -> bool:
     return asked["type"] in ("cue", "osc_sense")
 
 
-def _stop(arguments: Sequence[Argument], known: Situation) -> PageRequest:
-    return {"type": "stop", "by": "osc"}
-
-
 def _pause(arguments: Sequence[Argument], known: Situation) -> PageRequest | None:
     return {"type": "pause"} if known.heard.state in ("playing", "waiting") and _pressed(arguments) else None
 
@@ -82,10 +78,6 @@ def _play(arguments: Sequence[Argument], known: Situation) -> PageRequest | None
     if not reply.succeeds:
         raise UnclearError(f"/improv/play: {reply.line}")
     return reply.request
-
-
-def _cue(arguments: Sequence[Argument], known: Situation) -> PageRequest | None:
-    return {"type": "cue"} if _pressed(arguments) else None
 
 
 def _seek(arguments: Sequence[Argument], known: Situation) -> PageRequest:
@@ -114,10 +106,10 @@ def _sense(arguments: Sequence[Argument], known: Situation) -> PageRequest:
 
 
 _ASKS: Mapping[str, Callable[[Sequence[Argument], Situation], PageRequest | None]] = {
-    "/improv/stop": _stop,
+    "/improv/stop": lambda arguments, known: {"type": "stop", "by": "osc"},
     "/improv/pause": _pause,
     "/improv/play": _play,
-    "/improv/cue": _cue,
+    "/improv/cue": lambda arguments, known: {"type": "cue"} if _pressed(arguments) else None,
     "/improv/seek": _seek,
     "/improv/tempo": _tempo,
     "/improv/sense": _sense,

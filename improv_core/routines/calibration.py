@@ -75,12 +75,8 @@ class Calibration:
     @property
     def is_known(self) -> bool:
         """True if the settings are precise enough to need no more rounds."""
-        shares = (
-            self.error.commanded_step / self.settings.commanded_step,
-            self.error.commanded_quarter_turn / self.settings.commanded_quarter_turn,
-            self.error.left_right / self.settings.left_right,
-        )
-        return max(shares) <= PRECISION
+        pairs = zip(astuple(self.error), astuple(self.settings), strict=True)
+        return all(error / value <= PRECISION for error, value in pairs)
 
 
 def goal_in(room: float, profile: Profile) -> Goal:

@@ -172,15 +172,8 @@ class BrowserBackend:
 
     def _show(self) -> None:
         """Send the page its program."""
-        self._playback.ask(
-            {
-                "type": "source",
-                "path": str(PROGRAM),
-                "text": self._text,
-                "revision": str(self._revision),
-                "toml": self._editor.robots.text,
-            }
-        )
+        path, text, revision, toml = str(PROGRAM), self._text, str(self._revision), self._editor.robots.text
+        self._playback.ask({"type": "source", "path": path, "text": text, "revision": revision, "toml": toml})
 
     def _answer(self, answer: EditorAnswer | None) -> None:
         if answer:

@@ -41,7 +41,7 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
     if isinstance(document, RobotsFile):
         played = trials(document.lines.text, span)
     else:
-        played = play_actions(document.analysis, span.start, *ls.performance.silenced)
+        played = play_actions(document.analysis, span.start, *ls.performance.state.silenced)
     commands = [_command(each.title, each.command, _arguments(ls, document, each), each.kind) for each in played]
     if isinstance(document, Document) and (other := ls.performance.other_on_save):
         title = "Let saves continue the dance" if other == "continue" else "Let saves start the dance over"

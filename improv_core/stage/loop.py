@@ -32,8 +32,6 @@ from improv_core.stage.command_queue import CommandQueue
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
 A repeat doesn't need that."""
-LEAD = 0.0001
-"""Seconds that a velocity takes from this loop to the output of real robots: it is on its way so much earlier."""
 STOP: Stop = {"type": "stop"}
 PAUSE: Pause = {"type": "pause"}
 HALTED = events.Halted()
@@ -79,13 +77,12 @@ def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int
         while True:
             now = clock.now()
             deadline = loop.deadline(now)
-            exact = opened.sink.real and loop.player.is_exact
-            early, lead = EARLY if exact else 0.0, LEAD if exact and loop.is_next(deadline) else 0.0
+            early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
             arrival = None
             try:
-                arrival = inbox.get(timeout=max(deadline - early - lead - now, 0) if deadline < math.inf else None)
+                arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
             except queue.Empty:
-                clock.wait_until(deadline - lead)
+                clock.wait_until(deadline)
             loop.wake(clock.now(), clock.asleep())
             if arrival is not None:
                 if isinstance(arrival, End):
@@ -94,8 +91,7 @@ def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int
                     last["message"] = arrival.problem
                     return 1
                 loop.take(arrival, clock.now())
-            now = max(clock.now(), deadline) if arrival is None else clock.now()
-            if now >= deadline:  # even if another arrival waits: robots must not wait for a flood
+            if (now := clock.now()) >= deadline:  # even if another arrival waits: robots must not wait for a flood
                 loop.advance(now)
     except Exception as error:
         loop.failed = True
@@ -140,10 +136,6 @@ class Loop:
         silent = self._parent.deadline if self._may_move else math.inf
         playing = math.inf if deadline is None else deadline
         return min(silent, held, zeros, self._commands.due, playing)
-
-    def is_next(self, deadline: float) -> bool:
-        """Return whether the player has something due at a deadline, before any command."""
-        return deadline < self._commands.due
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""

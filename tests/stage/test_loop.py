@@ -35,7 +35,7 @@ from improv_core.score.score import Deadman, Host, OutsideClock, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.score.world import World
-from improv_core.stage.loop import LEAD, OpenedOutput, run
+from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.stdio import arrival
 from tests.player.test_player import Memory, score
 
@@ -170,26 +170,6 @@ def test_all_begin_at_once_when_the_last_one_listens_or_without_it(without: bool
     assert first == {"a": 0.0, "b": 0.0}
     lines = [message["message"] for message in told if message["type"] == "warning"]
     assert lines[0] == ("nothing is listening on /b/cmd_vel" if without else WAITS)
-
-
-class Timed(Slow):
-    """It notes when the stage sends each velocity."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.times: list[float] = []
-
-    def send(self, robot: str, twist: Twist, at: float) -> None:
-        super().send(robot, twist, at)
-        self.times.append(self.turned.now())
-
-
-def test_a_change_is_on_its_way_to_a_real_robot_a_moment_before_it_is_due() -> None:
-    sink = Timed()
-    told = perform(sink, (0, load("a $ forward left\n")), *((each / 5, PING) for each in range(1, 50)), (10, End()))
-    zero = next(each["monotonic"] for each in told if each["type"] == "transport" and each["state"] == "playing")
-    changes = [time - zero for time, (_, at, _) in zip(sink.times, sink.sent, strict=True) if at in (1, 2)]
-    assert changes == pytest.approx([1 - LEAD, 2 - LEAD], abs=LEAD / 10)
 
 
 def test_nobody_waits_for_a_real_robot_that_only_stands_there() -> None:

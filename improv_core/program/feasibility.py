@@ -154,10 +154,9 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
         yield from islice(filter(None, short), 1)
     if fastest:
         over, moment = fastest
-        unit = "m/s" if over.kind == "linear" else "rad/s"
-        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {over.advice()}"
+        message = f"{over.speed:.3g} {over.unit} is over {robot}'s limit of {over.limit:g} {over.unit}: {over.advice()}"
         span = moment.sources[0].span
-        yield _too_much_at("too-fast", span, message, over.slow, body.span if body else span)
+        yield _too_much_at("too-fast", span, message, over.slow, body)
         return
     if profile.smooth:
         yield from _too_fast_to_smooth(robot, body, part, profile, tempo)
@@ -185,7 +184,7 @@ def _too_sudden(
     for over, moment in worst:
         message = f"this lasts {over.lasts:.3g} s, but {robot} needs {over.needs:.3g} s to get to that velocity"
         span = moment.sources[0].span
-        yield _too_much_at("too-sudden", span, f"{message}: {over.advice()}", over.slow, body.span if body else span)
+        yield _too_much_at("too-sudden", span, f"{message}: {over.advice()}", over.slow, body)
 
 
 def _too_fast_to_smooth(
@@ -197,13 +196,12 @@ def _too_fast_to_smooth(
         found = [over for moment in together if (over := excess(moment.velocity, profile, tempo))]
         if found and sources:
             over = max(found, key=lambda over: over.factor)
-            unit = "m/s" if over.kind == "linear" else "rad/s"
-            reached = f"smoothed, this would reach {over.speed:.3g} {unit}"
+            reached = f"smoothed, this would reach {over.speed:.3g} {over.unit}"
             message = (
-                f"{reached}, over {robot}'s limit of {over.limit:g} {unit}, so it is not smoothed: {over.advice()}"
+                f"{reached}, over {robot}'s limit of {over.limit:g} {over.unit}, so it is not smoothed: {over.advice()}"
             )
             span = sources[0].span
-            yield _too_much_at("too-fast", span, message, over.slow, body.span if body else span)
+            yield _too_much_at("too-fast", span, message, over.slow, body)
             return
 
 
@@ -272,8 +270,9 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
     return next((node for node in words if node.word.velocity.yaw), None)
 
 
-def _too_much_at(code: str, span: Span, message: str, slow: int, body: Span) -> Diagnostic:
-    wrapped = (Edit(Span(body.start, body.start), f"slow {slow} ("), Edit(Span(body.end, body.end), ")"))
+def _too_much_at(code: str, span: Span, message: str, slow: int, body: Node | None) -> Diagnostic:
+    whole = body.span if body else span
+    wrapped = (Edit(Span(whole.start, whole.start), f"slow {slow} ("), Edit(Span(whole.end, whole.end), ")"))
     return Diagnostic(code, span, message, (Fix(f"Wrap in slow {slow}", wrapped),))
 
 

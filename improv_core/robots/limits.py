@@ -43,11 +43,10 @@ class Fitting:
 class Excess(Fitting):
     """Amount by which a velocity exceeds a robot's limits, and the changes that make it fit.
 
-    `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
-    their ratio.
+    `speed` and `limit` are those that it exceeds most, in their `unit`, m/s or rad/s; `factor` is their ratio.
     """
 
-    kind: str
+    unit: str
     speed: float
     limit: float
     factor: float
@@ -99,15 +98,16 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     """Return the excess of a velocity over the profile's limits at `tempo` beats per minute; None if there is none."""
     linear, angular = _squares(velocity, profile, tempo)
     over = [
-        (square / _as_written(limit) ** 2, kind, square, limit)
-        for kind, square, limit in (("linear", linear, profile.max_linear), ("angular", angular, profile.max_angular))
+        (square / _as_written(limit) ** 2, unit, square, limit)
+        for unit, square, limit in (("m/s", linear, profile.max_linear), ("rad/s", angular, profile.max_angular))
         if limit is not None
     ]
-    ratio, kind, square, limit = max(over, default=(Fraction(0), "", Fraction(0), 0.0))
+    nothing = (Fraction(0), "", Fraction(0), 0.0)
+    ratio, unit, square, limit = max(over, key=lambda each: each[0], default=nothing)
     if ratio <= 1:
         return None
     fitting = math.isqrt(math.floor(tempo * tempo / ratio))  # whole n with n² <= tempo² / ratio
-    return Excess(fitting or None, _root_up(ratio), kind, _root(square), limit, _root(ratio))
+    return Excess(fitting or None, _root_up(ratio), unit, _root(square), limit, _root(ratio))
 
 
 @dataclass(frozen=True, slots=True)

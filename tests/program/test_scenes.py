@@ -7,24 +7,6 @@ from improv_core.program.compiler import compiled
 from tests.program.drawing import check
 
 
-def test_a_scene_begins_when_all_above_is_over() -> None:
-    analysis = check(
-        """
-        a b $ left
-        a $ [up up] slow 1/2 up
-        ---
-        b $ right
-        ----- # the last
-        a b $ right
-        """
-    )
-    assert {robot: [each.duration for each in scenes] for robot, scenes in analysis.parts.items()} == {
-        "a": [2.5, 0, 1],
-        "b": [1, 1, 1],
-    }
-    assert {robot: each.duration for robot, each in analysis.robots.items()} == {"a": 5, "b": 5}
-
-
 def test_a_robot_ends_after_its_last_scene_whatever_others_sense() -> None:
     for word in ("slow 2 left", "until near slow 2 left"):
         analysis = analyze(f"a b $ [left up]\n---\na b $ left\n---\nb $ {word}\n---\nb $ left\n")

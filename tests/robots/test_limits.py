@@ -39,7 +39,7 @@ def test_limits_hold_for_commands_to_a_calibrated_robot() -> None:
 def test_an_excess_has_its_ratio_and_values_that_fit() -> None:
     found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
     assert found
-    assert found == Excess(66, 2, "linear", 0.3, 0.22, found.factor)
+    assert found == Excess(66, 2, "m/s", 0.3, 0.22, found.factor)
     assert found.factor == pytest.approx(0.3 / 0.22)
 
 
@@ -47,7 +47,7 @@ def test_the_most_exceeded_limit_is_named() -> None:
     both = Velocity(x=Fraction(2), yaw=Fraction(4))  # 0.4 m/s of 0.22; 6.28 rad/s of 2.84
     found = excess(both, TURTLEBOT3_BURGER, SIXTY)
     assert found
-    assert (found.kind, found.tempo, found.slow) == ("angular", 27, 3)
+    assert (found.unit, found.tempo, found.slow) == ("rad/s", 27, 3)
 
 
 def test_no_whole_tempo_may_fit() -> None:

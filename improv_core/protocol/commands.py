@@ -34,19 +34,17 @@ class _Asked(TypedDict, total=False):
     by: Automation
 
 
-class Marked(TypedDict, total=False):
-    """`mark` identifies a stop for its page, if only the simulator plays and can't be reached straight: it answers
-    `obeyed`. `direct` is the same in both copies of a stop, and each stage obeys it once."""
+class Added(_Timed, _Asked, total=False):
+    """The fields that only Improv itself adds to a request.
+
+    `mark` identifies a stop for its page, if only the simulator plays and can't be reached straight: it answers
+    `obeyed`. `direct` is the same in both copies of a stop, and each stage obeys it once. Nobody asked for a stop that
+    is `unasked`: another stage has stopped by itself.
+    """
 
     mark: str
     direct: str
-
-
-class Added(_Timed, Marked, _Asked):
-    """The fields that only Improv itself adds to a request. Nobody asked for a stop that is `unasked`: another stage
-    has stopped by itself."""
-
-    unasked: NotRequired[bool]
+    unasked: bool
 
 
 class Stop(Added):

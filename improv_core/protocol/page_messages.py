@@ -275,50 +275,15 @@ Window = TypedDict(
 """The answer to `AskWindow`: the motion of robots between two beats, and the words that play, if no sense changes."""
 
 ToPage = (
-    DrawnRobots
-    | ServerTime
-    | DrawnPoses
-    | DrawnTrails
-    | DrawnMeasured
-    | TransportMessage
-    | Stopped
-    | ProgramMessage
-    | ShownScore
-    | Bumps
-    | Window
-    | MeetingsMessage
-    | Misplaced
-    | Armed
-    | Sensed
-    | Decided
-    | FaultMessage
-    | Vitals
-    | WhyStill
-    | JointPositions
-    | ProgramSource
-    | Draft
-    | EditorAnswer
-)
+    DrawnRobots | ServerTime | DrawnPoses | DrawnTrails | DrawnMeasured | TransportMessage | Stopped | ProgramMessage
+    | ShownScore | Bumps | Window | MeetingsMessage | Misplaced | Armed | Sensed | Decided | FaultMessage | Vitals
+    | WhyStill | JointPositions | ProgramSource | Draft | EditorAnswer
+)  # fmt: skip
 FromPage = Press | PageConduct | Restart | AskWindow | AskEditor
 ForPages = (
-    ProgramMessage
-    | ProgramSource
-    | Draft
-    | Answer
-    | TransportMessage
-    | Stopped
-    | Sensed
-    | Decided
-    | Measured
-    | JointPositions
-    | Misplaced
-    | Armed
-    | FaultMessage
-    | Vitals
-    | Link
-    | WhyStill
-    | Obeyed
-)
+    ProgramMessage | ProgramSource | Draft | Answer | TransportMessage | Stopped | Sensed | Decided | Measured
+    | JointPositions | Misplaced | Armed | FaultMessage | Vitals | Link | WhyStill | Obeyed
+)  # fmt: skip
 """The messages of the session and of stages to the server of the pages: in an envelope, if they come from another
 process."""
 

@@ -255,7 +255,7 @@ def test_a_file_that_is_not_a_recording_is_refused_in_one_line(tmp_path: Path) -
 def test_joints_are_recorded_whenever_they_move_differently(tmp_path: Path) -> None:
     program = "beat 60\nada is puppet\nada $ head (left left left left)\n"
     path = record(tmp_path, analyzed(program))
-    assert topics(path)["/ada/joint_states"].msgtype == "sensor_msgs/msg/JointState"
+    assert topics(path)["/improv/ada/joint_states"].msgtype == "sensor_msgs/msg/JointState"
     yaw = [(each.time - START, *each.joints["head_yaw"]) for each in read_joints(path)]
     changed = [each for each, before in zip(yaw, [(0, 0.0, 0.0), *yaw], strict=False) if each[2] != before[2]]
     assert [time for time, *_ in changed] == [0, 3 * SECOND]  # there it reaches its limit

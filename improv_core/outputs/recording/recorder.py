@@ -26,7 +26,7 @@ from improv_core.protocol.robot_messages import Measured
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
-from improv_core.score.score import Score, in_namespace
+from improv_core.score.score import Score
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -70,8 +70,6 @@ OFFERED_QOS_PROFILES = f"""\
 """
 
 
-JOINT_STATES = "joint_states"
-"""The topic of a robot's joints, within its namespace, if its profile doesn't name another."""
 CHANNELS = {"sensed": "/improv/sensed", "decided": "/improv/decided"}
 """The topics of sensed and decided events, as JSON in a `std_msgs/String`, so that ROS 2 can play them too."""
 
@@ -133,10 +131,11 @@ class Recorder(Sink):
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             self._robots[robot] = part.profile, frame_field(part.frame), part.topic
+            # Topics of our own: when a recording is played, nothing must take them for what a robot measures then.
             if part.odom:
-                self._poses[robot] = f"/improv{in_namespace('pose', part.namespace)}"
-            if body := part.profile.body:
-                self._joints[robot] = in_namespace(body.joint_states or JOINT_STATES, part.namespace)
+                self._poses[robot] = f"/improv{part.namespace}/pose"
+            if part.profile.body:
+                self._joints[robot] = f"/improv{part.namespace}/joint_states"
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self.record(robot, twist, self.time(at))
@@ -184,8 +183,7 @@ class Recorder(Sink):
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
     def record_poses(self, message: Measured) -> None:
-        """Record the measured poses of robots in the frames of their sources, on topics of our own, so that nothing
-        takes them for new ones when the recording is played. Raises OSError."""
+        """Record the measured poses of robots in the frames of their sources. Raises OSError."""
         for robot, each in message["robots"].items():
             if topic := self._poses.get(robot):
                 channel = self._channel(topic, "geometry_msgs/msg/PoseStamped")

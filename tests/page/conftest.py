@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, FloatRect, Page, expect, sync_playwright
@@ -38,6 +38,9 @@ from tests.needs import need_headless_chromium
 from tests.open_page import CALMLY
 from tests.session import story
 from tests.stage_on_thread import start_on_thread
+
+if TYPE_CHECKING:
+    from tests.page.editing import Edit
 
 FLAGS = [
     "--headless",
@@ -227,6 +230,24 @@ def page(window: BrowserContext) -> Iterator[Page]:
     yield page
     leave(page)
     assert wrong == []
+
+
+@pytest.fixture
+def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[..., Edit]]:
+    """Return a function that edits `dance.improv`, with this text and with more options, by `improv edit`."""
+    from tests.page.editing import Edit  # which needs this module
+
+    opened: list[Edit] = []
+
+    def begin(program: str, *options: str) -> Edit:
+        file = tmp_path / "dance.improv"
+        file.write_bytes(program.encode())
+        opened.append(Edit(file, window, *options))
+        return opened[-1]
+
+    yield begin
+    for each in opened:
+        each.close()
 
 
 def leave(page: Page) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.preview.window import about, window
@@ -104,23 +104,18 @@ def test_a_window_has_the_moves_of_each_body_part() -> None:
 
 
 @pytest.mark.slow("edits on a page")
-def test_a_body_beside_the_editor_leaves_the_stage_room_for_its_tools(tmp_path: Path, window: BrowserContext) -> None:
-    (tmp_path / "dance.improv").write_text("ada is puppet\nada $ head left\n", encoding="utf-8")
-    edit = Edit(tmp_path / "dance.improv", window)
-    try:
-        page = edit.page()
-        page.keyboard.press("Control+Enter")
-        expect(page.locator("#bodies svg").first).to_be_visible()
-        for width in (721, 740, 900, 1000):
-            page.set_viewport_size({"width": width, "height": 900})
-            next_frame(page)
-            hall, tools = box(page, "#hall"), box(page, "#tools")
-            assert hall["x"] < tools["x"], width
-            assert page.evaluate(
-                "(({ scrollWidth, offsetWidth }) => scrollWidth <= offsetWidth)(document.getElementById('tools'))"
-            )
-    finally:
-        edit.close()
+def test_a_body_beside_the_editor_leaves_the_stage_room_for_its_tools(edit: Callable[[str], Edit]) -> None:
+    page = edit("ada is puppet\nada $ head left\n").page()
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#bodies svg").first).to_be_visible()
+    for width in (721, 740, 900, 1000):
+        page.set_viewport_size({"width": width, "height": 900})
+        next_frame(page)
+        hall, tools = box(page, "#hall"), box(page, "#tools")
+        assert hall["x"] < tools["x"], width
+        assert page.evaluate(
+            "(({ scrollWidth, offsetWidth }) => scrollWidth <= offsetWidth)(document.getElementById('tools'))"
+        )
 
 
 @pytest.mark.slow("axe looks at three sizes and two colors")

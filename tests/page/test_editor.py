@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import product
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 
 from improv_core.page.server import PageServer
 from improv_core.protocol.editing import NO_DRAFT
@@ -31,21 +30,6 @@ ALIGNED = """() => {
   const end = below.lastElementChild.getBoundingClientRect().bottom + parseFloat(getComputedStyle(below).paddingBottom)
   return [shown === text.value, same, Math.round(end - below.getBoundingClientRect().top) - height]
 }"""
-
-
-@pytest.fixture
-def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
-    opened: list[Edit] = []
-
-    def begin(program: str, *options: str) -> Edit:
-        file = tmp_path / "dance.improv"
-        file.write_bytes(program.encode())
-        opened.append(Edit(file, window, *options))
-        return opened[-1]
-
-    yield begin
-    for each in opened:
-        each.close()
 
 
 def write(page: Page, keys: str) -> None:

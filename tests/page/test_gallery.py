@@ -5,11 +5,12 @@ from __future__ import annotations
 import http.client
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import BrowserContext, expect
+from playwright.sync_api import expect
 
 from improv_core.page.gallery import guide_files
 from improv_core.page.server import PageServer
@@ -39,26 +40,21 @@ def test_a_server_has_the_tutorial_its_pictures_and_dances_without_robots_of_the
 
 @pytest.mark.slow("edits on a page")
 def test_a_dance_is_taken_from_the_tutorial_and_the_gallery_and_passed_on(
-    tmp_path: Path, window: BrowserContext
+    tmp_path: Path, edit: Callable[[str], Edit]
 ) -> None:
-    (tmp_path / "dance.improv").write_text(PROGRAM, encoding="utf-8")
     (tmp_path / "improv.toml").write_text("[robots.ada]\n", encoding="utf-8")
-    edit = Edit(tmp_path / "dance.improv", window)
-    try:
-        page = edit.page()
-        page.get_by_role("button", name="Tutorial").click()
-        page.get_by_role("button", name="Take this").first.click()
-        expect(page.locator("#text")).not_to_have_value(PROGRAM)
-        page.get_by_role("button", name="Close").click()
-        page.get_by_role("button", name="Examples").click()
-        page.get_by_role("button", name="Stop").click(trial=True)  # nothing lies over it
-        expect(page.locator("#examples").get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
-        page.locator("#examples").get_by_role("button", name="square", exact=True).click()
-        expect(page.locator("#file-state")).to_have_text("not saved yet")
-        assert page.evaluate("improv.transport.generation") == 0  # real robots might dance: that takes another press
-        page.get_by_role("button", name="Share").click()
-        expect(page.locator("#link")).to_be_hidden()
-        page.get_by_label("Website").fill("https://example.org/improv/")
-        expect(page.locator("#link")).to_have_value(re.compile("^https://example.org/improv/#dance="))
-    finally:
-        edit.close()
+    page = edit(PROGRAM).page()
+    page.get_by_role("button", name="Tutorial").click()
+    page.get_by_role("button", name="Take this").first.click()
+    expect(page.locator("#text")).not_to_have_value(PROGRAM)
+    page.get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="Examples").click()
+    page.get_by_role("button", name="Stop").click(trial=True)  # nothing lies over it
+    expect(page.locator("#examples").get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
+    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
+    expect(page.locator("#file-state")).to_have_text("not saved yet")
+    assert page.evaluate("improv.transport.generation") == 0  # real robots might dance: that takes another press
+    page.get_by_role("button", name="Share").click()
+    expect(page.locator("#link")).to_be_hidden()
+    page.get_by_label("Website").fill("https://example.org/improv/")
+    expect(page.locator("#link")).to_have_value(re.compile("^https://example.org/improv/#dance="))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
+from playwright.sync_api import Page, ViewportSize, expect
 
 from tests.page.conftest import Keep, at, wait
 from tests.page.editing import Edit
@@ -49,13 +49,8 @@ def drag(page: Page, places: list[tuple[float, float]], meanwhile: str | None = 
 
 
 @pytest.mark.slow("bends, draws, and performs in a browser")
-def test_movements_by_hand_become_words_and_each_is_undone_at_once(
-    tmp_path: Path, window: BrowserContext, keep: Keep
-) -> None:
-    file = tmp_path / "dance.improv"
-    file.write_text(SQUARE, encoding="utf-8")
-    edited = Edit(file, window)
-    page = edited.page()
+def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callable[[str], Edit], keep: Keep) -> None:
+    page = edit(SQUARE).page()
     text = page.locator("#text")
     page.set_viewport_size({"width": 683, "height": 384})
     for button in ("Tutorial", "Examples", "Share"):
@@ -140,4 +135,3 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(
     page.keyboard.press("Control+z")
     expect(text).to_have_value(SQUARE)
     wait(page, "improv.transport.state === 'stopped'")  # no robot has moved by this
-    edited.close()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import BrowserContext, Page
+from playwright.sync_api import Page
 
 from tests.page.conftest import next_frame, wait
 from tests.page.editing import PLAYING, Edit
@@ -30,22 +29,6 @@ CONTROLS = """[...document.querySelectorAll("button, summary, [role=slider]")].f
   const { x, y, width, height } = control.getBoundingClientRect()
   return control.contains(document.elementFromPoint(x + width / 2, y + height / 2))
 })"""
-
-
-@pytest.fixture
-def edit(tmp_path: Path, window: BrowserContext) -> Iterator[Callable[[str], Edit]]:
-    """Return a function that edits a program with this text."""
-    edits: list[Edit] = []
-
-    def begin(text: str) -> Edit:
-        file = tmp_path / "dance.improv"
-        file.write_text(text, encoding="utf-8")
-        edits.append(Edit(file, window))
-        return edits[-1]
-
-    yield begin
-    for each in edits:
-        each.close()
 
 
 @pytest.mark.slow("presses every control at four sizes")

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 
 from tests.page.conftest import LIMIT, Show, next_frame, play_anew, wait, watch
 from tests.page.editing import Edit
@@ -96,25 +97,20 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
 
 
 @pytest.mark.slow("edits on a page")
-def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, window: BrowserContext) -> None:
+def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, edit: Callable[[str], Edit]) -> None:
     robots = tmp_path / "improv.toml"
     robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
-    (tmp_path / "dance.improv").write_text(PROGRAM, encoding="utf-8")
-    edit = Edit(tmp_path / "dance.improv", window)
-    try:
-        page = edit.page()
-        page.get_by_role("button", name="Save and play").click()
-        page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
-        expect(page.locator("#did")).to_have_text("Writing first_beat = 0.01 into improv.toml")
-        end = time.monotonic() + LIMIT
-        while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
-            next_frame(page)
-        assert robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n")
-        page.get_by_role("button", name="Sound").click()
-        for tap in range(8):
-            page.evaluate(TAP, 625 * tap)  # 96 beats a minute
-        expect(page.locator("#tapped")).to_have_text("96 beats a minute")
-        page.get_by_role("button", name="beat 96").click()
-        expect(page.locator("#text")).to_have_value(PROGRAM.replace("120", "96"))
-    finally:
-        edit.close()
+    page = edit(PROGRAM).page()
+    page.get_by_role("button", name="Save and play").click()
+    page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+    expect(page.locator("#did")).to_have_text("Writing first_beat = 0.01 into improv.toml")
+    end = time.monotonic() + LIMIT
+    while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
+        next_frame(page)
+    assert robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n")
+    page.get_by_role("button", name="Sound").click()
+    for tap in range(8):
+        page.evaluate(TAP, 625 * tap)  # 96 beats a minute
+    expect(page.locator("#tapped")).to_have_text("96 beats a minute")
+    page.get_by_role("button", name="beat 96").click()
+    expect(page.locator("#text")).to_have_value(PROGRAM.replace("120", "96"))

@@ -1,24 +1,22 @@
 // @ts-check
 // Lines for improv.toml that somebody may copy, where nobody can write them.
 
-import { find } from "../base/elements.js"
+import { button, element, find } from "../base/elements.js"
 
-/**
- * Returns a function that shows lines, or nothing if there are none.
- * @param {string} id of the element; those in it have this id with `-lines` and `-copy` after it
- */
+/** Returns a function that shows lines, or nothing if there are none. @param {string} id of the element that gets them */
 export function tomlLines(id) {
-  const [lines, button] = [find(`${id}-lines`), find(`${id}-copy`)]
-  button.addEventListener("click", async () => {
+  const lines = element("pre", { id: `${id}-lines`, tabIndex: 0, ariaLabel: "Lines to copy" })
+  const copy = button({ textContent: "Copy" }, async () => {
     try {
       await navigator.clipboard.writeText(lines.textContent ?? "")
-      button.textContent = "Copied"
+      copy.textContent = "Copied"
     } catch {
       getSelection()?.selectAllChildren(lines) // the browser forbids copying: ready for Ctrl+C
-      button.textContent = "Selected"
+      copy.textContent = "Selected"
     }
-    setTimeout(() => (button.textContent = "Copy"), 1500)
+    setTimeout(() => (copy.textContent = "Copy"), 1500)
   })
+  find(id).append(lines, element("p", { className: "row" }, copy))
   return (/** @type {string} */ text) => {
     find(id).hidden = !text
     lines.textContent = text

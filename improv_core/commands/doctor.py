@@ -20,7 +20,7 @@ from improv_core.commands.doctor_hosts import examine_hosts, hosts_of
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
-from improv_core.commands.finding import Finding, Mark, absent, broken, good
+from improv_core.commands.finding import BROKEN, Finding, absent, broken, good
 from improv_core.diagnostics import Severity
 from improv_core.page.browser import has_browser
 from improv_core.program.analysis import Analysis, analyze
@@ -44,7 +44,7 @@ def command(file: Path | None, hosts: bool) -> None:
     for finding in _hosts(file) if hosts else examine(file):
         echo(str(finding))
         marks.add(finding.mark)
-    sys.exit(PROBLEMS if Mark.BROKEN in marks else 0)
+    sys.exit(PROBLEMS if BROKEN in marks else 0)
 
 
 def _hosts(path: Path | None) -> Iterator[Finding]:

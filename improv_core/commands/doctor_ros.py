@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.commands.doctor_controllers import JointedRobot, joints
-from improv_core.commands.finding import Finding, Mark, absent, broken, good
+from improv_core.commands.finding import BROKEN, Finding, absent, broken, good
 from improv_core.ipc.child import output
 from improv_core.outputs.ros.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.outputs.ros.graph import VELOCITIES
@@ -58,7 +58,7 @@ def examine_ros(
     yield ros(found, private_environment(), os.environ)
     if isinstance(found, Interpreter):
         yield (reaching := reach(found.env))
-        if reaching.mark is not Mark.BROKEN:
+        if reaching.mark != BROKEN:
             measured = [topic for robot in robots.values() for topic in (robot.odom, robot.battery) if topic]
             watched = [*(guard.topic for guard in _guards(safety)), *measured]
             watched += [topic for robot in bodies for topic in robot.topics]

@@ -3,36 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
-
-class Mark(Enum):
-    """State of something: it works, it is absent, it is broken."""
-
-    GOOD = "✓"
-    ABSENT = "–"
-    BROKEN = "✗"
+GOOD, ABSENT, BROKEN = "✓", "–", "✗"
+"""States of something: it works, it is absent, it is broken."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
     """State of one thing, and what to do about it."""
 
-    mark: Mark
+    mark: str
     what: str
     advice: str = ""
 
     def __str__(self) -> str:
-        return f"{self.mark.value} {self.what}" + (f": {self.advice}" if self.advice else "")
+        return f"{self.mark} {self.what}" + (f": {self.advice}" if self.advice else "")
 
 
 def good(what: str, advice: str = "") -> Finding:
-    return Finding(Mark.GOOD, what, advice)
+    return Finding(GOOD, what, advice)
 
 
 def absent(what: str, advice: str) -> Finding:
-    return Finding(Mark.ABSENT, what, advice)
+    return Finding(ABSENT, what, advice)
 
 
 def broken(what: str, advice: str = "") -> Finding:
-    return Finding(Mark.BROKEN, what, advice)
+    return Finding(BROKEN, what, advice)

@@ -9,7 +9,6 @@ from improv_core.diagnostics import Edit
 from improv_core.ide.bending import Word
 from improv_core.ide.cursor import cursor
 from improv_core.program.analysis import Analysis
-from improv_core.program.program import Placed
 from improv_core.text import Span
 
 
@@ -43,7 +42,8 @@ def as_line(analysis: Analysis, robot: str, words: str) -> Iterator[Edit]:
     """Yield the edits that have a robot play words in the last scene, instead of what it plays there."""
     first = (analysis.scenes[-1] if analysis.scenes else -1) + 1
     lines = [analysis.placed(index) for index in range(first, len(analysis.statements))]
-    line = next((each for each in lines if each.statement.kind == "DOLLAR" and _plays(each, robot)), None)
+    played = (each for each in lines if each.statement.kind == "DOLLAR")
+    line = next((each for each in played if robot in [head.text for head in each.statement.heads]), None)
     text, end = analysis.text, "\r\n" if "\r\n" in analysis.text else "\n"
     if not line:
         gap = end if text and not text.endswith(("\n", "\r")) else ""
@@ -63,7 +63,3 @@ def as_line(analysis: Analysis, robot: str, words: str) -> Iterator[Edit]:
     below = text.find("\n", code.end)
     at = len(text) if below < 0 else below - (text[below - 1] == "\r")
     yield Edit(Span(at, at), f"{end}{robot} $ {words}")
-
-
-def _plays(line: Placed, robot: str) -> bool:
-    return any(each.text == robot for each in line.statement.heads)

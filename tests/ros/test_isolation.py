@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.commands.doctor_ros import examine_ros
-from improv_core.commands.finding import Mark
+from improv_core.commands.finding import BROKEN, GOOD
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Safety
@@ -55,6 +55,6 @@ def test_the_doctor_imports_nothing_from_the_folder(traps: Traps, monkeypatch: p
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
     found, reach, looked = examine_ros({}, Safety(), [], {})
-    assert (found.mark, reach.mark, looked.mark) == (Mark.GOOD, Mark.GOOD, Mark.BROKEN)
+    assert (found.mark, reach.mark, looked.mark) == (GOOD, GOOD, BROKEN)
     assert looked.what.startswith("ROS 2 does not start (")
     assert traps.imported == []

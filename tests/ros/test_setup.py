@@ -16,7 +16,7 @@ import pytest
 from improv_core.commands import ros_setup as commands_setup
 from improv_core.commands.doctor_hosts import examine_hosts
 from improv_core.commands.doctor_ros import ros
-from improv_core.commands.finding import Mark
+from improv_core.commands.finding import BROKEN
 from improv_core.hosts.setup import set_up_there
 from improv_core.outputs.ros.setup import interpreter
 from improv_core.outputs.ros.setup import setup as setup_here
@@ -115,7 +115,7 @@ def test_a_damaged_environment_is_rebuilt(machine: Machine, monkeypatch: pytest.
     gone = rclpy.rename(machine.place / "rclpy")
     assert interpreter.find_ros_python(None) is None
     told = ros(None, machine.place, os.environ)
-    assert (told.mark, told.what) == (Mark.BROKEN, f"the ROS 2 in {machine.place} does not work")
+    assert (told.mark, told.what) == (BROKEN, f"the ROS 2 in {machine.place} does not work")
 
     def make(place: Path, say: Callable[[str], object]) -> None:
         assert place == machine.place

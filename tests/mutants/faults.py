@@ -104,7 +104,7 @@ STAGE = (
     ),
     Fault(
         "player/apply.py",
-        "_send_still(tracks, act.robots, 0.0)",
+        "tracks.queue.still(tracks.queue.movers(robots), 0.0)",
         "pass",
         "robots keep moving while a restart waits for others",
     ),

@@ -70,7 +70,7 @@ def test_a_stage_publishes_its_paths_and_messages(
     paths = listen("/improv/anna/path", type="nav_msgs/Path")
     markers = listen("/improv/markers", type="visualization_msgs/MarkerArray")
     diagnostics = listen("/diagnostics", type="diagnostic_msgs/DiagnosticArray")
-    lines = listen("/rosout", type="rcl_interfaces/Log")
+    lines = listen("/rosout", type="rcl_interfaces/Log", latched=True)
     (toml := tmp_path / "improv.toml").write_text(CAST)
     editor = Server(alone, uri=(tmp_path / "dance.improv").as_uri())
 

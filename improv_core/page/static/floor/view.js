@@ -22,6 +22,8 @@ import { outline } from "./world.js"
 
 const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
 const stillness = matchMedia("(prefers-reduced-motion: reduce)")
+let isStill = stillness.matches // to ask in each frame has the browser compute styles
+stillness.addEventListener("change", () => (isStill = stillness.matches))
 
 export class View {
   #parts
@@ -44,7 +46,7 @@ export class View {
   }
 
   get still() {
-    return stillness.matches
+    return isStill
   }
 
   #clearTrails() {

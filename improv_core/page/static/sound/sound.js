@@ -187,7 +187,8 @@ export class Sound {
   }
 
   async #turnOn() {
-    await this.#loaded?.turnOn()
+    if (!this.#loaded || this.#loaded.isOn) return // at most keys
+    await this.#loaded.turnOn()
     this.#showOff()
   }
 

@@ -24,11 +24,7 @@ export function poseAfter(pose, velocity, seconds) {
   return compose(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
 }
 
-/**
- * A pose from the numbers in a message.
- * @param {number[]} numbers
- * @returns {Pose}
- */
+/** A pose from the numbers in a message. @param {number[]} numbers @returns {Pose} */
 export function poseOf([x, y, z, heading]) {
   return { x, y, z, heading }
 }

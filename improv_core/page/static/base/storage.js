@@ -10,11 +10,7 @@ export function stored(key) {
   }
 }
 
-/**
- * Keeps a value. Returns whether this browser had room for it.
- * @param {string} key
- * @param {unknown} value
- */
+/** Keeps a value. Returns whether this browser had room for it. @param {string} key @param {unknown} value */
 export function store(key, value) {
   try {
     localStorage.setItem(key, JSON.stringify(value))

@@ -101,11 +101,7 @@ function card(robot, picture) {
   return { card, body, picture, rows: groups.flat(), drawn: "" }
 }
 
-/**
- * The starts of a body's joints.
- * @param {Body} body
- * @returns {Positions}
- */
+/** The starts of a body's joints. @param {Body} body @returns {Positions} */
 function starts(body) {
   return Object.fromEntries(body.flatMap(({ joints }) => joints.map(({ name, start }) => [name, start])))
 }

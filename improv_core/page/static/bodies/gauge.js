@@ -33,11 +33,7 @@ export function gauge(joint, position, velocity, real) {
   }
 }
 
-/**
- * A position as people read it.
- * @param {number} position in radians or meters
- * @param {boolean} slides
- */
+/** A position as people read it. @param {number} position in radians or meters @param {boolean} slides */
 export function words(position, slides) {
   const text = slides ? position.toFixed(2) : Math.round((position * 180) / Math.PI).toString()
   return `${text.replace(/^-(0\.?0*)$/, "$1").replace("-", "−")}${slides ? " m" : "°"}`

@@ -30,11 +30,7 @@ const VIEWS = {
   side: { seen: ([x, , z]) => [x, -z], toUs: ([, y]) => -y },
 }
 
-/**
- * A picture of a body that has a figure.
- * @param {Body} body
- * @returns {Picture}
- */
+/** A picture of a body that has a figure. @param {Body} body @returns {Picture} */
 export function puppet(body) {
   const svg = svgElement("svg", { viewBox: `-0.64 ${-BAR - 0.03} ${SIDE_VIEW_AT + 0.5 + 0.64} ${BAR + 0.08}`, class: "puppet", "aria-hidden": "true" })
   const views = /** @type {const} */ (["front", "side"]).map((name, index) => {
@@ -75,11 +71,7 @@ function pathsOf(figure, name) {
   }
 }
 
-/**
- * Circles around those of the points that are seen.
- * @param {(Point | null)[]} points
- * @param {number} radius
- */
+/** Circles around those of the points that are seen. @param {(Point | null)[]} points @param {number} radius */
 function circles(points, radius) {
   const half = (/** @type {number} */ across) => `a${radius} ${radius} 0 1 0 ${across} 0`
   const seen = points.filter((point) => point !== null)

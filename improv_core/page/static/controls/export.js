@@ -10,11 +10,7 @@ import { program } from "../score/program.js"
 const PNG_WIDTH = 2400 // pixels of the longer side
 const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"]
 
-/**
- * Saves a file.
- * @param {string} name
- * @param {Blob} blob
- */
+/** Saves a file. @param {string} name @param {Blob} blob */
 export function download(name, blob) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name })
   link.click()

@@ -236,11 +236,7 @@ export class Panels {
   }
 }
 
-/**
- * Presses a button, if it is there. Returns what that did.
- * @param {string} id
- * @param {string} did
- */
+/** Presses a button, if it is there. Returns what that did. @param {string} id @param {string} did */
 function pressed(id, did) {
   if (find(id).hidden) return
   find(id).click()

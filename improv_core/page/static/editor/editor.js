@@ -230,11 +230,7 @@ export class Editor {
     return isUndone
   }
 
-  /**
-   * With the focus, the edit can be undone.
-   * @param {Edit} edit
-   * @param {string} text after it
-   */
+  /** With the focus, the edit can be undone. @param {Edit} edit @param {string} text after it */
   #put({ start, end, text: put }, text) {
     const control = this.#control
     if (control.value === text) return

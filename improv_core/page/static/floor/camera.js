@@ -81,11 +81,7 @@ export class Camera {
     this.#room = null
   }
 
-  /**
-   * Zooms around a point of the screen.
-   * @param {number} factor
-   * @param {Point} [at] the middle, if nothing is given
-   */
+  /** Zooms around a point of the screen. @param {number} factor @param {Point} [at] the middle, if nothing is given */
   zoom(factor, at = { x: this.size.width / 2, y: this.size.height / 2 }) {
     const view = this.sight
     const before = this.toWorld(at)

@@ -227,11 +227,7 @@ export class Floor {
     return lines.map(({ words, size, color }) => ({ size, picture: textPicture(words, size, color, this.#ratio) }))
   }
 
-  /**
-   * Draws where robots meet, with their discs there.
-   * @param {Mark} mark
-   * @param {Drawn[]} drawn
-   */
+  /** Draws where robots meet, with their discs there. @param {Mark} mark @param {Drawn[]} drawn */
   #drawMeeting({ meeting: { robots, poses }, place, shows }, drawn) {
     const pen = this.#pen
     for (const [index, pose] of shows ? poses.entries() : []) {

@@ -162,11 +162,7 @@ function* paintAll(pen, scene, painted) {
   }
 }
 
-/**
- * Has a pen draw in meters.
- * @param {Pen} pen
- * @param {Pick<SheetScene, "view" | "middle" | "ratio">} scene
- */
+/** Has a pen draw in meters. @param {Pen} pen @param {Pick<SheetScene, "view" | "middle" | "ratio">} scene */
 function inWorld(pen, { view, middle, ratio }) {
   const scale = view.scale * ratio
   pen.setTransform(scale, 0, 0, -scale, middle.x * ratio - view.x * scale, middle.y * ratio + view.y * scale)

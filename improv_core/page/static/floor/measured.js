@@ -162,11 +162,7 @@ export class Measured {
     }
   }
 
-  /**
-   * The ideal place of a robot, if that is shown.
-   * @param {string} name
-   * @returns {Pose | undefined}
-   */
+  /** The ideal place of a robot, if that is shown. @param {string} name @returns {Pose | undefined} */
   ideal(name) {
     return this.has(name) ? this.#places.get(name)?.at(-1)?.ideal : undefined
   }

@@ -75,11 +75,7 @@ export class Meetings {
     this.#button.title = [...ahead.slice(0, MOST_DRAWN).map(({ words }) => words), ...(count > MOST_DRAWN ? ["…"] : [])].join("\n")
   }
 
-  /**
-   * The marks on the screen.
-   * @param {Pick<Camera, "toScreen" | "view">} camera
-   * @returns {Mark[]}
-   */
+  /** The marks on the screen. @param {Pick<Camera, "toScreen" | "view">} camera @returns {Mark[]} */
   marks(camera) {
     if (!camera.view) return []
     return this.#all.map((meeting) => {
@@ -89,11 +85,7 @@ export class Meetings {
     })
   }
 
-  /**
-   * Clicks of a canvas seek to the mark under the pointer.
-   * @param {HTMLCanvasElement} canvas
-   * @param {Camera} camera
-   */
+  /** Clicks of a canvas seek to the mark under the pointer. @param {HTMLCanvasElement} canvas @param {Camera} camera */
   listen(canvas, camera) {
     let from = { x: 0, y: 0 }
     canvas.addEventListener("pointerdown", ({ offsetX: x, offsetY: y }) => (from = { x, y }))
@@ -116,11 +108,7 @@ export class Meetings {
     Object.assign(canvas, { title: meeting?.words ?? "" }).style.cursor = meeting ? "pointer" : ""
   }
 
-  /**
-   * The one whose mark is at a point of the canvas.
-   * @param {Point} point
-   * @param {Camera} camera
-   */
+  /** The one whose mark is at a point of the canvas. @param {Point} point @param {Camera} camera */
   at({ x, y }, camera) {
     const distance = (/** @type {Mark} */ { place }) => Math.hypot(x - place.x, y - place.y)
     const near = this.marks(camera).filter((mark) => distance(mark) < CLICK_RADIUS)

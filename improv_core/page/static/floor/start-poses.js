@@ -79,11 +79,7 @@ export class StartPoses {
     })
   }
 
-  /**
-   * The robot whose ring or arrow is at a point of the canvas.
-   * @param {Point} point
-   * @param {Camera} camera
-   */
+  /** The robot whose ring or arrow is at a point of the canvas. @param {Point} point @param {Camera} camera */
   ringAt(point, camera) {
     return nearestRing(point, placeRings(this.rings, camera))?.name ?? null
   }
@@ -222,11 +218,7 @@ function within(value, most) {
   return Math.min(Math.max(value, -most), most)
 }
 
-/**
- * The nearest multiple of a step, rounded as people would write it.
- * @param {number} value
- * @param {number} step
- */
+/** The nearest multiple of a step, rounded as people would write it. @param {number} value @param {number} step */
 function neat(value, step) {
   return Number((Math.round(value / step) * step).toFixed(4)) || 0
 }

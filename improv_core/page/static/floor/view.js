@@ -57,11 +57,7 @@ export class View {
     redraw()
   }
 
-  /**
-   * Draws if there is something new.
-   * @param {number} now in seconds
-   * @param {number} beat
-   */
+  /** Draws if there is something new. @param {number} now in seconds @param {number} beat */
   draw(now, beat) {
     const { figures, motion, trails, bumps, floor } = this.#parts
     const present = motion.present(now)

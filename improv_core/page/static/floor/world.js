@@ -37,11 +37,7 @@ export function paintWorld(pen, world, scale, color) {
   }
 }
 
-/**
- * Points that show how much room a world takes.
- * @param {World} world
- * @returns {Generator<Point>}
- */
+/** Points that show how much room a world takes. @param {World} world @returns {Generator<Point>} */
 export function* outline(world) {
   if (world.size) {
     const [x, y] = world.size.map((length) => length / 2)

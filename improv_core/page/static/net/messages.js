@@ -193,11 +193,7 @@ const MESSAGES = {
   change: shape({ number: count, edits: listOf(edit), problem: text }),
 }
 
-/**
- * The message in a text, or null.
- * @param {string} data
- * @returns {Message | null}
- */
+/** The message in a text, or null. @param {string} data @returns {Message | null} */
 export function read(data) {
   try {
     const message = JSON.parse(data)

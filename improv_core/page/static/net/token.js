@@ -28,11 +28,7 @@ function storedToken() {
 /** True if this browser has another token by now: Improv was started again, and another tab has opened its page. */
 export const isReplaced = () => !framed && !["", token].includes(storedToken())
 
-/**
- * An address on the server, with the token.
- * @param {string} path
- * @param {Record<string, string>} more values
- */
+/** An address on the server, with the token. @param {string} path @param {Record<string, string>} more values */
 export function withToken(path, more = {}) {
   return new URL(`${path}?${new URLSearchParams({ token, ...more })}`, location.href)
 }

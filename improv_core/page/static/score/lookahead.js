@@ -112,11 +112,7 @@ export class Lookahead {
     this.version++
   }
 
-  /**
-   * The moves of a robot's base, or of one of its body parts.
-   * @param {string} name
-   * @param {string | null} part
-   */
+  /** The moves of a robot's base, or of one of its body parts. @param {string} name @param {string | null} part */
   track(name, part) {
     return (part === null ? this.robots.get(name) : this.#body.get(keyOf(name, part))) ?? []
   }

@@ -16,11 +16,7 @@ export class Silence {
     this.#asked = answered < 0 ? [] : this.#asked.slice(answered + 1)
   }
 
-  /**
-   * Returns what to ask for after a click on a robot's button.
-   * @param {keyof Silenced} kind
-   * @param {string} robot
-   */
+  /** Returns what to ask for after a click on a robot's button. @param {keyof Silenced} kind @param {string} robot */
   flip(kind, robot) {
     const before = this.#asked.at(-1) ?? this.#told
     const names = before[kind]

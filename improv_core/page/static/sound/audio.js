@@ -194,11 +194,7 @@ export class Audio {
   }
 }
 
-/**
- * Has a sound fall from a time on, and end.
- * @param {Voice} voice
- * @param {number} from
- */
+/** Has a sound fall from a time on, and end. @param {Voice} voice @param {number} from */
 function fall(voice, from) {
   const { source, gain, at, falls } = voice
   if (from <= at) source.stop()

@@ -259,11 +259,7 @@ export class Sound {
   }
 }
 
-/**
- * Why a file can't be played.
- * @param {number} size in bytes
- * @param {string} type
- */
+/** Why a file can't be played. @param {number} size in bytes @param {string} type */
 function whyNot(size, type) {
   if (!size) return "is empty"
   if (size > MOST_BYTES) return `has more than ${MOST_BYTES / 1024 ** 2} MB`

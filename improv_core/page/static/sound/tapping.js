@@ -6,11 +6,7 @@ const MOST_TAPS = 32
 const MOST_GAP = 2.5 // seconds after which taps start over
 const [SLOWEST, FASTEST] = [20, 400] // beats a minute
 
-/**
- * The taps that count after another one, in seconds.
- * @param {number[]} taps
- * @param {number} now
- */
+/** The taps that count after another one, in seconds. @param {number[]} taps @param {number} now */
 export function tapped(taps, now) {
   const last = taps.at(-1)
   return [...(last !== undefined && now - last > MOST_GAP ? [] : taps), now].slice(-MOST_TAPS)

@@ -34,11 +34,7 @@ export function itemsOf(segments, first, last) {
   return found
 }
 
-/**
- * Returns whether the same words keep playing, at another speed.
- * @param {Segment} before
- * @param {Segment} now
- */
+/** Returns whether the same words keep playing, at another speed. @param {Segment} before @param {Segment} now */
 function goesOn(before, now) {
   const same = before.words.length === now.words.length && now.words.every(([at], i) => at === before.words[i][0])
   return same && AXES.some((axis) => Math.abs(now.velocity[axis] - before.velocity[axis]) > 1e-9)

@@ -11,11 +11,7 @@ import { partsOf } from "../score/lookahead.js"
 
 const PART_HEIGHT = 0.62 // of the height of a robot's row, for a body part: as in panels.css
 
-/**
- * The rows of robots in a score.
- * @param {Messages["score"]} score
- * @param {Robot[]} robots
- */
+/** The rows of robots in a score. @param {Messages["score"]} score @param {Robot[]} robots */
 export function rowsOf(score, robots) {
   return new TimelineRows(robots.flatMap((robot) => partsOf(score, robot.name).map((part) => ({ ...robot, part }))))
 }

@@ -40,11 +40,7 @@ export function answered(now, { status, problem }, at) {
   return { ...now, state: "failed", problem: problem ?? "ask your teacher", again: false }
 }
 
-/**
- * What the child reads, while this text is on its page.
- * @param {HandingIn} now
- * @param {string} text
- */
+/** What the child reads, while this text is on its page. @param {HandingIn} now @param {string} text */
 export function describe({ state, received, at, problem }, text) {
   if (state === "sending") return "Sending…"
   if (state === "failed") return `Not received: ${problem}.`

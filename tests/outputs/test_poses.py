@@ -122,16 +122,13 @@ def test_broken_transforms_are_refused(body: bytes, whole: bool) -> None:
 @pytest.mark.parametrize("kind", POSE_TEXTS)
 @settings(max_examples=10)
 @given(frame=st.text(max_size=9), child=st.text(max_size=9), heading=st.floats(-3.1, 3.1), x=st.floats(-9, 9))
-def test_poses_are_read_from_each_message(kind: str, frame: str, child: str, heading: float, x: float) -> None:
-    pose = pose_in(message(kind, Pose(x, -2, 0.5, heading), (frame, child)), POSE_TEXTS[kind])
+def test_poses_and_stamps_of_each_message_are_read(kind: str, frame: str, child: str, heading: float, x: float) -> None:
+    written = message(kind, Pose(x, -2, 0.5, heading), (frame, child))
+    pose = pose_in(written, POSE_TEXTS[kind])
     assert pose
+    assert stamp_in(written) == 3 * SECOND + 5
     assert (pose.x, pose.y, pose.z) == (x, -2, 0.5)
     assert pose.heading == pytest.approx(heading)
-
-
-@pytest.mark.parametrize("kind", POSE_TEXTS)
-def test_stamps_are_read_from_each_message(kind: str) -> None:
-    assert stamp_in(message(kind, Pose())) == 3 * SECOND + 5
 
 
 @pytest.mark.parametrize("kind", POSE_TEXTS)

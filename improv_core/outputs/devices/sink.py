@@ -71,8 +71,7 @@ class DeviceSink(Sink):
         self.pending_zeros = self
 
     def preload(self, score: Score) -> Iterator[None]:
-        for _ in self._meet(score):
-            yield
+        return self._meet(score)
 
     def prepare(self, score: Score, restart: bool) -> None:
         for _ in self._meet(score):

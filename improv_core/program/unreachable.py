@@ -105,7 +105,9 @@ def _cuts(
             decides = any(each.dice or each.open for each in map(reader.movement_made, items))
             yield _cut(items, endless, made, window, not (keeps or counts or decides))
     if isinstance(node, nodes.Call):
-        if (expansion := reader.expansion(node)) and not expansion.reader.faults:
+        expansion = reader.expansion(node)
+        names = expansion.reader.given.movements if expansion else ()
+        if expansion and not expansion.reader.faults and len(names) == len(node.movements):  # no two have one name
             yield from _cut_arguments(node, windows, reader)
         return
     if isinstance(node, nodes.Parallel):

@@ -115,7 +115,8 @@ _LITERAL = re.compile(
 
 
 _DEEPEST = 100
-"""The most nested brackets that are followed. The time to follow them grows with its square."""
+"""The most nested brackets, and the longest names of keys, that are followed. The time to follow them grows with its
+square."""
 
 
 @dataclass(slots=True)
@@ -138,7 +139,7 @@ class _Walk:
                 self._key(atom, span)
             else:
                 self._value(atom, span)
-            if len(self.open) > _DEEPEST:
+            if len(self.open) > _DEEPEST or len(self.found.keys) > _DEEPEST:
                 break
 
     def _go(self, expects: str, keys: Keys) -> None:

@@ -45,10 +45,17 @@ def read_toml(text: str) -> TomlText:
     """Read a text. Never raises; invalid TOML gives a `syntax` diagnostic at its position."""
     text = re.sub("^\ufeff", " ", text)  # a byte order mark; the space keeps the offsets
     try:
-        data = tomllib.loads(text)
+        data = _loads(text)
     except (ValueError, RecursionError) as error:
         return _partly_read(text, str(error))
     return TomlText(text, data, readable=data)
+
+
+def _loads(text: str) -> dict[str, Any]:
+    """Return the data of a text. Raises ValueError and RecursionError."""
+    if any(line.count(".") > MOST_DOTS for line in text.split("\n")):
+        raise RecursionError("the time and memory that tomllib takes grow with the square of the names in a key")
+    return tomllib.loads(text)
 
 
 def _partly_read(text: str, error: str) -> TomlText:
@@ -65,14 +72,14 @@ def _partly_read(text: str, error: str) -> TomlText:
         is_lost = is_lost and not heads[-1]
         left.append(_NO_LINE_END.sub(" ", statement) if is_lost else statement)
         try:
-            tomllib.loads(statement)
+            _loads(statement)
         except (ValueError, RecursionError) as wrong:
             diagnostics.append(unreadable(statement, str(wrong), start))
             left[-1] = _NO_LINE_END.sub(" ", statement)
             is_lost = is_lost or heads[-1]
     for _ in range(MOST_REPEATED + 1):
         try:
-            readable = tomllib.loads("".join(left))
+            readable = _loads("".join(left))
         except (ValueError, RecursionError) as wrong:
             diagnostics.append(unreadable("".join(left), str(wrong)))
             first = bisect_right(places, diagnostics[-1].span.start) - 1
@@ -86,6 +93,8 @@ def _partly_read(text: str, error: str) -> TomlText:
 
 
 _NO_LINE_END = re.compile(r"[^\n]")
+MOST_DOTS = 1000
+"""The most dots in a line that is read."""
 MOST_REPEATED = 3
 """The most repeated keys and sections that are reported. After them, nothing else in the text is read."""
 DUPLICATE_KEY = "this key already has a value: remove one of them"
@@ -124,7 +133,7 @@ def unreadable(text: str, error: str, start: int = 0) -> Diagnostic:
     lines = LineIndex(text)
     found = _MESSAGE.fullmatch(error)
     if not found:  # not from tomllib itself but from one of Python's limits
-        message = "this file can't be read: nest brackets less deeply and use shorter numbers"
+        message = "this file can't be read: nest brackets less deeply, and use shorter keys and numbers"
         return Diagnostic("syntax", Span(lines.start(0), lines.end(0)).shifted(start), message)
     what, line, column = found.groups()
     advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)

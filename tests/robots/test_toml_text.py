@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from improv_core.diagnostics import applied
-from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_positions import Keys, find_positions
 from improv_core.robots.toml_text import read_toml
 
 # Texts that look like syntax, to reveal a scanner that they fool.
@@ -114,10 +114,15 @@ def test_no_text_raises_and_diagnostics_lie_in_it(text: str) -> None:
         assert 0 <= diagnostic.span.start <= diagnostic.span.end <= len(text)
 
 
-@pytest.mark.parametrize("text", ["a=" + "[" * 100_000, "a=" + "1" * 5000, "x=" + "{a=" * 2000])
+@pytest.mark.parametrize("text", ["a=" + "[" * 100_000, "a=" + "1" * 5000, "x=" + "{a=" * 2000, "a." * 9_999 + "b=1"])
 def test_files_that_python_cannot_read_are_refused(text: str) -> None:
     (diagnostic,) = read_toml(text).diagnostics
-    assert diagnostic.message == "this file can't be read: nest brackets less deeply and use shorter numbers"
+    assert diagnostic.message == "this file can't be read: nest brackets less deeply, and use shorter keys and numbers"
+
+
+@pytest.mark.parametrize("text", ["[x]\n" + "a b\n" * 9_999, "a." * 9_999 + "b=1"])
+def test_names_of_keys_are_followed_only_so_far(text: str) -> None:
+    assert max(map(len, find_positions(text).entries)) < 200
 
 
 def test_a_byte_order_mark_moves_nothing() -> None:

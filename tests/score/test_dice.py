@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score import algebra
-from improv_core.score.algebra import hold, repeat, series
+from improv_core.score.algebra import hold, pace, repeat, series
 from improv_core.score.dice import chance, choose, seed, shuffle, throwing
 from improv_core.score.equality import same
 from improv_core.score.movement import ENDLESS, STILL, Movement, all_by
@@ -37,6 +37,7 @@ from tests.score.test_movement import (
 )
 from tests.score.test_path import walked
 
+WORDS = {velocity: word for word, velocity in PRIMITIVES.items()}
 F, B, L, R, UP, DOWN, SL, SR, HR, REST = (
     hold(PRIMITIVES[word])
     for word in ["forward", "backward", "left", "right", "up", "down", "strafeleft", "straferight", "halfright", "rest"]
@@ -45,15 +46,65 @@ HALF = Fraction(1, 2)
 BACK = all_by(-1)
 
 
+def check(movement: Movement, words: str) -> None:
+    """Check the words that play, one after another, each as long as it lasts."""
+    moments = islice(walk(movement), len(words.split()))
+    assert " ".join(WORDS.get(moment.velocity, "both") for moment in moments) == words
+
+
+@pytest.mark.parametrize(
+    ("movement", "words"),
+    [
+        (choose([F, B, L, R]), "right"),
+        (repeat(choose([F, L]), 6), "left left left forward left forward"),
+        (repeat(choose([series([F, L]), series([R, REST])]), 3), "right rest right rest right rest"),
+        (shuffle([F, L, R, REST, B]), "backward forward left rest right"),
+        (repeat(shuffle([F, L, R]), 3), "right forward left right forward left left forward right"),
+        (repeat(chance(F, Fraction(1, 3)), 8), "rest rest rest forward rest rest rest forward"),
+        (
+            seed(repeat(chance(F, Fraction(1, 3)), 8), Fraction(7)),
+            "rest forward forward rest forward forward rest rest",
+        ),
+        (seed(shuffle([F, L, R]), Fraction(3, 2)), "right forward left"),
+        (
+            series([choose([F, L]), shuffle([F, chance(L, HALF), R]), choose([L, R])]),
+            "left right forward left right",
+        ),
+        (algebra.reverse(series([choose([F, L]), choose([F, R]), chance(UP, HALF)])), "rest right left"),
+        (
+            series([algebra.parallel([repeat(choose([F, L]), 3), repeat(choose([SL, SR]), 3)]), choose([UP, DOWN])]),
+            "both both both down",
+        ),
+        (series([throwing(choose([F, L]), 0), throwing(repeat(choose([F, L, R]), 3), 1)]), "left right right forward"),
+    ],
+)
+def test_dice_choose_the_words_that_play(movement: Movement, words: str) -> None:
+    check(movement, words)
+
+
 @pytest.mark.parametrize(
     ("movement", "taken"),
     [
+        (choose([F, L]), 1),
+        (choose([]), 1),
+        (shuffle([F, choose([L, R])]), 1),
+        (chance(choose([F, L]), HALF), 1),
+        (seed(choose([F, L]), Fraction(3)), 0),
         (series([choose([F, L]), R, shuffle([F])]), 2),
         (repeat(choose([F, L]), 10**30), 10**30),
+        (repeat(choose([F, L])), 1),
+        (repeat(choose([F, L]), 0), 0),
+        (repeat(choose([]), 5), 5),
         (repeat(choose([])), 1),
+        (repeat(repeat(choose([F, L])), 3), 3),
+        (algebra.parallel([choose([F, L]), choose([F, L])]), 1),
         (algebra.parallel([F, repeat(choose([F, L]), 0)]), 1),
-        (ease(ramp(algebra.accumulate([choose([F, L])] * 3), 1, 2)), 6),
-        (seed(choose([F, L]), Fraction(3)), 0),
+        (algebra.parallel([choose([]), choose([])]), 1),
+        (algebra.parallel([F, L]), 0),
+        (algebra.accumulate([choose([F, L])] * 3), 6),
+        (algebra.reverse(repeat(choose([F, L]), 4)), 4),
+        (algebra.fit(repeat(choose([F, L]), 4), 2), 4),
+        (ease(ramp(repeat(choose([F, L]), 4), 1, 2)), 4),
     ],
 )
 def test_a_movement_takes_as_many_throws_as_defined(movement: Movement, taken: int) -> None:
@@ -278,3 +329,7 @@ def test_rows_out_of_range_are_refused(rows: list[Any]) -> None:
         from_json(data)
     data["movements"], data["parts"]["r"]["scenes"] = first, [0]
     assert sampled(from_json(data).parts["r"].movement) == sampled(F)
+
+
+def test_a_bracket_squeezes_dice() -> None:
+    check(pace(series([choose([F, L]), choose([F, L])]), Fraction(2)), "both both")

@@ -52,16 +52,21 @@ ROAMER = repeat(series([until(repeat(FORWARD), NEAR), LEFT]))
 @pytest.mark.parametrize(
     ("movement", "script", "expected"),
     [
+        (series([until(repeat(FORWARD), NEAR), LEFT]), [near("2.3")], "forward 2.3, rest 3, left 4"),
         (series([until(repeat(FORWARD), NEAR), LEFT]), [near("2")], "forward 2, rest 3, left 4"),
+        (series([until(pace(FORWARD, Fraction(4)), NEAR), LEFT]), [near("0")], "rest 0.25, left 1.25"),
         (until(FORWARD, FAR), [], "rest 1"),
+        (pause(repeat(FORWARD, 2), NEAR), [near("0.5", "2.25")], "forward 0.5, rest 2.5, forward 4"),
         (pause(FORWARD, NEAR), [near("1")], "forward 1"),
         (repeat(if_else(NOTHING, LEFT, NEAR)), [near("2.5", "11")], "left 3, rest 11, left 12"),
         (series([repeat(if_else(NOTHING, LEFT, NEAR), 5), FORWARD]), [near("1.5")], "left 2, forward 3"),
         (repeat(if_else(NOTHING, NOTHING, NEAR)), [], "rest 12"),
+        (parallel([if_else(NOTHING, LEFT, NEAR), FORWARD]), [near("0")], "forward 1"),
         (series([parallel([until(repeat(FORWARD), NEAR), repeat(REST, 4)]), LEFT]), [near("1.3")],
          "forward 1.3, rest 2, left 3"),
         (ROAMER, [near("1.5", "2.5"), near("11", "11.6")], "forward 1.5, rest 2, left 3, forward 11, rest 12"),
         (until(series([FORWARD, if_else(NOTHING, LEFT, NEAR)]), BUMP), [near("0"), bump("1")], "forward 1, rest 2"),
+        (until(until(FORWARD, NEAR), BUMP), [bump("1")], "forward 1"),
     ],
 )  # fmt: skip
 def test_senses_decide_the_performance(movement: Movement, script: Sequence[SenseSpan], expected: str) -> None:

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
+from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.folding import bracketed, folded
-from improv_core.transcription.stretches import Amounts
 from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_for, series_text
 
 LEAST = 0.05

@@ -8,10 +8,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.transcription.rhythm import Gentle, Item, TimedMotion
-from improv_core.transcription.stretches import Amounts
-from improv_core.transcription.track import Noise
+from improv_core.transcription.amounts import Amounts
+from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
 
+_CLEAR = 3.0
+"""Amounts that are apart by more standard deviations aren't the same,"""
+_LEAST = 2e-4
+"""if they are apart by so many meters or radians."""
 Signs = tuple[int, int, int, int]
 
 
@@ -30,6 +33,7 @@ class Grouped:
     shapes: Mapping[str, Sequence[Item]]
     members: Mapping[str, Sequence[GroupMember]]
     amounts: Sequence[Amounts]
+    beats: Mapping[int, Fraction]
 
     def items(self, robot: str) -> list[Item]:
         """Return a robot's items with the amounts of their groups."""
@@ -46,16 +50,20 @@ class Grouped:
         return TimedMotion(member.beats, amounts)
 
 
-def grouped(items: Mapping[str, Sequence[Item]], noises: Sequence[Noise]) -> Grouped:
-    """Return items whose motions share their amounts if they are as long and nearly the same, but for signs."""
-    meters = max([2e-4, *(2.0 * noise.meters for noise in noises)])
-    radians = max([2e-4, *(1.5 * noise.radians for noise in noises)])
+def grouped(items: Mapping[str, Sequence[Item]], robots: Mapping[str, TrackedRobot], tempo: int) -> Grouped:
+    """Return items whose motions share their amounts if they are as long and the same up to noise, but for signs."""
     groups: list[list[Amounts]] = []
     found: dict[Fraction, list[int]] = {}
     members: dict[str, list[GroupMember]] = {}
     for robot, each in items.items():
         members[robot] = []
+        track, noise = robots[robot].track, robots[robot].noise
+        rate = len(track) / (track[-1].time - track[0].time) * 60 / tempo
         for motion in motions_of(each):
+            count = max(float(motion.beats) * rate, 2.0)  # of samples; the deviation of a slope is that of their ends
+            radians = _CLEAR * noise.radians * math.sqrt(12 / count)
+            meters = math.hypot(_CLEAR * noise.meters * math.sqrt(12 / count), motion.amounts.size * radians / 4)
+            meters, radians = max(meters, _LEAST), max(radians, _LEAST)
             signs, size = _signs(motion.amounts, meters, radians)
             near = next(
                 (at for at in found.get(motion.beats, ()) if _is_near(_mean(groups[at]), size, meters, radians)), None
@@ -66,7 +74,8 @@ def grouped(items: Mapping[str, Sequence[Item]], noises: Sequence[Noise]) -> Gro
                 found.setdefault(motion.beats, []).append(near)
             groups[near].append(size)
             members[robot].append(GroupMember(motion.beats, near, signs))
-    return Grouped(items, members, [_mean(group) for group in groups])
+    beats = {at: beats for beats, each in found.items() for at in each}
+    return Grouped(items, members, [_mean(group) for group in groups], beats)
 
 
 def motions_of(items: Sequence[Item]) -> list[TimedMotion]:

@@ -1,70 +1,80 @@
-"""Performs what was written, and compares it with the track. Standard library only."""
+"""Performs what was found, compares it with tracks, and makes it nearer to them, in rounder numbers. Standard library
+only."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
+from fractions import Fraction
 from itertools import accumulate
+from operator import mul
+from typing import TypeAlias
 
 from improv_core.score.motion import Pose
-from improv_core.transcription.grouping import Grouped
-from improv_core.transcription.rhythm import Gentle, Item
-from improv_core.transcription.stretches import Amounts
+from improv_core.score.profiles import Profile
+from improv_core.transcription.amounts import Amounts
+from improv_core.transcription.grouping import Grouped, GroupMember, motions_of
+from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
 from improv_core.transcription.track import Noise, Track
+from improv_core.transcription.wording import ANGLES, LENGTHS
 
-_WINDOW = 4
+_WINDOW = 2
 """Noisy poses are compared in means of so many,"""
 _NOISY = 1e-3
 """if their noise is at least this, in meters."""
 _SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 """Shares of the seconds by which a robot may be early or late."""
-_STEPS = 3
+_STEPS = 2
 """The number of times that amounts are improved: each step nearly ends the error that is left."""
-_MOST_UNKNOWNS = 60
+_MOST_UNKNOWNS = 160
+_NUDGE = 1e-5
+_RIDGE = 1e-9
+"""The least weight of an unknown, so that one of which no sample tells stays as it is."""
+_MOST_ROWS = 300
+"""Neighboring samples of a robot are taken together, so that there are at most so many."""
+_WORD = 4.0
+"""The cost of a word that is a measure, in natural units of information,"""
+_DIGIT = 2.3
+"""and of each digit of it."""
+_Unknown: TypeAlias = "tuple[str, int] | tuple[int, int]"
+"""A robot or the number of a group, and a coordinate of its start or an amount."""
+_UNITS = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
 
 
 class TranscribedPath:
     """Poses of a robot that performs motions one after another, some at a rate that changes."""
 
-    def __init__(
-        self, start: Pose, spans: Sequence[tuple[float, Callable[[float], float], Sequence[tuple[float, Amounts]]]]
-    ) -> None:
-        """Take spans: the beats of each, the beats of its body that it has played by then, and its body's motions."""
-        self._ends: list[float] = []
-        self._starts: list[Pose] = []
-        self._spans = spans
-        here, beat = start, 0.0
-        for beats, _, motions in spans:
-            self._starts.append(here)
-            beat += beats
-            self._ends.append(beat)
-            for _, amounts in motions:
-                here = here.then(amounts.pose())
-        self._last = here
+    def __init__(self, start: Pose, items: Sequence[Item]) -> None:
+        items = items or [TimedMotion(Fraction(1), Amounts(0.0, 0.0, 0.0, 0.0))]
+        self.motions = motions_of(items)
+        self.starts = list(accumulate((each.amounts.pose() for each in self.motions), Pose.then, initial=start))
+        self._items = [
+            (float(each.beats), each.curve.progress(each.beats) if isinstance(each, Gentle) else float)
+            for each in items
+        ]
+        self._firsts = list(accumulate((len(motions_of([each])) for each in items), initial=0))
+        self._ends = list(accumulate(beats for beats, _ in self._items))
+
+    def at(self, beat: float) -> tuple[int, float]:
+        """Return the number of the motion that a robot performs, and the share of it that is over."""
+        place = bisect_right(self._ends, beat)
+        if place == len(self._items):
+            return len(self.motions) - 1, 1.0
+        beats, played = self._items[place]
+        left = played(max(beat - (self._ends[place] - beats), 0.0))
+        for number in range(self._firsts[place], self._firsts[place + 1]):
+            length = float(self.motions[number].beats)
+            if left < length:
+                return number, left / length
+            left -= length
+        return self._firsts[place + 1] - 1, 1.0
 
     def pose(self, beat: float) -> Pose:
-        place = bisect_right(self._ends, beat)
-        if place == len(self._spans):
-            return self._last
-        beats, played, motions = self._spans[place]
-        here, left = self._starts[place], played(max(beat - (self._ends[place] - beats), 0.0))
-        for length, amounts in motions:
-            if left < length:
-                return here.then(amounts.pose(left / length))
-            here, left = here.then(amounts.pose()), left - length
-        return here
-
-
-def performance_of_items(start: Pose, items: Sequence[Item]) -> TranscribedPath:
-    """Return the performance of items."""
-    spans: list[tuple[float, Callable[[float], float], list[tuple[float, Amounts]]]] = []
-    for item in items:
-        motions = item.motions if isinstance(item, Gentle) else (item,)
-        progress = item.curve.progress(item.beats) if isinstance(item, Gentle) else float
-        spans.append((float(item.beats), progress, [(float(each.beats), each.amounts) for each in motions]))
-    return TranscribedPath(start, spans)
+        number, share = self.at(beat)
+        return self.starts[number].then(self.motions[number].amounts.pose(share))
 
 
 def deviation_of(
@@ -78,7 +88,7 @@ def deviation_of(
     """Return how far a performance is from a track at most, in meters and radians, if it may be early or
     late. Of a noisy track, means of neighboring poses count. `allowed` is in meters, radians, and seconds: nearer
     performances are not compared at other times."""
-    performed = performance_of_items(start, items)
+    performed = TranscribedPath(start, items)
     origin = track[0].time
     window = window_of(track, noise)
     meters, radians, seconds = allowed
@@ -102,103 +112,202 @@ def window_of(track: Track, noise: Noise) -> int:
     return 1 if noise.meters < _NOISY else min(_WINDOW, len(track))
 
 
-def refined(
-    groups: Grouped, starts: Mapping[str, Pose], tracks: Mapping[str, Track], tempo: int
-) -> tuple[Grouped, Mapping[str, Pose]]:
-    """Return groups and start poses whose performance is nearest to the tracks, by least squares (Gauss-Newton)."""
-    unknowns: list[tuple[int, int] | tuple[str, int]] = [
-        (group, at) for group, amounts in enumerate(groups.amounts) for at in range(4) if amounts[at]
-    ]
-    if len(unknowns) > _MOST_UNKNOWNS:
-        return groups, starts
-    unknowns += [(robot, at) for robot in starts for at in range(4)]
-    for _ in range(_STEPS):
-        base = _seen(groups, starts, tracks, tempo)
-        wanted = _wanted(tracks)
-        columns = []
-        for unknown in unknowns:
-            other_groups, other_starts, robots = _nudged(groups, starts, unknown, _NUDGE)
-            moved = _seen(other_groups, other_starts, {robot: tracks[robot] for robot in robots}, tempo)
-            columns.append(
-                {robot: [(b - a) / _NUDGE for a, b in zip(base[robot], moved[robot], strict=True)] for robot in robots}
-            )
-        missed = {robot: [w - b for w, b in zip(wanted[robot], base[robot], strict=True)] for robot in tracks}
-        change = _solved(columns, missed)
-        for unknown, value in zip(unknowns, change, strict=True):
-            groups, starts, _ = _nudged(groups, starts, unknown, value)
-    return groups, starts
+class FittedGroups:
+    """The amounts of groups, and the poses at which robots start, that are nearest to tracks.
+
+    They are found by least squares (Gauss-Newton), in standard deviations of the noise.
+    """
+
+    def __init__(
+        self, groups: Grouped, starts: Mapping[str, Pose], robots: Mapping[str, TrackedRobot], tempo: int
+    ) -> None:
+        self._groups, self._starts = groups, starts
+        begun: list[_Unknown] = [(robot, at) for robot in robots for at in range(4)]
+        amounts = [(group, at) for at in (3, 0, 1, 2) for group, each in enumerate(groups.amounts) if each[at]]
+        self._unknowns = [*begun, *amounts]
+        self._factors: list[list[float]] = []
+        self._variances: list[float] = []
+        if len(self._unknowns) > _MOST_UNKNOWNS:
+            return
+        for _ in range(_STEPS):
+            count = len(self._unknowns)
+            normal = [[0.0] * count for _ in range(count)]
+            wanted = [0.0] * count
+            for robot, tracked in robots.items():
+                columns, missed = self._columns(robot, tracked, tempo)
+                for one, column in columns.items():
+                    wanted[one] += _dot(column, missed)
+                    for other in columns:
+                        if other <= one:
+                            normal[one][other] += _dot(column, columns[other])
+            self._factors, self._variances = _factored(normal)
+            change = _solved(self._factors, self._variances, wanted)
+            self._set([old + by for old, by in zip(self._values(), change, strict=True)])
+
+    @property
+    def found(self) -> tuple[Grouped, Mapping[str, Pose]]:
+        return self._groups, self._starts
+
+    def rounded(self, strictness: float, profile: Profile) -> tuple[Grouped, Mapping[str, Pose]]:
+        """Return amounts and starts as people write them: each costs what it takes to read it, and how badly it then
+        fits, times `strictness`. Those that follow make up for what is rounded.
+
+        This is the sequential rounding of integer least squares (Teunissen, 1998).
+        """
+        if not self._factors:
+            return self.found
+        off: list[float] = []
+        kept: list[float] = []
+        for place, (value, variance) in enumerate(zip(self._values(), self._variances, strict=True)):
+            likely = value + _dot(self._factors[place], off)
+            who, at = self._unknowns[place]
+            yaw = 0.0
+            if not isinstance(who, str) and at == 0 and (who, 3) in self._unknowns:
+                yaw = kept[self._unknowns.index((who, 3))]
+            beats = Fraction(0) if isinstance(who, str) else self._groups.beats[who]
+            options = [*_options(likely, beats, at, profile, yaw)]
+            made, _ = min(options, key=lambda each: each[1] + strictness * (each[0] - likely) ** 2 / variance / 2)
+            off.append(value - made)
+            kept.append(made)
+        fitted = copy(self)
+        fitted._set(kept)
+        return fitted.found
+
+    def _values(self) -> list[float]:
+        poses = {robot: (pose.x, pose.y, pose.z, pose.heading) for robot, pose in self._starts.items()}
+        return [poses[who][at] if isinstance(who, str) else self._groups.amounts[who][at] for who, at in self._unknowns]
+
+    def _set(self, values: Sequence[float]) -> None:
+        poses = {robot: [pose.x, pose.y, pose.z, pose.heading] for robot, pose in self._starts.items()}
+        amounts = [list(each) for each in self._groups.amounts]
+        for (who, at), value in zip(self._unknowns, values, strict=True):
+            (poses[who] if isinstance(who, str) else amounts[who])[at] = value
+        self._groups = replace(self._groups, amounts=[Amounts(*each) for each in amounts])
+        self._starts = {robot: Pose(*each) for robot, each in poses.items()}
+
+    def _columns(self, robot: str, tracked: TrackedRobot, tempo: int) -> tuple[dict[int, list[float]], list[float]]:
+        """Return how the poses of a robot change with each unknown, and how far they are from its track."""
+        track, noise = tracked.track, tracked.noise
+        weights = (1 / noise.meters, 1 / noise.meters, 1 / noise.meters, 1 / noise.radians)
+        path = TranscribedPath(self._starts[robot], self._groups.items(robot))
+        members = self._groups.members[robot]
+        places = [path.at((sample.time - track[0].time) * tempo / 60) for sample in track]
+        poses = [path.starts[number].then(path.motions[number].amounts.pose(share)) for number, share in places]
+        missed = [(s.x - p.x, s.y - p.y, s.z - p.z, s.heading - p.heading) for s, p in zip(track, poses, strict=True)]
+        columns = {}
+        start = self._starts[robot]
+        for place, (who, at) in enumerate(self._unknowns):
+            if who == robot:
+                spun = [(start.y - p.y, p.x - start.x, 0.0, 1.0) if at == 3 else _UNITS[at] for p in poses]
+                columns[place] = _row(spun, weights)
+            elif not isinstance(who, str) and any(each.group == who and each.signs[at] for each in members):
+                columns[place] = _row(self._moved(path, members, who, at, places, poses), weights)
+        return columns, _row(missed, weights)
+
+    def _moved(
+        self,
+        path: TranscribedPath,
+        members: Sequence[GroupMember],
+        group: int,
+        at: int,
+        places: Sequence[tuple[int, float]],
+        poses: Sequence[Pose],
+    ) -> list[tuple[float, float, float, float]]:
+        """Return how poses change with an amount of a group: within its motions, and behind them as one rigid body."""
+        far, lift, turn = 0j, 0.0, 0.0
+        carried: list[tuple[complex, float, float, Amounts | None]] = []
+        for motion, member, start, end in zip(path.motions, members, path.starts, path.starts[1:], strict=False):
+            nudged = None
+            if member.group == group and member.signs[at]:
+                nudged = motion.amounts._replace(
+                    **{Amounts._fields[at]: motion.amounts[at] + _NUDGE * member.signs[at]}
+                )
+            carried.append((far, lift, turn, nudged))
+            if nudged:
+                dx, dy, dz, spin = _change(end, start.then(nudged.pose()))
+                far += complex(dx, dy) - 1j * spin * complex(end.x, end.y)
+                lift, turn = lift + dz, turn + spin
+        found = []
+        for (number, share), pose in zip(places, poses, strict=True):
+            far, lift, turn, nudged = carried[number]
+            moved = far + 1j * turn * complex(pose.x, pose.y)
+            if nudged:
+                dx, dy, dz, spin = _change(pose, path.starts[number].then(nudged.pose(share)))
+                found.append((moved.real + dx, moved.imag + dy, lift + dz, turn + spin))
+            else:
+                found.append((moved.real, moved.imag, lift, turn))
+        return found
 
 
-_NUDGE = 1e-5
-_EVERY = 400
-"""So many samples of each robot are compared at most."""
-_HEADING = 0.3
-"""Meters that a radian counts for."""
+def _options(value: float, beats: Fraction, at: int, profile: Profile, yaw: float) -> Iterator[tuple[float, float]]:
+    """Yield numbers near a value, and what each costs to read, in natural units. An amount takes so many beats; a
+    start takes none. Forward, a robot may go along a circle by the angle `yaw`."""
+    yield 0.0, -_WORD if beats else 0.0
+    levels: Sequence[Fraction] = ANGLES if at == 3 else LENGTHS
+    scale = math.pi / 180 if at == 3 else 1.0
+    if beats:
+        unit = profile.quarter_turn if at == 3 else profile.step
+        copies = [Fraction(1), beats] if beats.denominator == 1 else [Fraction(1)]
+        yield from ((unit * float(each), 0.0) for each in copies)
+        if at == 3:
+            yield from ((unit * float(each) / 2, 0.0) for each in copies)
+    for digits, level in enumerate(levels):
+        size = float(level) * scale
+        yield round(value / size) * size, _WORD + _DIGIT * digits
+        if yaw:
+            yield round(value / yaw / size) * size * yaw, _WORD + _DIGIT * digits
 
 
-def _picked(track: Track) -> Track:
-    return track[:: max(1, len(track) // _EVERY)]
+def _change(one: Pose, other: Pose) -> tuple[float, float, float, float]:
+    return (
+        (other.x - one.x) / _NUDGE,
+        (other.y - one.y) / _NUDGE,
+        (other.z - one.z) / _NUDGE,
+        (other.heading - one.heading) / _NUDGE,
+    )
 
 
-def _wanted(tracks: Mapping[str, Track]) -> dict[str, list[float]]:
-    return {
-        robot: [value for s in _picked(track) for value in (s.x, s.y, s.z, s.heading * _HEADING)]
-        for robot, track in tracks.items()
-    }
-
-
-def _seen(
-    groups: Grouped, starts: Mapping[str, Pose], tracks: Mapping[str, Track], tempo: int
-) -> dict[str, list[float]]:
-    found = {}
-    for robot, track in tracks.items():
-        performed = performance_of_items(starts[robot], groups.items(robot))
-        origin = track[0].time
-        poses = [performed.pose((sample.time - origin) * tempo / 60) for sample in _picked(track)]
-        found[robot] = [value for p in poses for value in (p.x, p.y, p.z, p.heading * _HEADING)]
+def _row(values: Sequence[tuple[float, float, float, float]], weights: Sequence[float]) -> list[float]:
+    """Return weighted values one after another; neighbors are added up."""
+    size = max(1, math.ceil(len(values) / _MOST_ROWS))
+    found: list[float] = []
+    for axis, weight in zip(zip(*values, strict=True), weights, strict=True):
+        scale = weight / math.sqrt(size)
+        if size == 1:
+            found += [each * scale for each in axis]
+        else:
+            found += [sum(axis[first : first + size]) * scale for first in range(0, len(axis), size)]
     return found
 
 
-def _nudged(
-    groups: Grouped, starts: Mapping[str, Pose], unknown: tuple[int, int] | tuple[str, int], by: float
-) -> tuple[Grouped, Mapping[str, Pose], Sequence[str]]:
-    """Return groups and starts with one value changed, and the robots that it concerns."""
-    who, at = unknown
-    if isinstance(who, str):
-        pose = starts[who]
-        values = [pose.x, pose.y, pose.z, pose.heading]
-        values[at] += by
-        return groups, {**starts, who: Pose(*values)}, [who]
-    amounts = list(groups.amounts)
-    values = list(amounts[who])
-    values[at] += by
-    amounts[who] = Amounts(*values)
-    robots = [robot for robot, members in groups.members.items() if any(each.group == who for each in members)]
-    return replace(groups, amounts=amounts), starts, robots
-
-
-def _solved(columns: Sequence[Mapping[str, Sequence[float]]], missed: Mapping[str, Sequence[float]]) -> list[float]:
-    """Return the least-squares change of the unknowns: the normal equations, by elimination."""
-    count = len(columns)
-    rows = []
-    for one in columns:
-        row = [math.fsum(_dot(one[robot], other[robot]) for robot in one if robot in other) for other in columns]
-        row.append(math.fsum(_dot(one[robot], missed[robot]) for robot in one))
-        rows.append(row)
-    for at in range(count):
-        rows[at][at] += 1e-9 + 1e-9 * rows[at][at]
-    for at in range(count):
-        pivot = max(range(at, count), key=lambda row: abs(rows[row][at]))
-        rows[at], rows[pivot] = rows[pivot], rows[at]
-        for other in range(at + 1, count):
-            factor = rows[other][at] / rows[at][at]
+def _factored(normal: Sequence[Sequence[float]]) -> tuple[list[list[float]], list[float]]:
+    """Return M, whose diagonal of ones is left out, and D, of which Mᵀ D⁻¹ M is a symmetric matrix whose lower half is
+    given."""
+    left = [list(row[: place + 1]) for place, row in enumerate(normal)]
+    factors: list[list[float]] = []
+    variances: list[float] = []
+    for place in reversed(range(len(left))):
+        row = left.pop()
+        pivot = max(row.pop(), _RIDGE * normal[place][place], _RIDGE)
+        scaled = [each / pivot for each in row]
+        for other, factor in enumerate(row):
             if factor:
-                rows[other] = [b - factor * a for a, b in zip(rows[at], rows[other], strict=True)]
-    found = [0.0] * count
-    for at in reversed(range(count)):
-        found[at] = (rows[at][-1] - math.fsum(rows[at][k] * found[k] for k in range(at + 1, count))) / rows[at][at]
+                left[other] = [old - factor * each for old, each in zip(left[other], scaled, strict=False)]
+        factors.append(scaled)
+        variances.append(1 / pivot)
+    return factors[::-1], variances[::-1]
+
+
+def _solved(factors: Sequence[Sequence[float]], variances: Sequence[float], wanted: Sequence[float]) -> list[float]:
+    """Return the vector that a factored matrix makes `wanted`."""
+    left = list(wanted)
+    for place in reversed(range(len(left))):
+        left[:place] = [old - left[place] * each for old, each in zip(left, factors[place], strict=False)]
+    found: list[float] = []
+    for place, row in enumerate(factors):
+        found.append(left[place] * variances[place] - _dot(row, found))
     return found
 
 
 def _dot(one: Sequence[float], other: Sequence[float]) -> float:
-    return sum(map(float.__mul__, one, other))
+    return math.fsum(map(mul, one, other))

@@ -31,13 +31,14 @@ def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
     }
     ranked = sorted(costs, key=lambda tempo: (round(costs[tempo], 6), tempo != USUAL, tempo))
     doubled = [tempo * 2 for tempo in ranked[:most] if tempo * 2 <= FASTEST]
+    doubled += [tempo // 2 for tempo in ranked[:most] if tempo // 2 >= SLOWEST and not tempo % 2]
     usual = costs[USUAL] <= costs[ranked[0]] + len(changes)
     return list(dict.fromkeys([*ranked[:most], *doubled, *([USUAL] if usual else [])]))
 
 
 def rareness(tempo: int) -> float:
     """Return the bits that a tempo costs: people choose round numbers."""
-    return 0.0 if tempo == USUAL else 3.0 if not tempo % 10 else 4.0 if not tempo % 5 else 6.0
+    return 0.0 if tempo == USUAL else 4.0 if not tempo % 10 else 5.0 if not tempo % 5 else 7.0
 
 
 def _bits(time: float, tempo: int, allowed: float) -> float:

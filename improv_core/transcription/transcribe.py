@@ -11,22 +11,19 @@ from typing import NamedTuple
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.transcription.ensemble import SharedLine, formation_of, is_rest, lines_of
+from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.grouping import grouped
-from improv_core.transcription.performing import deviation_of, refined, window_of
-from improv_core.transcription.rhythm import Item, TrackedRobot, items_of
-from improv_core.transcription.runs import runs_of
+from improv_core.transcription.performing import FittedGroups, deviation_of, window_of
+from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, rareness, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
 from improv_core.transcription.wording import (
-    ANGLES,
-    LENGTHS,
     Node,
     Rounding,
     cost,
     number_text,
-    rounded,
     series_text,
     term_text,
 )
@@ -36,9 +33,20 @@ NOISY = 100 * CLEAN
 """A track with more noise than this, in meters or radians, has its changes on a coarse grid."""
 _CHANGE = 0.15
 """Seconds: only changes between longer stretches tell the tempo."""
-_SHARE = 40
-"""A fit may be off by a tenth of the tolerance: by four standard deviations, which are this part of it."""
-_HALVINGS = 12
+_SHARE = 15
+"""Also of exact tracks, poses are taken to be off by this part of the tolerance."""
+_STRICTER = 10
+"""The number of times that numbers are made finer,"""
+_STRICTNESS = 0.25
+"""from fits that count so much on."""
+_CLOSELY = 3
+"""The number of tempi that are compared closely."""
+_CLOSER = 0.2
+"""The share of a tolerance that rounding may take where noise takes the rest."""
+_NATS = 4.0
+"""Natural units of information that a misfit costs for each word,"""
+_WORSE = 1.3
+"""and how many times the cost of the best tempo another one may have that has fewer words."""
 
 
 class Tolerance(NamedTuple):
@@ -105,10 +113,12 @@ def _drafts(
     """Yield the likeliest draft, then those that stay nearer to the tracks in more words."""
     tracked = {robot: _tracked(track, noises[robot], tolerance) for robot, track in tracks.items()}
     found = tempo or _tempo(tracked, profiles, tolerance, stops)
-    for gently in (True, False):
-        items = {robot: items_of(each, found, gently) for robot, each in tracked.items()}
-        for guided in (False, True) if gently else (True,):
-            yield _draft(tracked, items, found, profiles, tolerance, guided)
+    simple = {robot: items_of(each, found)[1] for robot, each in tracked.items()}
+    for guided in (False, True):
+        yield _draft(tracked, simple, found, profiles, tolerance, guided)
+    for nearest in (False, True):
+        items = {robot: near_items_of(each, found, nearest) for robot, each in tracked.items()}
+        yield _draft(tracked, items, found, profiles, tolerance, guided=True)
 
 
 def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
@@ -117,7 +127,7 @@ def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
     noisy = max(noise) > NOISY
     noise = Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
     allowed = min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
-    return TrackedRobot(track, noise, noisy, allowed, stretches_of(track, list(runs_of(track, noise))))
+    return TrackedRobot(track, noise, noisy, allowed, stretches_of(VelocityFits(track, noise)))
 
 
 def _tempo(
@@ -127,19 +137,25 @@ def _tempo(
     stops: Callable[[], bool],
 ) -> int:
     """Return the tempo at which the part of the busiest robot costs the least."""
-    changes = [time - each.track[0].time for each in tracked.values() for time in _changes(each.stretches)]
+    changes = [time for each in tracked.values() for time in _changes(each.stretches)]
     likely = tempi(changes, max(each.allowed for each in tracked.values()))
     busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
-    best, least = likely[0], math.inf
-    for tempo in likely if len(likely) > 1 else ():
-        items = items_of(tracked[busiest], tempo)
-        nodes = written(Pose(), items, profiles.get(busiest, DEFAULT), Rounding(*tolerance[:2]))
-        words = list(dropwhile(is_rest, (node for node, _ in nodes)))
-        if (price := cost(folded(bracketed(words))) + rareness(tempo)) < least:
-            best, least = tempo, price
+    robot = tracked[busiest]
+    if len(likely) > _CLOSELY and not stops():
+        likely = sorted(likely, key=lambda tempo: items_of(robot, tempo, roughly=True)[0])[:_CLOSELY]
+    told: list[tuple[float, Sequence[Item], int]] = []
+    for tempo in likely:
+        told.append((*items_of(robot, tempo), tempo))
         if stops():
             break
-    return best
+    least = min(misfit for misfit, _, _ in told)
+
+    def price(misfit: float, items: Sequence[Item], tempo: int) -> float:
+        nodes = written(Pose(), items, profiles.get(busiest, DEFAULT), exact=Rounding(*tolerance[:2]))
+        words = list(dropwhile(is_rest, (node for node, _ in nodes)))
+        return misfit / _NATS + cost(folded(bracketed(words))) + rareness(tempo)
+
+    return min((each for each in told if each[0] <= _WORSE * least + 100), key=lambda each: price(*each))[2]
 
 
 def _misses(found: _Draft, tolerance: Tolerance) -> float:
@@ -160,7 +176,7 @@ def _changes(stretches: Sequence[EvenStretch]) -> list[float]:
     return [
         before.end
         for before, after in pairwise(stretches)
-        if before.run != after.run or min(before.seconds, after.seconds) > _CHANGE
+        if not before.amounts.is_like(after.amounts) or min(before.seconds, after.seconds) > _CHANGE
     ]
 
 
@@ -173,35 +189,26 @@ def _draft(
     guided: bool,
 ) -> _Draft:
     """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
-    groups = grouped(items, [each.noise for each in tracked.values()])
-    starts: Mapping[str, Pose] = {robot: each.track[0].pose for robot, each in tracked.items()}
-    if any(each.noisy for each in tracked.values()):
-        groups, starts = refined(groups, starts, {robot: each.track for robot, each in tracked.items()}, tempo)
-    rounding = Rounding(tolerance.meters, tolerance.radians)
+    groups = grouped(items, tracked, tempo)
+    fitted = FittedGroups(groups, {robot: each.track[0].pose for robot, each in tracked.items()}, tracked, tempo)
+    profile = profiles.get(next(iter(tracked)), DEFAULT)
     best: _Draft | None = None
-    for _ in range(_HALVINGS):
-        placed = {robot: _start(pose, rounding) for robot, pose in starts.items()}
+    for step in range(_STRICTER):
+        rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
+        groups, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile)
         parts, deviations = {}, {}
         for robot, (track, noise, *_) in tracked.items():
-            guide = Guide(track, tempo, window_of(track, noise)) if guided else None
-            words = written(placed[robot], groups.items(robot), profiles.get(robot, DEFAULT), rounding, guide)
-            parts[robot], made = zip(*words, strict=True)
+            guide = Guide(track, tempo, window_of(track, noise), rounding.times(_CLOSER)) if guided else None
+            words = list(written(placed[robot], groups.items(robot), profiles.get(robot, DEFAULT), guide))
+            parts[robot], made = [node for node, _ in words], [item for _, item in words]
             deviations[robot] = deviation_of(track, placed[robot], made, tempo, noise, tolerance)
         found = _Draft(tempo, placed, parts, rounding, deviations)
         if best is None or _misses(found, tolerance) < _misses(best, tolerance):
             best = found
         if not _misses(found, tolerance):
             break
-        rounding = rounding.times(0.5)
     assert best
     return best
-
-
-def _start(pose: Pose, rounding: Rounding) -> Pose:
-    """Return a start pose in numbers that people write."""
-    x, y, z = (float(rounded(each, LENGTHS, rounding.meters / 2)) for each in (pose.x, pose.y, pose.z))
-    degrees = rounded(math.degrees(pose.heading), ANGLES, math.degrees(rounding.radians))
-    return Pose(x, y, z, math.radians(degrees))
 
 
 def _program(draft: _Draft) -> str:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from improv_core.score.profiles import Profile
-from improv_core.transcription.stretches import Amounts
+from improv_core.transcription.amounts import Amounts
 
 _WAYS = ("forward", "backward"), ("strafeleft", "straferight"), ("up", "down")
 _TURNS, _HALVES = ("left", "right"), ("halfleft", "halfright")

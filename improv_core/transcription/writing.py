@@ -10,11 +10,14 @@ from typing import NamedTuple
 
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
+from improv_core.transcription.amounts import amounts_between
 from improv_core.transcription.folding import bracketed, folded
 from improv_core.transcription.rhythm import Gentle, Item, RateCurve, TimedMotion
-from improv_core.transcription.stretches import amounts_between
 from improv_core.transcription.track import Track
 from improv_core.transcription.wording import Node, Rounding, Shaped, amounts_of, moves_for
+
+_EXACT = Rounding(1e-6, 1e-6)
+"""Nearly nothing: amounts that are rounded already stay as they are."""
 
 
 class Guide(NamedTuple):
@@ -26,8 +29,9 @@ class Guide(NamedTuple):
     track: Track
     tempo: int
     window: int
+    near: Rounding
 
-    def aimed(self, motion: TimedMotion, pose: Pose, beat: float, near: Rounding) -> TimedMotion:
+    def aimed(self, motion: TimedMotion, pose: Pose, beat: float) -> TimedMotion:
         """Return a motion that begins at a beat from a pose, or one that ends nearer to the track."""
         origin, seconds = self.track[0].time, 60 / self.tempo
         first, past = (
@@ -42,7 +46,7 @@ class Guide(NamedTuple):
             there = pose.then(motion.amounts.pose(((sample.time - origin) / seconds - beat) / float(motion.beats)))
             misses.append((sample.x - there.x, sample.y - there.y, sample.z - there.z, sample.heading - there.heading))
         x, y, z, turn = (math.fsum(each) / len(samples) for each in zip(*misses, strict=True))
-        if math.hypot(x, y, z) <= near.meters and abs(turn) <= near.radians:
+        if math.hypot(x, y, z) <= self.near.meters and abs(turn) <= self.near.radians:
             return motion
         end = pose.then(motion.amounts.pose())
         wanted = Pose(end.x + x, end.y + y, end.z + z, end.heading + turn)
@@ -50,16 +54,17 @@ class Guide(NamedTuple):
 
 
 def written(
-    start: Pose, items: Sequence[Item], profile: Profile, rounding: Rounding, guide: Guide | None = None
+    start: Pose, items: Sequence[Item], profile: Profile, guide: Guide | None = None, exact: Rounding = _EXACT
 ) -> Iterator[tuple[Node, Item]]:
     """Yield the nodes for items that a robot performs from a pose, before anything is folded, and what each makes."""
     pose, beat = start, 0.0
     for item in items:
         if isinstance(item, Gentle):
-            moves = [move for each in item.motions for move in moves_for(each.beats, each.amounts, profile, rounding)]
+            moves = [move for each in item.motions for move in moves_for(each.beats, each.amounts, profile, exact)]
         else:
-            aimed = guide.aimed(item, pose, beat, rounding) if guide else item
-            moves = list(moves_for(item.beats, aimed.amounts, profile, rounding))
+            aimed = guide.aimed(item, pose, beat) if guide else item
+            near = exact if aimed is item or not guide else guide.near
+            moves = list(moves_for(item.beats, aimed.amounts, profile, near))
         made = [TimedMotion(move.beats, amounts_of(move, profile)) for move in moves]
         for each in made:
             pose = pose.then(each.amounts.pose())

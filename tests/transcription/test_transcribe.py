@@ -121,7 +121,14 @@ def test_a_way_back_is_retrograde() -> None:
     )
 
 
-@pytest.mark.parametrize("program", ["a $ repeat 4 (forward left)", "a $ repeat 2 (forward ease (left left))"])
+@pytest.mark.parametrize(
+    "program",
+    [
+        "a $ repeat 4 (forward left)",
+        "a $ repeat 2 (forward ease (left left))",
+        "beat 80\n\na $ forward 80cm repeat 3 (ease (strafeleft right) forward)",
+    ],
+)
 def test_noise_of_5_mm_and_1_degree_changes_nothing(program: str) -> None:
     made = transcribe(path_of(program, noise=(0.005, math.radians(1))))
     assert "a $ " + program.partition("$ ")[2] in made.text

@@ -137,8 +137,6 @@ class Desk:
         without = " + ".join(child["name"] for child, _ in chosen if not child["good"])
         if dances:
             self._plays = asyncio.create_task(self._play(dances, without, asked))
-        elif without:
-            self._say(f"{without}: no dance that plays")
 
     def stopped(self) -> None:
         """Show that the teacher has stopped everything."""

@@ -72,7 +72,7 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(running: Running, 
     expect(page.get_by_role("button", name="Play the chosen")).to_be_disabled()  # it has an error
     page.get_by_label("Choose Ada").check()
     page.get_by_role("button", name="Play the chosen").click()
-    expect(page.locator("#playing")).to_have_text("Ada <img>")
+    expect(page.locator("#playing")).to_have_text("Ada <img> (without Bo: no dance that plays)")
     for width, height in ((1280, 800), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
         expect(page.get_by_role("button", name="Stop")).to_be_in_viewport(ratio=1)

@@ -167,9 +167,6 @@ const ORDERS = {
   silent: (one, other) => silence(other) - silence(one),
 }
 
-/** The chosen children who have a dance that can be played. */
-const playable = () => [...chosen].filter((number) => cards.get(number)?.child.good)
-
 /** The ticks of a page of before, if it was open in this lesson: it may have been that of a class that has ended since. */
 function earlierTicks() {
   try {
@@ -190,7 +187,7 @@ function keepTicks() {
 
 function showChosen() {
   keepTicks()
-  disable("play", playable().length === 0)
+  disable("play", ![...chosen].some((number) => cards.get(number)?.child.good))
   disable("remove", chosen.size === 0)
   find("choose-all").textContent = cards.size && chosen.size === cards.size ? "Choose none" : "Choose all"
 }
@@ -279,7 +276,7 @@ async function stop() {
 
 for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
 addEventListener("keydown", (event) => event.key === "Escape" && stop())
-find("play").addEventListener("click", () => send({ type: "play", numbers: playable() }))
+find("play").addEventListener("click", () => send({ type: "play", numbers: [...chosen] }))
 find("choose-all").addEventListener("click", () => {
   const all = chosen.size < cards.size
   for (const [number, { box, item }] of cards) {

@@ -7,6 +7,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import accumulate, pairwise
 from typing import NamedTuple, TypeAlias
 
@@ -64,17 +65,19 @@ class RateCurve(NamedTuple):
         assert self.start is not None
         return 2 - self.start
 
+    @lru_cache(maxsize=4096)  # noqa: B019 - curves are few, and small
     def progress(self, beats: Fraction) -> Callable[[float], float]:
         """Return a function of beats: those of a body of so many beats that this curve has played by then."""
         made = ease(stand(beats)) if self.start is None else ramp(stand(beats), self.start, self.end)
         assert isinstance(made, Stepped)
         steps = list(made.steps_from(0, False))
+        rates = [float(each.rate) for each in steps]
         ends = [0.0, *accumulate(float(each.beats) for each in steps)]
         reached = [0.0, *accumulate(float(each.beats * each.rate) for each in steps)]
 
         def played(beat: float) -> float:
-            step = min(max(bisect_right(ends, beat) - 1, 0), len(steps) - 1)
-            return reached[step] + (beat - ends[step]) * float(steps[step].rate)
+            step = min(max(bisect_right(ends, beat) - 1, 0), len(rates) - 1)
+            return reached[step] + (beat - ends[step]) * rates[step]
 
         return played
 

@@ -59,11 +59,16 @@ def _files(top: Path, endings: tuple[str, ...]) -> Sequence[Path]:
     return found
 
 
+def exists_already(path: Path) -> CommandError:
+    """Return the error about a file that is not to be overwritten."""
+    return CommandError(f"{path} exists already: name a new file")
+
+
 def write_new(path: Path, text: str) -> None:
     """Write a file that is not there yet. Raises CommandError."""
     try:
         if not swap(path, None, text.encode()):
-            raise CommandError(f"{path} exists already: name a new file")
+            raise exists_already(path)
     except OSError as error:
         raise CommandError(f"{path}: {why(error)}") from None
 

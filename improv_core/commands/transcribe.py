@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import signal
 import threading
@@ -14,7 +15,7 @@ import click
 
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
-from improv_core.commands.programs import write_new
+from improv_core.commands.programs import exists_already, write_new
 from improv_core.program.files import robots_near
 from improv_core.score.profiles import Profile
 from improv_core.storage.atomic_write import why
@@ -71,6 +72,8 @@ def command(
     .db3), or drawings (.svg). A path stays within the tolerance of what was recorded, 5 degrees, and 50 ms. Ctrl-C ends
     a long search with the best program so far.
     """
+    if output and os.path.lexists(output):  # before a long search
+        raise exists_already(output)
     recorded = _only(_recorded(files, seconds, scale), robot)
     robots = robots_near(Path.cwd())
     profiles = {name: robots.profile_of(name) for name in recorded}

@@ -27,13 +27,14 @@ def table(tmp_path: Path) -> Path:
 def test_a_table_becomes_a_program_that_is_right(table: Path) -> None:
     done = run("transcribe", table)
     assert (done.returncode, done.stdout) == (0, "ada $ repeat 4 (forward left)\n")
-    assert done.stderr == "improv: ada is at most 0 cm and 0° off\n"
+    assert done.stderr.splitlines()[-1] == "improv: ada is at most 0 cm and 0° off"  # it may have said that it searches
 
 
 def test_a_new_file_is_written_and_no_other(table: Path) -> None:
     output = table.with_suffix(".improv")
     assert run("transcribe", table, "-o", output, "--robot", "bo").stdout == ""
     assert output.read_text() == "bo $ repeat 4 (forward left)\n"
+    table.unlink()  # the file is refused before anything else
     done = run("transcribe", table, "-o", output)
     assert (done.returncode, done.stderr) == (2, f"improv: {output} exists already: name a new file\n")
 

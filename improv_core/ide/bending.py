@@ -155,6 +155,8 @@ Word = nodes.Primitive | nodes.MeasuredWord
 def _word_at(analysis: Analysis, offset: int) -> tuple[Span, Word, Iterator[_Performance]] | None:
     """Return the word at an offset with its span and its performances, of which there is at least one."""
     found = cursor(analysis, offset)
+    if found and not isinstance(found.node, Word):  # a bracket, perhaps behind a word
+        found = cursor(analysis, offset, before=True)
     node = found.node if found else None
     if not found or not isinstance(node, Word) or not analysis.ok:
         return None

@@ -33,8 +33,8 @@ class Cursor:
         return self.around[-1] if self.around else None
 
 
-def cursor(analysis: Analysis, offset: int) -> Cursor | None:
-    """Return the token that the cursor touches. Between two tokens, take the one after the cursor."""
+def cursor(analysis: Analysis, offset: int, *, before: bool = False) -> Cursor | None:
+    """Return the token that the cursor touches. Between two tokens, take the one after the cursor, or that `before`."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -42,7 +42,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     touching = [token for token in placed.statement.tokens if token.start <= place <= token.end]
     if not touching:
         return None
-    token = touching[-1]
+    token = touching[0 if before else -1]
     # A head may consist of several tokens that touch, such as my-robot.
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     statement = placed.statement

@@ -40,6 +40,8 @@ def check(before: str, to: tuple[float, float], after: str, *, freely: bool = Fa
         ("ada $ (for|>ward || left)", (2.55, 2.55), "ada $ (forward 4m || left)"),
         ("ada $ reflect sagittal (forward le|>ft)", (2, 3), "ada $ reflect sagittal (forward right)"),
         ("ada $ slow 3 (ease |>forward)", (1, 0), "ada $ slow 3 (ease forward 1m)"),
+        ("ada $ repeat 4 (forward left|>)", (2, -1), "ada $ repeat 4 (forward right)"),
+        ("ada $ repeat 4 (forward left 90deg|>)", (2, -1), "ada $ repeat 4 (forward right 90deg)"),
         ("side = for|>ward\nada $ repeat 4 (side left)", (1, 0), "side = forward 1m\nada $ repeat 4 (side left)"),
     ],
 )

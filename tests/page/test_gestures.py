@@ -135,3 +135,24 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     page.keyboard.press("Control+z")
     expect(text).to_have_value(SQUARE)
     wait(page, "improv.transport.state === 'stopped'")  # no robot has moved by this
+
+
+@pytest.mark.slow("draws in a browser")
+def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: Callable[[str], Edit]) -> None:
+    page = edit("ada at 2 0\nbo $ (left)\n").page()
+    page.set_viewport_size(PHONE)
+    wait(page, "improv.previewed")  # so the page knows the robots of the text
+    page.locator("#draw").click()
+    expect(page.locator("#gesture-robot option")).to_have_text(["bo", "ada"])
+    page.locator("#gesture-robot").select_option("ada")
+    page.locator("#gesture-parts").select_option("0")
+    drag(page, [(2, 0), (2.5, 0), (3, 0)])
+    expect(page.locator("#text")).to_have_value("ada at 2 0\nbo $ (left)\nada $ forward 1m\n")
+
+    bar = page.locator("#gesture-line").bounding_box()
+    assert bar
+    page.mouse.move(bar["x"] + 20, bar["y"] + bar["height"] / 2)  # a narrow page has it where people begin to draw
+    page.mouse.down()
+    page.mouse.move(bar["x"] + 80, bar["y"] + bar["height"] / 2 + 100)
+    page.mouse.up()
+    expect(page.locator("#text")).to_have_value(re.compile(r"ada at (?!2 0)"))

@@ -8,6 +8,7 @@ import { redraw } from "../base/frames.js"
 import { announce } from "../base/notices.js"
 import { poseAfter } from "../base/path.js"
 import { settings } from "../base/storage.js"
+import { startPoses } from "../floor/start-poses.js"
 import { changes } from "../score/changes.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
@@ -150,7 +151,8 @@ export class Gesturing {
 
   /** @param {Mode} mode */
   #begin(mode) {
-    const names = robotList.playing.map(({ name }) => name)
+    const written = mode === "draw" ? startPoses.written : {} // only a robot of the score has a picture that performs
+    const names = Object.keys(written).length ? Object.keys(written) : robotList.playing.map(({ name }) => name)
     const before = this.#robot.value
     this.#robot.replaceChildren(...(names.length ? names : ["turtle1"]).map((name) => element("option", { value: name, textContent: name })))
     if (names.includes(before)) this.#robot.value = before
@@ -161,7 +163,7 @@ export class Gesturing {
     whole.hidden = whole.disabled = mode === "perform"
     if (mode === "perform" && this.#parts.value === "0") this.#parts.value = "2"
     const [x, y, z, heading] = program.current?.score.robots[this.#robot.value]?.start_pose ?? [0, 0, 0, 0]
-    this.#restart({ x, y, z, heading })
+    this.#restart(Object.assign({ x, y, z, heading }, written[this.#robot.value]))
     this.#show()
     const [line, keys] = LINES[mode]
     find("gesture-line").replaceChildren(line, element("span", { className: "by-key", textContent: ` ${keys}` }))

@@ -30,8 +30,8 @@ export class StartPoses {
   #held = false
   /** @type {Map<string, StartPose>} */
   #poses = new Map()
-  /** @type {Record<string, StartPose>} */
-  #written = {} // according to the text on this page, if it can be written
+  /** The robots of the text on this page, if it can be written. @type {Record<string, StartPose>} */
+  written = {}
   /** @type {string | null} */
   #chosen = null
 
@@ -46,7 +46,7 @@ export class StartPoses {
    */
   show(score) {
     const before = this.#poses
-    const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.#written[name])
+    const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.written[name])
     this.#poses = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, { ...(kept(name) ?? degrees(start_pose)) }]))
     find("start-poses-rows").replaceChildren(...robotList.playing.map((robot) => this.#fields(robot)))
     this.showLines()
@@ -54,7 +54,7 @@ export class StartPoses {
 
   /** Takes where robots start according to the text on this page. @param {Record<string, StartPose>} starts */
   place(starts) {
-    this.#written = starts
+    this.written = starts
     for (const [name, pose] of Object.entries(starts)) {
       const shown = this.#poses.get(name)
       const now = rounded(pose)

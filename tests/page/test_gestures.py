@@ -144,6 +144,7 @@ def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: C
     wait(page, "improv.previewed")  # so the page knows the robots of the text
     page.locator("#draw").click()
     expect(page.locator("#gesture-robot option")).to_have_text(["bo", "ada"])
+    expect(page.locator("#gesture-line")).to_contain_text("elsewhere, they replace the robot's line")
     page.locator("#gesture-robot").select_option("ada")
     page.locator("#gesture-parts").select_option("0")
     drag(page, [(2, 0), (2.5, 0), (3, 0)])

@@ -30,7 +30,7 @@ const WIDTH = 3 // pixels
 /** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
 const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
 const LINES = {
-  draw: ["Draw on the floor. Press Draw again to end.", "By keyboard: arrow keys, Enter, Esc to end."],
+  draw: ["Words go behind the word at the cursor; elsewhere, they replace the robot's line. Press Draw again to end.", "By keyboard: arrow keys, Enter, Esc to end."],
   perform: ["Drag the robot; real ones stay. Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
 }
 

@@ -117,17 +117,19 @@ def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[It
     return [TimedMotion(b - a, each.amounts.times(float(b - a) * 60 / tempo)) for a, b, each in spans if a < b]
 
 
-def items_of(robot: TrackedRobot, tempo: int, roughly: bool = False) -> tuple[float, Sequence[Item]]:
+def items_of(
+    robot: TrackedRobot, tempo: int, stops: Callable[[], bool], roughly: bool = False
+) -> tuple[float, Sequence[Item]]:
     """Return what a robot performs, beat 0 being its first sample, and what telling it costs.
 
     Noisy changes are on simple parts of beats. Gentle movements are found where they cost less than stretches; of
-    several motions, only if it isn't to be told `roughly`.
+    several motions, only if it isn't to be told `roughly`. `stops` ends the search for more of them.
     """
     seconds = 60 / tempo
     fits = VelocityFits(robot.track, robot.noise)
     nodes = _nodes(robot, tempo)
     cost, placed = _placed(fits, nodes, seconds)
-    spans = _gentle_spans(placed, robot, seconds)
+    spans = {} if stops() else _gentle_spans(placed, robot, seconds)
     if not spans:
         return cost, [each.motion for each in placed]
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
@@ -138,6 +140,8 @@ def items_of(robot: TrackedRobot, tempo: int, roughly: bool = False) -> tuple[fl
     ]
     left = 0 if roughly else _MOST_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
+        if stops():
+            break
         price, gentle = _gentle(robot, start, end, curve, seconds, not (left and spans[start, end, curve]))
         left -= bool(left and spans[start, end, curve])
         if gentle:

@@ -113,12 +113,12 @@ def _drafts(
     """Yield the likeliest draft, then those that stay nearer to the tracks in more words."""
     tracked = {robot: _tracked(track, noises[robot], tolerance) for robot, track in tracks.items()}
     found = tempo or _tempo(tracked, profiles, tolerance, stops)
-    simple = {robot: items_of(each, found)[1] for robot, each in tracked.items()}
+    simple = {robot: items_of(each, found, stops)[1] for robot, each in tracked.items()}
     for guided in (False, True):
-        yield _draft(tracked, simple, found, profiles, tolerance, guided)
+        yield _draft(tracked, simple, found, profiles, tolerance, guided, stops)
     for nearest in (False, True):
         items = {robot: near_items_of(each, found, nearest) for robot, each in tracked.items()}
-        yield _draft(tracked, items, found, profiles, tolerance, guided=True)
+        yield _draft(tracked, items, found, profiles, tolerance, True, stops)
 
 
 def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
@@ -141,11 +141,16 @@ def _tempo(
     likely = tempi(changes, max(each.allowed for each in tracked.values()))
     busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
     robot = tracked[busiest]
-    if len(likely) > _CLOSELY and not stops():
-        likely = sorted(likely, key=lambda tempo: items_of(robot, tempo, roughly=True)[0])[:_CLOSELY]
+    if len(likely) > _CLOSELY:
+        rough = []
+        for tempo in likely:
+            rough.append((items_of(robot, tempo, stops, roughly=True)[0], tempo))
+            if stops():
+                break
+        likely = [tempo for _, tempo in sorted(rough, key=lambda each: each[0])[:_CLOSELY]]
     told: list[tuple[float, Sequence[Item], int]] = []
     for tempo in likely:
-        told.append((*items_of(robot, tempo), tempo))
+        told.append((*items_of(robot, tempo, stops), tempo))
         if stops():
             break
     least = min(misfit for misfit, _, _ in told)
@@ -187,6 +192,7 @@ def _draft(
     profiles: Mapping[str, Profile],
     tolerance: Tolerance,
     guided: bool,
+    stops: Callable[[], bool],
 ) -> _Draft:
     """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
     groups = grouped(items, tracked, tempo)
@@ -205,7 +211,7 @@ def _draft(
         found = _Draft(tempo, placed, parts, rounding, deviations)
         if best is None or _misses(found, tolerance) < _misses(best, tolerance):
             best = found
-        if not _misses(found, tolerance):
+        if stops() or not _misses(found, tolerance):
             break
     assert best
     return best

@@ -8,4 +8,4 @@ STARTED = time.monotonic()
 
 
 class LineError(Exception):
-    """Something that can't be done. The message is one line for people that says why, and what to do about it."""
+    """An error about something that can't be done. Its message is one line for people: why, and what to do about it."""

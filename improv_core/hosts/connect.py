@@ -26,7 +26,7 @@ POLICY = Policy(2.0, errors=subprocess.PIPE)
 THERE = """exec python3 -I -c "exec(open(0,'rb',0,closefd=False).readline())\""""
 """The command that runs on any host: it reads the rest as its first line. All usual shells understand it alike."""
 CONNECT_LIMIT = 10
-"""Seconds that connecting may take."""
+"""The most seconds in which a connection is made."""
 OPTIONS = {
     "BatchMode": "yes",  # never ask for a password
     "StrictHostKeyChecking": "yes",  # nor accept an unknown key, whatever the person's configuration says

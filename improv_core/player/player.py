@@ -65,7 +65,7 @@ class Player:
     @property
     def sends(self) -> bool:
         """True while something is left to send, robots are awaited, or simulated ones still move."""
-        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or self._tracks.comes_to_rest
+        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or _come_to_rest(self._tracks)
 
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
@@ -81,7 +81,7 @@ class Player:
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
-        return now + (self._sink.period or LOOK_AGAIN) if self._tracks.comes_to_rest else None
+        return now + (self._sink.period or LOOK_AGAIN) if _come_to_rest(self._tracks) else None
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""
@@ -260,3 +260,9 @@ class Player:
     def _looks_while_paused(self) -> bool:
         """True while real robots are paused: somebody may carry them away, or they may get lost."""
         return self.run.mode == "paused" and self._sink.real
+
+
+def _come_to_rest(tracks: Tracks) -> bool:
+    """Return whether simulated robots still move after a stop, or no report has shown yet that they stand."""
+    unreported = tracks.moved is not None and not tracks.sink.real and bool(tracks.odometry.robots)
+    return unreported or tracks.sink.coasting()

@@ -154,12 +154,6 @@ class Tracks:
             self.moved = None if poses == self.moved else poses
             self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses.items()], at)
 
-    @property
-    def comes_to_rest(self) -> bool:
-        """True after a stop until simulated robots stand, and a report has shown it."""
-        awaits = self.moved is not None and not self.sink.real and bool(self.odometry.robots)
-        return awaits or self.sink.coasting()
-
     def begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
         self.queue.begin(robots)

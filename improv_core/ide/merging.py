@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from improv_core import LineError
 from improv_core.diagnostics import Edit, Severity, applied
+from improv_core.ide.placing import line_at
 from improv_core.ide.references import Symbol, plays, references
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of, starts_of
@@ -247,16 +248,14 @@ def _opening(sources: Sequence[Dance], robots: Sequence[Mapping[str, str]], note
         raise MergeError(f"{need}: merge fewer, or leave out {largest}")
     has_room = [each.analysis.opening.config.world.size is not None for each in sources]
     if all(has_room):
-        lines.append(f"room {_number(size[0])} {_number(size[1])}")
+        lines.append(f"room {size[0]:.10g} {size[1]:.10g}")
     elif any(has_room):
         notes.append("no room: only some of the programs have one")
     for source, names, area, (x, y) in zip(sources, robots, areas, middles, strict=True):
         starts, config = starts_of(source.analysis), source.analysis.opening.config
         for old, new in names.items():
             pose = area.moved(starts[old], x, y)
-            facing = round(math.degrees(pose.heading), 9)
-            turned = f" facing {_number(facing)}" if facing else ""
-            lines.append(f"{new} at {_number(pose.x)} {_number(pose.y)}{turned}")
+            lines.append(line_at(new, (pose.x, pose.y, math.degrees(pose.heading))))
             profile = config.profile_of(old)
             if old in config.robots and BUILT_IN.get(profile.name) == profile:
                 lines.append(f"{new} is {profile.name}")
@@ -285,6 +284,13 @@ class _Area:
     def height(self) -> float:
         return self.top - self.bottom
 
+    @property
+    def rounded(self) -> _Area:
+        """The area with borders at whole tenths of a meter, so that robots move by round numbers."""
+        left, bottom = math.floor(10 * self.left), math.floor(10 * self.bottom)
+        right, top = math.ceil(10 * self.right), math.ceil(10 * self.top)
+        return _Area(left / 10, right / 10, bottom / 10, top / 10)
+
     def moved(self, pose: Pose, x: float, y: float) -> Pose:
         """Return a pose after the middle of the area has moved to a point."""
         right, up = x - (self.left + self.right) / 2, y - (self.bottom + self.top) / 2
@@ -299,7 +305,7 @@ def _area(analysis: Analysis) -> _Area:
     if size := score.world.size:
         return _Area.around([*near, (-size[0] / 2, -size[1] / 2), (size[0] / 2, size[1] / 2)])
     own = _Area.around(near)
-    return _Area.around([*near, *(corner for part in score.parts.values() for corner in _reached(part, own))])
+    return _Area.around([*near, *(corner for part in score.parts.values() for corner in _reached(part, own))]).rounded
 
 
 def _reached(part: Part, own: _Area) -> Iterator[tuple[float, float]]:
@@ -335,8 +341,3 @@ def _side_by_side(areas: Sequence[_Area]) -> tuple[Sequence[tuple[float, float]]
             left += area.width + GAP
         top -= high + GAP
     return middles, (max(widths), height)
-
-
-def _number(value: float) -> str:
-    """Write a number as programs write it."""
-    return f"{round(value, 9) + 0.0:.9f}".rstrip("0").rstrip(".")

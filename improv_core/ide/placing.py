@@ -41,7 +41,7 @@ def placed(analysis: Analysis, starts: Mapping[str, Start]) -> tuple[Edit, ...] 
         first, *more = _moved(analysis, line, moved)
         lines.change(line, first)
         lines.add(line, more)
-    lines.insert([_at(name, start) for name, start in missing.items()])
+    lines.insert([line_at(name, start) for name, start in missing.items()])
     return lines.edits()
 
 
@@ -149,12 +149,12 @@ def _moved(analysis: Analysis, line: Placed, moved: Mapping[str, Start]) -> list
     if not moved:
         return [line.statement.text[: _code(line).end - line.start]]
     if isinstance(node, AtPoint):
-        return [_at(name, start, node) for name, start in moved.items()]
+        return [line_at(name, start, node) for name, start in moved.items()]
     assert isinstance(node, InFormation)
     others = {name: pose for name, pose in before.items() if name not in moved}
     return [
-        *(_formation(analysis, node, others) or [_at(name, _start(pose)) for name, pose in others.items()]),
-        *(_at(name, start) for name, start in moved.items()),
+        *(_formation(analysis, node, others) or [line_at(name, _start(pose)) for name, pose in others.items()]),
+        *(line_at(name, start) for name, start in moved.items()),
     ]
 
 
@@ -175,7 +175,7 @@ def _formation(analysis: Analysis, node: InFormation, robots: Mapping[str, Pose]
     return [line if is_middle else f"{line} around {x} {y}"]
 
 
-def _at(name: str, start: Start, like: AtPoint | None = None) -> str:
+def line_at(name: str, start: Start, like: AtPoint | None = None) -> str:
     """Return the line that places a robot, in the units of a line that placed it before."""
     x, y, heading = _rounded(start)
     at, by = (like.x, like.y) if like else (None, None)

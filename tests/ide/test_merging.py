@@ -190,6 +190,17 @@ def test_robots_keep_how_they_stand_to_each_other() -> None:
     assert ada.heading == pytest.approx(1.5707963)
 
 
+def test_places_are_round_numbers() -> None:
+    texts = ("r $ repeat 5 (forward 1m left 72deg)", "s t u at circle 1.5\ns t u $ forward")
+    lines = [line for line in merged(*texts).text.splitlines() if " at " in line]
+    assert lines == [
+        "a at -2.6 -0.8",
+        "b_s at 1.7 1.15 facing -90",
+        "b_t at 0.401 -1.1 facing 30",
+        "b_u at 2.999 -1.1 facing 150",
+    ]
+
+
 @pytest.mark.parametrize(
     ("name", "robot"),
     [

@@ -43,7 +43,8 @@ def _played(whole: Movement, reader: Reader) -> _Windows:
     """Return what plays of a movement. Movements of other statements are left out, except phrases and arguments."""
     expansions = reader.reading.expansions.values()
     known = {id(each.movement) for each in expansions}
-    known |= {id(given.movement) for each in expansions for given in each.reader.given.movements.values()}
+    arguments = (given for each in expansions for given in each.reader.given.movements.values())
+    known |= {id(each) for given in arguments for each in (given.movement, *given.items.movements)}
 
     def inside(part: Movement) -> Sequence[Movement]:
         return () if isinstance(part, FromStatement) and id(part.body) not in known else part.parts
@@ -135,7 +136,7 @@ def _cut_arguments(call: nodes.Call, windows: _Windows, reader: Reader) -> Itera
         made = reader.movement_made(argument)
         if id(made) in windows:
             yield from _cuts(argument, windows, reader, keeps=True)
-        elif _latest(made):
+        elif _latest(made) and not any(id(each) in windows for each in reader.items(argument).movements):
             message = "this is never reached: make the movement alongside longer"
             yield Diagnostic("never-performed", argument.span, message)
 

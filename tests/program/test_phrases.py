@@ -222,6 +222,9 @@ def test_arguments_that_no_use_reaches_are_never_performed() -> None:
         """
         short (m) = m || rest
         both (m) = short m (m || rest rest)
+        one (m) = choose m
+        grown (m) = rest || reverse accumulate m
+        r $ one (up left) grown (up left)
         r $ short (up left)
                       ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer
         r $ both (up left right)

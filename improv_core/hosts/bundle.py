@@ -15,8 +15,7 @@ CONTENTS = (
     *("__init__.py", "plain.py", "slices.py", "text.py", "values.py"),
     *(f"{room}/*.py" for room in ("score", "protocol", "safety", "ipc", "player", "preview", "stage")),
     *("outputs/*.py", "outputs/ros/**/*.py", "outputs/ros/setup/requirements.txt"),
-    *(f"hosts/{name}.py" for name in ("__init__", "__main__", "far", "far_setup", "frames")),
-    *("hosts/exclusive_use.py", "hosts/hang_detection.py"),
+    *(f"hosts/{name}.py" for name in ("__init__", "__main__", "exclusive_use", "far", "far_setup", "frames")),
 )
 """The parts of our package in it."""
 _NO_DATE = (1980, 1, 1, 0, 0, 0)

@@ -24,7 +24,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from improv_core.hosts import hang_detection
 from improv_core.hosts.exclusive_use import TakenError, take
 from improv_core.hosts.frames import DOWN, LONGEST_DOWN, FrameError, Incoming, LinkFrame, RemoteTimes, number_in
 from improv_core.ipc.child import Child, Policy
@@ -32,11 +31,12 @@ from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
 from improv_core.protocol.limits import END_LIMIT, FOLDER, STOP_PIPE
 from improv_core.safety.halts import asleep
+from improv_core.safety.stage_watchdog import LOOK_PERIOD, StageWatchdog
 
 SILENCE_LIMIT = 20.0
 """Seconds of silence after which the link counts as dead: its near end always asks for the time."""
-LOOK_PERIOD, REST_PERIOD = 0.05, 0.5
-"""Seconds between two checks whether the stage hangs: while it has a ping to answer, and otherwise."""
+REST_PERIOD = 0.5
+"""Seconds between two checks whether the stage hangs, and between two checks of the link, while the stage rests."""
 MOST_WAITING = 1_000_000
 """The bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
@@ -112,8 +112,8 @@ class FarEnd:
         self._input: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()  # of the stage
         self._stops_there, self._stops_here = os.pipe()
         os.set_blocking(self._stops_here, False)
-        self._lock = threading.Lock()
-        self._asked = hang_detection.Unanswered(looked=time.monotonic())
+        self._watch = StageWatchdog(time.monotonic())
+        self._ready = False  # before that, the stage may take as long as its parent allows
         self._begun = b""  # of a line for the stage, as long as it is short
         self._child: Child | None = None
         self._ending = False
@@ -156,8 +156,7 @@ class FarEnd:
             with suppress(OSError):  # the stage has ended, or hangs and will be killed
                 os.write(self._stops_here, frame.rest + b"\n")
         elif frame.letter == "l":
-            with self._lock:
-                self._asked = hang_detection.loading(self._asked)
+            self._watch.loading(None)
         else:
             ends = frame.letter == "M"
             if len(self._begun) < SHORT:
@@ -177,11 +176,11 @@ class FarEnd:
             self.over.wait(END_LIMIT)
 
     def _note(self, line: bytes, *, by_input: bool = False) -> None:
-        """Note that a line reaches the stage, which has to answer pings."""
-        number = _number_of(line, b"ping")
-        if number is not None:
-            with self._lock:
-                self._asked = hang_detection.pinged(self._asked, number, time.monotonic(), behind_score=by_input)
+        """Note that a line reaches the stage, which has to answer pings: on its input, one is behind each score."""
+        if (number := _number_of(line, b"ping")) is not None:
+            self._watch.ping(number)
+            if by_input:
+                self._watch.loading(number)
 
     def _write(self, child: Child) -> None:
         with suppress(OSError):  # it has ended
@@ -193,28 +192,31 @@ class FarEnd:
     def _read(self, child: Child) -> None:
         with suppress(EOFError):
             while True:
-                period = LOOK_PERIOD if self._asked.pings else REST_PERIOD
-                for line in child.read(period):
-                    self._hear(line)
+                rests = self._watch.rests(time.monotonic())
+                for line in child.read(REST_PERIOD if rests else LOOK_PERIOD):
+                    self.hear(line, time.monotonic())
                     self._outbox.put(b"m%b\n" % line)
-                with self._lock:
-                    self._asked, limit = hang_detection.looked(self._asked, time.monotonic(), period)
-                if limit:
+                if limit := self.exceeded(time.monotonic()):
                     child.kill()
                     self.fail(f"hung {limit:g}")
                     return
 
-    def _hear(self, line: bytes) -> None:
-        now = time.monotonic()
-        with self._lock:
-            if (number := _number_of(line, b"pong")) is not None:
-                self._asked = hang_detection.answered(self._asked, number, now)
-            elif line.startswith(b'{"type": "transport"'):
-                self._asked = hang_detection.plays(self._asked, b'"state": "playing"' in line)
-            elif line.startswith(b'{"type": "ready"'):
-                self._asked = hang_detection.ready(self._asked, now)
-            elif line.startswith(b'{"type": "stopped"'):
-                self._asked = hang_detection.stopped(self._asked, now)
+    def hear(self, line: bytes, now: float) -> None:
+        """Note what a line of the stage says about it."""
+        if (number := _number_of(line, b"pong")) is not None:
+            self._watch.pong(number, now)
+        elif line.startswith(b'{"type": "transport"'):
+            moves = b'"state": "playing"' in line
+            self._watch.moving(moves, moves, now)
+        elif line.startswith(b'{"type": "ready"'):
+            self._ready = True
+        elif line.startswith(b'{"type": "stopped"'):
+            self._watch.stopped(now)
+
+    def exceeded(self, now: float) -> float | None:
+        """Return the limit that the stage has exceeded, in seconds; None if it responds, or if no ping has come through
+        the link that it could answer."""
+        return self._watch.look(now, real=True) if self._ready and self._watch.waits else None
 
 
 def _number_of(line: bytes, kind: bytes) -> int | None:

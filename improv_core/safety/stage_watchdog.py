@@ -28,7 +28,7 @@ class StageWatchdog:
     def __init__(self, now: float, hang_limit: float = HANG_LIMIT) -> None:
         self._hang_limit = hang_limit  # if the stage moves real robots
         self._pinged = 0  # by the pinging thread: the number of the latest ping
-        self._loads_end_with = 0  # by the writer: the ping after the latest score
+        self._loads_end_with: int | None = 0  # by the writer: the ping after the latest score
         self._loaded = 0  # by the reader: the latest of these with an answer
         self._wrote = now  # the time of the latest message that is no ping
         self._plays = False  # by the reader: true while robots move
@@ -49,7 +49,12 @@ class StageWatchdog:
 
     def rests(self, now: float) -> bool:
         """Return whether no pings are needed until the stage is sent something or moves robots."""
-        return not self._moves and self._pongs >= self._pinged and now > max(self._wrote, self._moved) + REST
+        return not self._moves and not self.waits and now > max(self._wrote, self._moved) + REST
+
+    @property
+    def waits(self) -> bool:
+        """True if the stage has yet to answer a ping."""
+        return self._pongs < self._pinged
 
     def writing(self, now: float) -> None:
         """Note that a message other than a ping is about to be sent."""
@@ -59,9 +64,9 @@ class StageWatchdog:
         """Note that the stage reports whether it moves robots, and whether it moves them or may do so by itself."""
         self._plays, self._moves, self._moved = plays, plays or may_move, now
 
-    def loading(self, number: int) -> None:
-        """Note that a score is being sent, followed by a ping with this number. Until the answer to that ping, the
-        stage may take longer."""
+    def loading(self, number: int | None) -> None:
+        """Note that a score is being sent, followed by a ping with this number (None until that is known). Until the
+        answer to that ping, the stage may take longer."""
         self._loads_end_with = number
 
     def pong(self, number: int, now: float) -> None:

@@ -167,7 +167,7 @@ PLAYBACK = (
     ),
     Fault(
         "safety/stage_watchdog.py",
-        "return not self._moves and self._pongs >= self._pinged and now",
+        "return not self._moves and not self.waits and now",
         "return not self._moves and now",
         "a stage that has not answered is no longer pinged, nor found to hang",
     ),

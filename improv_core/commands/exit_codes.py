@@ -7,14 +7,13 @@ from typing import IO, Any
 import click
 
 from improv_core.commands.echo import echo
-from improv_core.commands.ros_arguments import is_launched
 
 PROBLEMS = 1
 """The command did its work and found problems: in a program, in formatting, or on this machine."""
 FAILED = 2
 """The command could not do its work; click uses it too, for wrong options."""
 INTERRUPTED = 130
-"""Interrupted by Ctrl-C, as shells report it."""
+"""Interrupted by Ctrl-C, as shells report it. `improv` ends with 0 instead if `ros2 launch` has started it."""
 MEANINGS = {
     0: "success",
     PROBLEMS: "errors or findings: in a program, in formatting, or on this machine",
@@ -22,11 +21,6 @@ MEANINGS = {
     INTERRUPTED: "interrupted or stopped by somebody",
 }
 """Meaning of each exit code, for `improv --help` and docs/command-line.md."""
-
-
-def interrupted() -> int:
-    """Return the exit code after Ctrl-C. For `ros2 launch`, a node with another code than 0 has died."""
-    return 0 if is_launched() else INTERRUPTED
 
 
 class CommandError(click.ClickException):

@@ -15,7 +15,7 @@ from improv_core import LineError, __version__
 from improv_core.commands.echo import echo, printable_usage_errors
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, MEANINGS, CommandError
 from improv_core.commands.group import Group
-from improv_core.commands.ros_arguments import without_ros_arguments
+from improv_core.commands.ros_arguments import is_launched, without_ros_arguments
 
 COMMANDS = {
     "edit": ("edit", "Write a program on the page in the browser."),
@@ -55,8 +55,11 @@ def main() -> None:
     try:
         ours, theirs = without_ros_arguments(sys.argv[1:])
         improv(ours, obj=theirs)
-    except (SystemExit, OSError):
+    except (SystemExit, OSError) as end:
         if not output.problem:
+            if isinstance(end, SystemExit) and isinstance(end.__context__, KeyboardInterrupt):
+                output.flush()
+                os._exit(int(end.code or 0))  # Python would exit with -2 if it made a dataclass when the signal came
             raise
         if not isinstance(output.problem, BrokenPipeError):  # `improv … | head` is no error
             CommandError(f"cannot write to standard output: {str(output.problem.strerror).lower()}").show()
@@ -125,9 +128,12 @@ class Commands(Group):
             if problem.filename is None:  # `main` says that the output can't be written
                 raise
             raise CommandError(f"{problem.filename}: {(problem.strerror or 'it cannot be used').lower()}") from None
-        except KeyboardInterrupt:
-            echo("improv: interrupted", err=True)
-            sys.exit(INTERRUPTED)
+        except (KeyboardInterrupt, SystemExit) as end:
+            if isinstance(end, KeyboardInterrupt):
+                echo("improv: interrupted", err=True)
+            elif end.code != INTERRUPTED:
+                raise
+            sys.exit(0 if is_launched() else INTERRUPTED)  # to `ros2 launch`, a node with another code has died
         except LineError as problem:
             raise CommandError(str(problem)) from None
 

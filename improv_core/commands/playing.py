@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from improv_core.commands.echo import echo, echo_json
-from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError, interrupted
+from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import USUAL, first, performance
@@ -74,8 +74,6 @@ async def play(
             await first(performing.broken.wait(), performing.interrupted.wait())
     if report:
         echo_json(performing.report())
-    if was_interrupted:
-        return interrupted()
     return INTERRUPTED if stopped else FAILED if failed or performing.broken.is_set() else 0
 
 

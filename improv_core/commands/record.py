@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
 import sys
 import time
@@ -102,7 +103,8 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
     """
     if not (analysis := read_to_play(path)):
         return PROBLEMS
-    with recording(output) as recorder:
+    code = INTERRUPTED
+    with suppress(asyncio.CancelledError), recording(output) as recorder:
         options = replace(options, report_sent=True)
         code = await play(analysis, path, options, PlaySettings(anyway=anyway), browser=browser, recorder=recorder)
     if code == INTERRUPTED and not recorder.setpoints:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from improv_core import STARTED
-from improv_core.commands.exit_codes import interrupted
+from improv_core.commands.exit_codes import INTERRUPTED
 from improv_core.commands.keys import Keyboard, pressed
 from improv_core.commands.results import Results
 from improv_core.commands.screen import Screen
@@ -47,7 +47,7 @@ def run(command: Coroutine[Any, Any, int]) -> int:
     try:
         return asyncio.run(command)
     except asyncio.CancelledError:  # it was interrupted, and has closed
-        return interrupted()
+        return INTERRUPTED
 
 
 async def first(*several: Awaitable[Any]) -> None:

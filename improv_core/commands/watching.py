@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from improv_core.commands.exit_codes import interrupted
+from improv_core.commands.exit_codes import INTERRUPTED
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance
 from improv_core.program.analysis import analyze
@@ -33,7 +33,7 @@ async def watch(path: Path, options: Options, settings: PlaySettings, *, browser
     async with performance(options, browser=browser, settings=settings, begins_with=begins_with) as performing:
         performing.stays = True
         await first(_follow(performing, path, saved), performing.interrupted.wait())
-    return interrupted()
+    return INTERRUPTED
 
 
 async def _follow(performing: TerminalSession, path: Path, saved: Saved) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import record_live
+from improv_core.commands.terminal import TerminalSession
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.session.start import Options
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, Running, run, written
@@ -134,16 +135,19 @@ async def moved(live: str) -> None:
         await heard(page, lambda told: told["type"] == "poses" and any(x > 0.1 for x, *_ in told["poses"]))
 
 
+@pytest.mark.parametrize(("launched", "code"), [((), 130), (("--ros-args", "-r", "a:=b"), 0)])
 def test_interrupted_before_anything_is_sent_it_is_not_written(
-    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    launched: tuple[str, ...], code: int, program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def interrupted(*_: object, **__: object) -> int:
-        return 130
+    """For `ros2 launch`, a node that ends with another code than 0 has died."""
 
-    monkeypatch.setattr("improv_core.commands.record.play", interrupted)
+    async def interrupted(performing: TerminalSession, *_: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(TerminalSession, "play", interrupted)
     path = tmp_path / "dance.mcap"
-    assert asyncio.run(record_live(program, path, Options(backend="sim"), browser=False)) == 130
-    assert capsys.readouterr().err == f"improv: interrupted: {path} was not written\n"
+    done = run("record", program, "-o", path, *SIMULATED, *launched)
+    assert (done.returncode, done.stderr) == (code, f"improv: interrupted: {path} was not written\n")
     assert not path.exists()
 
 

@@ -256,7 +256,9 @@ def renew() -> str:
 
 
 def make() -> RosSink:
-    return RosSink(start_standby(None, (), "standby" in sys.argv[1:]), heard.put, lambda request: None)
+    arguments = [each for each in sys.argv[1:] if each != "standby"]
+    standby = start_standby(None, (), "standby" in sys.argv[1:])
+    return RosSink(standby, heard.put, lambda request: None, arguments=arguments)
 
 
 signal.signal(signal.SIGTERM, end)

@@ -7,7 +7,7 @@ from threading import Event, Thread
 
 import pytest
 
-from tests.ros.conftest import LIMIT, STAMPED, Listen, Publish, Sink
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Publish, Sink, Start
 from tests.ros.dance import moving
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
@@ -18,15 +18,16 @@ SIMULATED = {"clock.sec": 12, "clock.nanosec": 500_000_000}
 
 
 def test_stamps_come_from_this_machine_and_an_unused_clock_is_reported(
-    sink: Sink, listen: Listen, publish: Publish
+    start: Start, listen: Listen, publish: Publish
 ) -> None:
     robot = listen(TOPIC, type=STAMPED)
+    sink = start("--ros-args", "-r", "/clock:=/lab/clock")
     sink("prepare", TURTLE)
     sink("wait")
     before = time.time()
     sink("send", "turtle1", 1, 0, 0, 0)
     assert before <= robot.wait(moving)["stamp"] <= time.time()
-    publish("/clock", "rosgraph_msgs/Clock")(SIMULATED)
+    publish("/lab/clock", "rosgraph_msgs/Clock")(SIMULATED)
     line = sink("find", "warnings", "turtle1", "/clock")
     assert line.endswith("if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml")
     sink("prepare", TURTLE, use_sim_time=True)

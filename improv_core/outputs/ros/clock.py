@@ -13,7 +13,7 @@ from improv_core.score.peer_clock import Anchor, Estimate, first_seen, sighted
 FROZEN = 0.5
 """Seconds without another time on /clock after which the simulation counts as paused, before a robot counts as
 stuck."""
-TOPIC = "/clock"
+CLOCK = "/clock"
 OFTEN = 0.05
 """The least number of seconds between two anchors: /clock may arrive a thousand times a second."""
 
@@ -58,7 +58,7 @@ class SimulatedTime:
             self._known = None
             # Only the latest message counts, and a simulator may publish best effort, as in rclpy.
             qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
-            self._subscription = subscribe(self._node, Clock, TOPIC, self._take, qos)
+            self._subscription = subscribe(self._node, Clock, CLOCK, self._take, qos)
         elif not wanted and self._subscription:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None

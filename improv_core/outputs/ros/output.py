@@ -14,7 +14,7 @@ from improv_core.ipc.arrivals import End
 from improv_core.outputs.cdr import frame_field
 from improv_core.outputs.ros.base import RosBase
 from improv_core.outputs.ros.buttons import Buttons
-from improv_core.outputs.ros.clock import FrozenTime, SimulatedTime
+from improv_core.outputs.ros.clock import CLOCK, FrozenTime, SimulatedTime
 from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
@@ -237,7 +237,7 @@ class RosSink(Sink):
         for problem in (self._reader.problem, self._publisher.problem):
             if problem:
                 found[problem] = problem
-        clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
+        clocked = not self._clock.ros_time_is_active and is_published(self._node, CLOCK)
         for robot in asked:
             known = self._robots[robot]
             topic = known.topic

@@ -20,9 +20,9 @@ from tempfile import TemporaryDirectory
 
 from improv_core.outputs.thymio.bus import SET_VARIABLES, Bus, wire_to
 from improv_core.outputs.thymio.program import PERIOD
-from improv_core.outputs.thymio.thymio import rolling, targets
+from improv_core.outputs.thymio.thymio import advanced, targets
 from improv_core.safety.allowed import approve
-from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.motion import Pose, Twist
 from tests.benchmarks.documents import Edit
 from tests.benchmarks.servers import Server, processor_time
 from tests.benchmarks.tables import machine, p99, print_head, print_row
@@ -136,9 +136,10 @@ def run(quick: bool = False) -> None:
             for what, took, looks in _kills(folder, address):
                 print(f"{what} killed: motors at 0 after {took:.2f} s, {looks * PERIOD} ms of the robot's own")
         with playground(folder, {"t0": (150, 150)}) as address:
-            calibrated = [_calibrated(folder, address) for _ in range(5)]
-            found = ", ".join(f"{100 * off:.1f} ({pace:.0%})" for off, pace in calibrated)
-            print(f"squares after calibration end so many cm from their starts (at this share of real time): {found}")
+            print("squares after calibration end so many cm from their starts (at this share of real time):")
+            closed = [_calibrated(folder, address) for _ in range(5)]
+            for what, index in (("open loop", 0), ("followed", 1)):
+                print(f"{what}: " + ", ".join(f"{100 * run[index][0]:.1f} ({run[index][1]:.0%})" for run in closed))
 
 
 def _row(what: str, values: Sequence[float]) -> None:
@@ -172,9 +173,10 @@ def _played(folder: Path, program: str) -> Iterator[subprocess.Popen[str]]:
         play.communicate()
 
 
-def _list(folder: Path, address: str, **measured: float) -> None:
+def _list(folder: Path, address: str, follow: bool = False, **measured: float) -> None:
     """Write the improv.toml of the robots, whose profile has these measures."""
     about = f'output = "thymio"\nprofile = "measured"\naddress = "{address}"\n'
+    about += 'odom = "odom"\nfollow = true\n' if follow else ""
     listed = [f"[robots.{robot}]\n{about}node = {node}\n" for node, robot in enumerate(ROBOTS, 1)]
     keys = [f"{key} = {value}\n" for key, value in measured.items()]
     text = "".join([*listed, '[profiles.measured]\nbase = "thymio2"\n', *keys])
@@ -199,17 +201,20 @@ def _dance(folder: Path, address: str, program: str, count: int = len(ROBOTS)) -
     return [each.pose for each in odometers], share, odometers[0].seconds / (time.monotonic() - at)
 
 
-def _calibrated(folder: Path, address: str) -> tuple[float, float]:
+def _calibrated(folder: Path, address: str) -> list[tuple[float, float]]:
     """Return how far from its start a square ends, in meters, after a robot's steps and turns were measured, and the
-    share of real time."""
+    share of real time; then the same if the robot also follows."""
     approve(address)
     _list(folder, address)
     (ahead,), _, _ = _dance(folder, address, "t0 $ repeat 4 forward\n", 1)
     (turned,), _, _ = _dance(folder, address, "t0 $ repeat 4 left\n", 1)
     step, turn = STEP * 4 * STEP / ahead.x, 90 * math.tau / turned.heading
-    _list(folder, address, commanded_step=step, commanded_quarter_turn=turn)
-    (end,), _, pace = _dance(folder, address, "t0 $ repeat 4 (forward left)\n", 1)
-    return math.hypot(end.x, end.y), pace
+    found = []
+    for follow in (False, True):
+        _list(folder, address, follow, commanded_step=step, commanded_quarter_turn=turn)
+        (end,), _, pace = _dance(folder, address, "t0 $ repeat 4 (forward left)\n", 1)
+        found.append((math.hypot(end.x, end.y), pace))
+    return found
 
 
 class Odometer:
@@ -218,27 +223,25 @@ class Odometer:
     def __init__(self, bus: Bus, node: int) -> None:
         self.pose = Pose()
         self.seconds = 0.0
-        self._looks: int | None = None
-        self._before = Twist()
+        self._before: Sequence[int] | None = None
+        self._stands = True
         self._changed = threading.Condition()
         bus.listen(bus.find("", node), self._take)
 
     def _take(self, words: Sequence[int]) -> None:
-        rolled = rolling(words[4], words[5])
+        before, self._before = self._before or words, words
         with self._changed:
-            if self._looks is not None:
-                seconds = (words[0] - self._looks) % 65536 * PERIOD / 1000
-                self.pose = self.pose.after(self._before.plus(rolled).times(0.5), seconds)
-                self.seconds += seconds
-            self._looks, self._before = words[0], rolled
+            self.pose = advanced(self.pose, before, words)
+            self.seconds += (words[0] - before[0]) % 65_536 * PERIOD / 1000
+            self._stands = [*before[2:6]] == [*words[2:4], 0, 0]
             self._changed.notify_all()
 
     def wait(self, since: float, *, stands: bool = False) -> None:
         """Wait until this time of its own has passed, and perhaps until its wheels stand."""
         with self._changed:
-            assert self._changed.wait_for(
-                lambda: self.seconds > since and not (stands and self._before != STILL), LIMIT
-            ), "it reports nothing"
+            assert self._changed.wait_for(lambda: self.seconds > since and (self._stands or not stands), LIMIT), (
+                "it reports nothing"
+            )
 
 
 def _late(tap: Tap) -> list[float]:
@@ -271,7 +274,7 @@ def _kills(folder: Path, address: str) -> Iterator[tuple[str, float, int]]:
             began, looks = time.monotonic(), 0
             while not watch.heard.empty():
                 watch.heard.get()
-            while any(watch.heard.get(timeout=LIMIT)[2:4]):
+            while any(watch.heard.get(timeout=LIMIT)[4:6]):
                 looks += 1
             yield what, time.monotonic() - began, looks
     watch.close()

@@ -89,7 +89,7 @@ class Watch:
         """Wait for a new report that it moves, or stands."""
         while not self.heard.empty():
             self.heard.get()
-        while any(self.heard.get(timeout=LIMIT)[2:4]) != moves:
+        while any(self.heard.get(timeout=LIMIT)[4:6]) != moves:
             pass
 
     def close(self) -> None:

@@ -27,8 +27,8 @@ from improv_core.outputs.devices.device import DeviceRobot
 from improv_core.outputs.devices.sink import DeviceSink
 from improv_core.outputs.thymio import bus as bus_module
 from improv_core.outputs.thymio.bus import DESCRIBE, DESCRIPTION, LIST_NODES, PRESENT, Bus, wire_to
-from improv_core.outputs.thymio.program import NEEDED, RobotMemory, program
-from improv_core.outputs.thymio.thymio import MOST, UNITS, WHEELS, Thymio, targets
+from improv_core.outputs.thymio.program import MOTOR_PERIOD, NEEDED, RobotMemory, program
+from improv_core.outputs.thymio.thymio import MOST, MOST_LOOKS, UNITS, WHEELS, Thymio, advanced, targets
 from improv_core.program.files import robots_in
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import STILL, Pose, Twist
@@ -72,18 +72,36 @@ def test_wheels_turn_as_fast_as_a_velocity_needs() -> None:
     assert left / right == pytest.approx((0.3 - WHEELS / 2) / (0.3 + WHEELS / 2), abs=0.01)
 
 
+def test_a_pose_advances_by_as_much_as_wheels_rolled_unless_reports_were_lost_for_long() -> None:
+    looks, left, right = 65_535, 32_000, -100
+    before = (looks, 0, left, right)
+    meter = round(UNITS / MOTOR_PERIOD)
+
+    def after(passed: int, rolled: int, turned: int = 0) -> Pose:
+        wheels = ((rolled - turned + left + 32_768) % 65_536 - 32_768, rolled + turned + right)
+        return advanced(Pose(), before, ((looks + passed) % 65_536, 0, *wheels))
+
+    assert after(1, meter // 100).x == pytest.approx(0.01, rel=0.01)
+    assert after(1, 0, round(meter * WHEELS / 2 / 10)).heading == pytest.approx(0.1, rel=0.01)
+    assert after(MOST_LOOKS, meter // 100) == after(1, meter // 100)
+    assert after(MOST_LOOKS + 1, meter // 100) == Pose()
+
+
 def test_firmware_that_lacks_something_is_too_old() -> None:
-    memory = RobotMemory(dict.fromkeys(name for name, _ in NEEDED), 80, {"timer0": 1, "tap": 2}, {"leds.top": 0})  # type: ignore[arg-type]
+    variables = {name: 30 for name, _ in NEEDED}
+    memory = RobotMemory(variables, 80, {"timer0": 1, "motor": 3, "tap": 2}, {"leds.top": 0})
     assert memory.lacks is None
     assert memory._replace(natives={}).lacks == "leds.top"
     assert memory._replace(events={"tap": 2}).lacks == "timer0"
+    assert memory._replace(events={"timer0": 1, "tap": 2}).lacks == "motor"
     assert memory._replace(variables={}).lacks == "motor.left.target"
 
 
 def test_a_program_fits_into_a_robot() -> None:
     variables = {name: 30 + index for index, (name, _) in enumerate(NEEDED)}
-    words = program(RobotMemory(variables, 80, {"timer0": 0xFFEE, "tap": 0xFFF5}, {"leds.top": 40}), (1, 0.5, 0))
-    assert words[0] == 7
+    events = {"timer0": 0xFFEE, "motor": 0xFFF0, "tap": 0xFFF5}
+    words = program(RobotMemory(variables, 80, events, {"leds.top": 40}), (1, 0.5, 0))
+    assert words[0] == 9
     assert len(words) < 256
     assert all(0 <= word <= 0xFFFF for word in words)
 

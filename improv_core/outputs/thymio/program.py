@@ -5,7 +5,11 @@ It is made of words of Aseba's virtual machine (aseba/vm/vm.c). As Aseba's langu
     onevent timer0   # every 90 ms
       if fed > 0 then fed -= 1 else motor.left.target = 0, motor.right.target = 0 end
       ticks += 1
-      emit 0 [ticks, taps, …]
+      emit 0 [ticks, taps, left, right, …]
+
+    onevent motor    # each time that the wheels are measured and regulated, 100 times a second
+      left += motor.left.speed
+      right += motor.right.speed
 """
 
 from __future__ import annotations
@@ -17,13 +21,16 @@ PERIOD = 90
 """Milliseconds between two looks of the program. The simulator looks only in each step, thirty times a second."""
 FED = 4
 """The looks for which a command holds: at the one after these, at most 0.5 s after the command, the motors stop."""
+MOTOR_PERIOD = 0.01
+"""Seconds between two measurements of the wheels, on the robot's clock."""
+SPEEDS = ("motor.left.speed", "motor.right.speed")
 REPORTED = (
-    *(("motor.left.target", 1), ("motor.right.target", 1), ("motor.left.speed", 1), ("motor.right.speed", 1)),
+    *(("motor.left.target", 1), ("motor.right.target", 1)),
     *(("prox.horizontal", 7), ("prox.ground.delta", 2)),
     *(("button.backward", 1), ("button.left", 1), ("button.center", 1), ("button.forward", 1), ("button.right", 1)),
 )
-"""The variables that it reports, with their sizes, after the looks and the taps counted."""
-NEEDED = (*REPORTED, ("timer.period", 2))
+"""The variables that it reports, with their sizes, after the looks, the taps, and the wheels' speeds, added up."""
+NEEDED = (*REPORTED, *((speed, 1) for speed in SPEEDS), ("timer.period", 2))
 _INIT = 0xFFFF
 _STOP, _ADD, _SUB = 0x0000, 0x8002, 0x8003
 _UNLESS_GREATER = 0xA00C
@@ -42,7 +49,7 @@ class RobotMemory(NamedTuple):
     def lacks(self) -> str | None:
         """The first thing that the program needs and the robot doesn't have."""
         wanted = [name for name, _ in NEEDED if name not in self.variables]
-        wanted += [name for name in ("timer0", "tap") if name not in self.events]
+        wanted += [name for name in ("timer0", "motor", "tap") if name not in self.events]
         return next(iter([*wanted, *({"leds.top"} - self.natives.keys())]), None)
 
     @property
@@ -54,7 +61,7 @@ class RobotMemory(NamedTuple):
 def program(memory: RobotMemory, color: Sequence[float]) -> list[int]:
     """Return the words of the program, for the top LED in this color: red, green, and blue, each from 0 to 1."""
     at, fed = memory.variables, memory.fed
-    ticks, taps, first = fed + 1, fed + 2, fed + 3
+    ticks, taps, wheels, first = fed + 1, fed + 2, fed + 3, fed + 5
     sources = [at[name] + index for name, size in REPORTED for index in range(size)]
     rgb = first + len(sources)
 
@@ -68,15 +75,21 @@ def program(memory: RobotMemory, color: Sequence[float]) -> list[int]:
     feed = [_load(fed), *_push(1), _SUB, _store(fed)]
     halt = [*_push(0), _store(at["motor.left.target"]), *_push(0), _store(at["motor.right.target"])]
     look = [_load(fed), *_push(0), _UNLESS_GREATER, 2 + len(feed) + 1, *feed, 0x9000 | (1 + len(halt)), *halt]
-    look += _increment(ticks)
+    look += _add(ticks, _push(1))
     for index, source in enumerate(sources):
         look += [_load(source), _store(first + index)]
-    look += [0xB000, ticks, 2 + len(sources), _STOP]
+    look += [0xB000, ticks, first - ticks + len(sources), _STOP]
 
-    tapped = [*_increment(taps), _STOP]
-    begins = 7
-    vectors = [begins, _INIT, begins, memory.events["timer0"], begins + len(init)]
-    return [*vectors, memory.events["tap"], begins + len(init) + len(look), *init, *look, *tapped]
+    rolled = [word for index, speed in enumerate(SPEEDS) for word in _add(wheels + index, [_load(at[speed])])]
+    tapped = [*_add(taps, _push(1)), _STOP]
+    events = memory.events
+    parts = [(_INIT, init), (events["timer0"], look), (events["motor"], [*rolled, _STOP]), (events["tap"], tapped)]
+    begin = 1 + 2 * len(parts)
+    vectors = [begin]
+    for event, words in parts:
+        vectors += [event, begin]
+        begin += len(words)
+    return [*vectors, *(word for _, words in parts for word in words)]
 
 
 def _push(value: int) -> list[int]:
@@ -91,5 +104,5 @@ def _store(address: int) -> int:
     return 0x4000 | address
 
 
-def _increment(address: int) -> list[int]:
-    return [_load(address), *_push(1), _ADD, _store(address)]
+def _add(address: int, value: Sequence[int]) -> list[int]:
+    return [_load(address), *value, _ADD, _store(address)]

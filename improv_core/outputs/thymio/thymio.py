@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from improv_core.outputs.devices.device import Device, DeviceRobot, Readings, ReportMotion
 from improv_core.outputs.thymio.bus import Bus
-from improv_core.outputs.thymio.program import FED, PERIOD, program
+from improv_core.outputs.thymio.program import FED, MOTOR_PERIOD, PERIOD, program
 from improv_core.score.motion import STILL, Pose, Twist
 
 UNITS = 500 / 0.166
@@ -22,8 +22,8 @@ MOST = 500
 """The highest motor target."""
 SILENT = 2.0
 """Seconds without a report after which the robot counts as lost. It reports ten times a second."""
-MOST_SECONDS = 0.5
-"""Seconds between two reports that count as rolled: a longer gap tells nothing of the wheels."""
+MOST_LOOKS = int(0.5 / (PERIOD / 1000))
+"""The looks of the program between two reports that tell how far the wheels rolled: later, 16 bits are too few."""
 START_LIMIT = 10.0
 """Seconds within which the program begins to report."""
 FRONT = ("prox_0", "prox_1", "prox_2", "prox_3", "prox_4")
@@ -47,8 +47,7 @@ class Thymio(Device):
         self._fed = self._targets = 0  # the addresses of these variables
         self._reported = threading.Event()
         self._heard = -math.inf
-        self._rolled = STILL
-        self._taps: int | None = None
+        self._before: Sequence[int] | None = None  # the report before
         self._zeroed = 0.0  # when it was sent zeros
         self._stood = -math.inf  # when it last reported zeros
         self._pose = Pose()
@@ -86,7 +85,7 @@ class Thymio(Device):
         def see(words: Sequence[int]) -> None:
             nonlocal looks
             looks += (words[0] - looks) % 65_536  # it counts in 16 bits
-            report(rolling(words[2], words[3]), looks * PERIOD / 1000)
+            report(rolling(words[4], words[5]), looks * PERIOD / 1000)
 
         bus.listen(self._number, see)
 
@@ -104,23 +103,19 @@ class Thymio(Device):
 
     def _report(self, words: Sequence[int]) -> None:
         """Take what the program reports, on the thread of the bus."""
-        _, taps, *values = words
-        if len(values) != 4 + len(NAMES):
+        before, self._before = self._before or words, words
+        left_target, right_target, *read = words[4:]
+        if len(read) != len(NAMES):
             return
-        left_target, right_target, left, right, *read = values
-        now = time.monotonic()
-        rolled = rolling(left, right)
-        mean = self._rolled.plus(rolled).times(0.5)
-        self._pose = self._pose.after(mean, min(now - self._heard, MOST_SECONDS) if self._reported.is_set() else 0.0)
+        self._heard = now = time.monotonic()
+        self._pose = advanced(self._pose, before, words)
         self.readings.pose(self._pose)
-        bumped = self._taps is not None and taps != self._taps
-        self._rolled, self._taps, self._heard = rolled, taps, now
         if left_target == right_target == 0:
             self._stood = now
         for name, value in zip(NAMES, read, strict=True):
             self.readings.sense(name, bool(value) if name.startswith("button") else float(value))
         self.readings.sense("near", any(read[: len(FRONT)]))
-        self.readings.sense("bump", bumped)
+        self.readings.sense("bump", words[1] != before[1])
         self._reported.set()
 
 
@@ -135,3 +130,11 @@ def targets(twist: Twist) -> tuple[int, int]:
 def rolling(left: int, right: int) -> Twist:
     """Return the velocity of a robot whose wheels have these speeds, in motor units."""
     return Twist((left + right) / 2 / UNITS, yaw=(right - left) / WHEELS / UNITS)
+
+
+def advanced(pose: Pose, before: Sequence[int], now: Sequence[int]) -> Pose:
+    """Return the pose of a robot that was at this one, by its report then and the next one."""
+    if (now[0] - before[0]) % 65_536 > MOST_LOOKS:
+        return pose
+    left, right = ((now[wheel] - before[wheel] + 32_768) % 65_536 - 32_768 for wheel in (2, 3))
+    return pose.after(rolling(left, right), MOTOR_PERIOD)

@@ -123,6 +123,7 @@ def _rest_after(fault: str) -> dict[str, float]:
                     return
 
         while not all(rests.values()):
+            assert playing.poll() is None, "improv has ended before all joints have moved"
             watch(-math.inf)
         watch(time.monotonic() + MOVES)
         failed = time.monotonic()

@@ -65,7 +65,7 @@ def dance(
             motions = [JointMotion(place, speed if at < stop else 0.0) for place, speed in line(at)]
             until = next((begin + each for each in times if each > at), math.inf) if at < stop else begin + at
             course = turned(channel, now, dict(zip(names, motions, strict=True)), begin + at, arrived - at, until)
-            if not leaves_out(channel, now, course, begin + arrived):
+            if not leaves_out(now, course, begin + arrived):
                 made.take(names, [*trajectory(channel, now := course)], begin + arrived)
         passed.append(made.states(begin + time))
     assert not made.refused

@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
+from random import Random
 
 import pytest
 
@@ -101,7 +102,7 @@ def test_no_point_lies_beyond_the_place_where_joints_change_next(until: float) -
     """They may turn around there, even if that command is late or gets lost."""
     begun = turned(HEAD, course((0, 0), (0, 0)), told(yaw=(0, 1), pitch=(0, -2)), 0.0)
     found = [*trajectory(HEAD, turned(HEAD, begun, {}, 0.15, until=0.15 + until))]
-    assert found[0].seconds >= 0.02
+    assert found[0].seconds >= 0.02 - 1e-9
     end = 0.15 + min(until, CRUISE)
     assert found[-1].positions == pytest.approx([end, -2 * end])
     assert all(each.positions[0] <= end + 1e-9 and each.positions[1] >= -2 * end - 1e-9 for each in found)
@@ -181,13 +182,18 @@ NOD = Channel((KEPT,), "trajectory", "/ada/head", window=0.25)
 BACK_AND_FORTH = [(1.0, [0.5]), (2.0, [-0.5]), (3.0, [0.5]), (4.0, [-0.5]), (5.0, [0.0])]
 
 
-@pytest.mark.parametrize("late", [0.0, 0.0003])
-@pytest.mark.parametrize("seconds", [0.25, 0.26, 0.3, 1 / 3, 0.41])
-def test_no_repeat_makes_a_joint_exceed_its_acceleration(seconds: float, late: float) -> None:
-    """Some repeats leave just before the acceleration changes, when no point can lie where it does."""
-    program = [(1 + number * seconds, [speed]) for number, speed in enumerate((0.5, -0.5, 0.25, 0.5, 0.0, -0.5, 0.0))]
-    danced = dance(NOD, program, lambda number: late * (number % 2))
-    assert steepest(danced, 0) <= 4.0 * 1.02
+@pytest.mark.parametrize("late", [0.0, 0.003])
+@pytest.mark.parametrize("seed", [9, 21, 42, 48, 55])
+def test_joints_keep_their_accelerations_although_some_change_right_before_others(seed: int, late: float) -> None:
+    """No point can lie so soon, where a joint's acceleration changes. Every other message leaves late."""
+    head, dice = replace(NOD, joints=(KEPT, replace(KEPT, name="pitch"))), Random(seed)
+    program, at, speeds = [], 1.0, [0.5, 0.5]
+    while at < 3.0:
+        speeds = [dice.choice((0.5, -0.5)) if dice.random() < 0.7 else speed for speed in speeds]
+        program.append((at, speeds))
+        at += dice.uniform(0.03, 0.4)
+    danced = dance(head, [*program, (at, [0.0, 0.0])], lambda number: late * (number % 2))
+    assert max(steepest(danced, joint) for joint in range(2)) <= 4.0 * 1.05
 
 
 @pytest.mark.parametrize("delay", [0.02, 0.1, 0.3])

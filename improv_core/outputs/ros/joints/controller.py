@@ -147,7 +147,7 @@ class RosController:
         course = let_go(self.channel, before, wanted, self._recent())
         self._watch(before, joints)
         soon = self._around.now() < self._sent + OFTEN / self._part.profile.command_rate
-        if leaves_out(self.channel, before, course, course.since, soon):
+        if leaves_out(before, course, course.since, soon):
             return ""
         self._course = course
         self._publish(message_of(self.channel, course, pace), stops=until <= at)

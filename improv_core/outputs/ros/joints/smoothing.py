@@ -9,6 +9,7 @@ Machines and Robots*, 2008, section 4.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,6 +18,10 @@ from typing import NamedTuple
 SOONEST, FIRST = 0.02, 0.05
 """Seconds until the first point: at least, and if joints stand. A controller gets there from where it is, so a point
 for the present would make a joint that lags jump."""
+EXACT = 1e-9
+"""Radians or meters by which a cubic may be off."""
+BLEND = 0.1
+"""Seconds in which a joint returns to its smoothed positions, whose acceleration has changed before the first point."""
 CLOSEST = 0.001
 """Seconds between two points, at least. A controller passes several in a cycle, and keeps all their accelerations."""
 
@@ -51,6 +56,17 @@ class Brake:
         return self.rest - self.velocity * self.seconds * left**2 / 2, self.velocity * left
 
 
+class Blend(NamedTuple):
+    """The way of a joint that leaves its smoothed positions: from a time on, it has a position, a velocity, and an
+    acceleration until the first point. Then it comes `back` to them, with that acceleration more than theirs."""
+
+    since: float = -math.inf
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    back: float = 0.0
+
+
 class TrajectoryPoint(NamedTuple):
     """Positions and velocities of a controller's joints, this many seconds from now."""
 
@@ -60,28 +76,58 @@ class TrajectoryPoint(NamedTuple):
 
 
 def points(
-    ways: Sequence[Sequence[Stretch]], window: float, now: float, brakes: Sequence[Brake | None] = ()
+    ways: Sequence[Sequence[Stretch]],
+    window: float,
+    now: float,
+    brakes: Sequence[Brake | None] = (),
+    blends: Sequence[Blend] = (),
 ) -> Iterator[TrajectoryPoint]:
     """Yield the points of joints on these ways, each of which ends in a stretch without velocity. Those with a brake
     come to rest at the beginning of theirs.
 
     Between two points, accelerations are constant, and so are those of joint_trajectory_controller's cubic splines.
     """
-    *times, last = _spread(bends(ways, window, brakes), now)
+    ends = [now + SOONEST, now + BLEND] if any(blend.back for blend in blends) else []
+    *times, last = _spread(sorted([*_bends(ways, window, brakes), *ends]), now)
+    none = [None] * len(ways)
     for time in times:
         found = [
-            brake.at(time) if brake and time < brake.until else smoothed(way, window, time)
-            for way, brake in zip(ways, brakes or [None] * len(ways), strict=True)
+            brake.at(time) if brake and time < brake.until else blended(way, window, blend, time)
+            for way, brake, blend in zip(ways, brakes or none, blends or [Blend()] * len(ways), strict=True)
         ]
         yield TrajectoryPoint(time - now, [each for each, _ in found], [each for _, each in found])
     # Exactly at rest: controllers refuse a trajectory that ends in motion, even by rounding.
     yield TrajectoryPoint(last - now, [way[-1].position for way in ways], [0.0] * len(ways))
 
 
-def bends(ways: Sequence[Sequence[Stretch]], window: float, brakes: Sequence[Brake | None] = ()) -> list[float]:
+def blend_of(way: Sequence[Stretch], window: float, now: float, before: Blend) -> Blend:
+    """Return the blend with which a joint's acceleration is constant until the first point.
+
+    Without one, if its smoothed acceleration changes before that, a cubic to the point would exceed both.
+    """
+    position, velocity = blended(way, window, before, now)
+    then, faster = smoothed(way, window, now + SOONEST)
+    off = then - position - SOONEST * (velocity + faster) / 2
+    if abs(off) < EXACT:
+        return Blend()
+    back = -2 * off / (BLEND * (BLEND - SOONEST))
+    return Blend(now, position, velocity, (faster - back * (BLEND - SOONEST) - velocity) / SOONEST, back)
+
+
+def blended(way: Sequence[Stretch], window: float, blend: Blend, time: float) -> tuple[float, float]:
+    """Return the position and velocity of a joint at a time."""
+    passed = time - blend.since
+    if passed < SOONEST:
+        velocity = blend.velocity + blend.acceleration * passed
+        return blend.position + (blend.velocity + velocity) / 2 * passed, velocity
+    (position, velocity), left = smoothed(way, window, time), max(BLEND - passed, 0.0)
+    return position + blend.back * left**2 / 2, velocity - blend.back * left
+
+
+def _bends(ways: Sequence[Sequence[Stretch]], window: float, brakes: Sequence[Brake | None]) -> list[float]:
     """Return the times at which the accelerations of joints on these ways change."""
     turns = {stretch.since for way in ways if len(way) > 1 for stretch in way}
-    return sorted([*turns, *(turn + window for turn in turns), *(brake.until for brake in brakes if brake)])
+    return [*turns, *(turn + window for turn in turns), *(brake.until for brake in brakes if brake)]
 
 
 def _spread(bends: Sequence[float], now: float) -> list[float]:

@@ -15,12 +15,13 @@ from improv_core.outputs.cdr import numbers_message, trajectory_message
 from improv_core.outputs.ros.joints.channels import HOMING, WINDOW, Channel
 from improv_core.outputs.ros.joints.smoothing import (
     SOONEST,
+    Blend,
     Brake,
     Stretch,
     TrajectoryPoint,
-    bends,
+    blend_of,
+    blended,
     points,
-    smoothed,
 )
 from improv_core.safety.joint_preflight import FAR_SLIDE, FAR_TURN, adrift, is_far
 from improv_core.score.body import Joint
@@ -28,8 +29,6 @@ from improv_core.score.joints import JointMotion
 
 CRUISE = 0.2
 """Seconds for which a trajectory keeps its velocity: a few commands may be late or get lost."""
-LEFT_OUT = 0.15
-"""Seconds after a command for which those that repeat it may be left out: it still moves the joints on."""
 LAG, LAST_LAG = 0.5, 0.2
 """Seconds by which joints may lag behind their commands: while they move, and when they are stopped. They still cover
 that distance."""
@@ -65,6 +64,7 @@ class Course:
     program: tuple[JointMotion, ...] = field(default=(), compare=False)
     until: float = field(default=math.inf, compare=False)
     brakes: tuple[Brake | None, ...] = field(default=(), compare=False)
+    blends: tuple[Blend, ...] = field(default=(), compare=False)
 
     @property
     def velocities(self) -> list[float]:
@@ -152,7 +152,7 @@ def turned(
         if brake and brake.until > now:
             here = JointMotion(here.position, 0.0)
         elif command and until <= at:
-            brake = _brake(channel, [*_way(joint, before.sent, number, before.end)], joint, now)
+            brake = _brake(channel, before, number, now)
             here = JointMotion(brake.rest if brake else here.position, 0.0)
         else:
             arrives = here.velocity or before.motions[number].velocity if command else here.velocity
@@ -169,7 +169,20 @@ def turned(
         legs.append(_Leg(now, course.motions))
     gone = sum(1 for later in legs[1:] if later.since <= now - channel.window)
     ahead = (_joined(channel, course, joins, time) for time in sorted({*joins}) if time < course.end)
-    return replace(course, legs=(*legs[gone:], *ahead))
+    course = replace(course, legs=(*legs[gone:], *ahead))
+    return replace(course, blends=tuple(_blends(channel, before, course)))
+
+
+def _blends(channel: Channel, before: Course, course: Course) -> Iterator[Blend]:
+    """Yield a blend for each joint that isn't to brake, unless it would pass a limit with it."""
+    if channel.interface != "trajectory":
+        return
+    lasts, first = before.blends or [Blend()] * len(channel.joints), course.since + SOONEST
+    for joint, way, last, brake in zip(channel.joints, _ways(channel, course), lasts, course.brakes, strict=True):
+        found = Blend() if brake else blend_of(way, channel.window, course.since, last)
+        position, velocity = blended(way, channel.window, found, first)
+        keeps = position == joint.within(position) and velocity == _within(joint, velocity)
+        yield found if keeps else Blend()
 
 
 def _passed(channel: Channel, before: Course, now: float) -> list[_Leg]:
@@ -218,11 +231,13 @@ def _joined(channel: Channel, course: Course, joins: Sequence[float], time: floa
     )
 
 
-def _brake(channel: Channel, way: Sequence[Stretch], joint: Joint, now: float) -> Brake | None:
+def _brake(channel: Channel, before: Course, number: int, now: float) -> Brake | None:
     """A joint's way to rest in a trajectory; None if it stands, or has another controller. It is as fast as the joint's
     stated acceleration allows, and at most as long as it needs in the program, whose window has an upper limit. Without
     one, it takes the shortest window."""
-    position, velocity = smoothed(way, channel.window, now)
+    joint, last = channel.joints[number], before.blends[number] if before.blends else Blend()
+    way = [*_way(joint, before.sent, number, before.end)]
+    position, velocity = blended(way, channel.window, last, now)
     if not velocity or channel.interface != "trajectory":
         return None
     seconds = WINDOW
@@ -256,7 +271,8 @@ def let_go(channel: Channel, before: Course, course: Course, measured: Mapping[s
         offs.append(position - motion.position if is_held else 0.0)
     if not any(offs):
         return course
-    return turned(channel, _shifted(course, offs), {}, course.since, until=course.until)
+    course = replace(_shifted(course, offs), blends=before.blends)
+    return turned(channel, course, {}, course.since, until=course.until)
 
 
 def _shifted(course: Course, offs: Sequence[float]) -> Course:
@@ -302,20 +318,19 @@ def stopped(channel: Channel, course: Course, passed: float) -> Course:
     return turned(channel, course, still, at, until=at)
 
 
-def leaves_out(channel: Channel, before: Course, course: Course, now: float, soon: bool = False) -> bool:
+def leaves_out(before: Course, course: Course, now: float, soon: bool = False) -> bool:
     """Return whether to leave a course out that only repeats the one before, which was sent: it comes `soon` after it,
-    or the joints change their accelerations before a point could lie there, so that a cubic would overshoot them."""
+    or joints change right afterwards."""
     sent = [leg for leg in before.sent if leg.since <= now]
     repeats = course.moves and sent and course.velocities == [velocity for _, velocity in sent[-1].motions]
     if not repeats or abs(replace(before, until=course.until).end - before.end) > EXACT:
         return False
-    near = channel.interface == "trajectory" and now < before.since + LEFT_OUT
-    return soon or (near and any(now < bend < now + SOONEST for bend in bends(_ways(channel, before), channel.window)))
+    return soon or course.until < now + SOONEST
 
 
 def trajectory(channel: Channel, course: Course) -> Iterator[TrajectoryPoint]:
     """The points of a course, which comes to rest by itself. Joints that stand have a single point."""
-    return points(_ways(channel, course), channel.window, course.since, course.brakes)
+    return points(_ways(channel, course), channel.window, course.since, course.brakes, course.blends)
 
 
 def message_of(channel: Channel, course: Course, pace: float = 1.0) -> bytes:

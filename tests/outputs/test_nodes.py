@@ -17,9 +17,10 @@ HEAVY = "heavy_in_a_test"
 def test_a_module_is_loaded_on_first_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / f"{HEAVY}.py").write_text("answer = 42\n")
     monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setitem(sys.modules, HEAVY, sys)  # so that whatever is there later is gone after the test
+    del sys.modules[HEAVY]
     imported_later(HEAVY)
     kept = import_module(HEAVY)
-    monkeypatch.setitem(sys.modules, HEAVY, kept)  # gone after the test
     assert find_spec(HEAVY)
     assert "answer" not in vars(kept)
     assert kept.answer == 42

@@ -86,7 +86,6 @@ def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) 
                     unit = after if after and after.text not in known and _means_a_unit(after) else None
                     if wrong := _Written(node, number, unit, id(node) in counted).wrong():
                         yield wrong
-                        break
 
 
 def units_apart(wrong: Sequence[Diagnostic], names: Sequence[nodes.Name]) -> list[nodes.Name]:

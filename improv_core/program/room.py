@@ -6,7 +6,7 @@ A fix keeps two robots apart: one of them rests first, or their formation is lar
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
@@ -199,14 +199,16 @@ class _Room:
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
 
     def stuck(self, score: Score, prediction: Prediction) -> Iterator[Diagnostic]:
-        """Yield the diagnostic about each robot that never leaves its place, since a sense holds all the time."""
-        for sense, robot, *_ in prediction.lasting:
-            if robot and _leaves(score.parts[robot]) and not _leaves(prediction.score.parts[robot]):
-                message = f"`{sense}` holds for `{robot}` all the time, so it never leaves its place: {FREES_IT}"
-                yield Diagnostic("may-stall", self._condition(robot, sense), message)
+        """Yield the diagnostic about each robot that never leaves its place, since a sense keeps it there."""
+        for robot, part in score.parts.items():
+            senses = {each.sense for each in prediction.held if each.robot == robot}
+            if senses and _leaves(part) and not _leaves(prediction.score.parts[robot]):
+                sense = self._condition(robot, senses)
+                message = f"`{self.analysis.text[slice(*sense)]}` keeps `{robot}` in its place all the time: {FREES_IT}"
+                yield Diagnostic("may-stall", sense, message)
 
-    def _condition(self, robot: str, sense: str) -> Span:
-        """Return the first word for a sense in a robot's own lines or, if there is none, in the others."""
+    def _condition(self, robot: str, senses: Container[str]) -> Span:
+        """Return the first word for one of these senses in a robot's own lines or, if there is none, in the others."""
         analysis = self.analysis
         lines = zip(analysis.statements, analysis.meanings, analysis.offsets, strict=True)
         return min(
@@ -214,7 +216,7 @@ class _Room:
             for statement, meaning, offset in lines
             if statement.has_senses and meaning.body
             for _, each in conditions(meaning.body)
-            if each.sense.text == sense
+            if each.sense.text in senses
         )[1]
 
     def _is_placed(self, robot: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.program.program import Program
@@ -12,11 +12,21 @@ from improv_core.syntax import nodes
 from improv_core.syntax.characters import BOM, in_words, usual
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.slips import MEANT, closest, has_more, logo_repeat, meant_instead
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import UNITS, WORDS
 from improv_core.syntax.words import Kind
 from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
 
+_FIGURES: Mapping[str, str] = {
+    "arc": "left 90deg radius 1m",
+    "circle": "left 360deg radius 50cm",
+    "eight": "left 360deg radius 50cm right 360deg radius 50cm",
+    "heart": "forward 70cm left 180deg radius 35cm right 90deg left 180deg radius 35cm forward 70cm",
+    "square": "repeat 4 (forward left)",
+    "star": "repeat 5 (forward left 144deg)",
+    "triangle": "repeat 3 (forward left 120deg)",
+}
+"""Figures that people name before they define them, each with a movement that draws it."""
 _NUMBERED = re.compile(r"(.*?[^\W\d])(\d+)")
 _SPACES = re.compile(r"[ \t\ufeff]*")
 
@@ -38,24 +48,33 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
         return Diagnostic("unknown-name", node.span, message, halves)
     if logo := logo_repeat(tokens, at):
         return Diagnostic("unknown-name", node.span, *logo)
-    if name.lower() == "arc":
-        message = "`arc` is not defined: write a turn along a circle, such as `left 90deg radius 1m`"
-        return Diagnostic("unknown-name", node.span, message)
     if name.lower() in MEANT:
         message, fixes = meant_instead(tokens, at)
         return Diagnostic("unknown-name", node.span, message, fixes)
     parameters = [each.name for each in statement.parameters]
     near = program.bindings.nearest(name) or closest(name, program.config.part_words)
-    if near and not has_more(name, near, lambda each: _is_known(program, each) or each in parameters):
+    figure = _FIGURES.get(name)
+    if (
+        near
+        and (near in program.bindings.defined or not figure)
+        and not has_more(name, near, lambda each: _is_known(program, each) or each in parameters)
+    ):
         message = f"`{name}` is not defined: did you mean `{near}`?"
         return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
-    message = f"`{name}` is not defined: write `{name} = …` above this line"
+    if not figure and (name in program.parts or name in program.config.robots):
+        message = f"`{name}` is a robot, not a movement: name the movement that both perform, and write that name here"
+        return Diagnostic("unknown-name", node.span, message)
+    if at and name in UNITS and tokens[at - 1].type == "NUMBER" and tokens[at - 1].end == node.span.start:
+        measure = f"{tokens[at - 1].text}{name}"
+        message = f"`{measure}` is a measure: write it behind a word such as `forward`, `left`, or `radius`"
+        return Diagnostic("unknown-name", node.span, message)
+    message = f"`{name}` is not defined: write `{name} = {figure or '…'}` above this line"
     if (joined := _NUMBERED.fullmatch(name)) and _takes_number(program, index, joined[1]):
         message = f"`{name}` is not defined: write `{joined[1]} {joined[2]}`, with a space"
-    elif _takes_a_term(program.meanings[index].body, node):
+    elif program.config.path and _takes_a_term(program.meanings[index].body, node):
         message += f", or, if it is a body part, `[profiles.NAME.body.{name}]` in improv.toml"
-    above = f"{name} = rest{program.lines.ending(program.offsets[index])}"
-    fixes = replace(f"Define {name} as rest above", Span(0, 0), above, guess=True)
+    above = f"{name} = {figure or 'rest'}{program.lines.ending(program.offsets[index])}"
+    fixes = replace(f"Define {name}{'' if figure else ' as rest'} above", Span(0, 0), above, guess=True)
     return Diagnostic("unknown-name", node.span, message, fixes)
 
 

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from improv_core.score.algebra import from_statement, hold, series
-from improv_core.score.movement import ENDLESS, Exact, Movement
+from improv_core.score.movement import Exact, Movement
 from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.score import Score
+from improv_core.score.senses import RobotSense
 from improv_core.score.walk import Moment
 
 
@@ -17,13 +18,13 @@ class Prediction:
     """A score in which no sense decides anything any more.
 
     It ends at beat `cut`, if more would follow; otherwise, that is None. Robots in `assuming` also read senses that
-    nobody could compute: these never hold. `lasting` are the senses that hold from beginning to end.
+    nobody could compute: these never hold. `held` are the senses that hold at least once.
     """
 
     score: Score
     cut: Exact | None
     assuming: frozenset[str]
-    lasting: tuple[SenseSpan, ...]
+    held: frozenset[RobotSense]
 
 
 Predict = Callable[[Score], Prediction | None]
@@ -52,8 +53,8 @@ def predicted(score: Score, script: Sequence[SenseSpan], end: Exact, assuming: f
         name: replace(part, scenes=tuple(series([*map(_played, scene)]) for scene in found[name]), scene_begins=())
         for name, part in score.parts.items()
     }
-    lasting = tuple([each for each in script if each.start == 0 and each.end == ENDLESS])
-    return Prediction(replace(score, parts=parts), cut, assuming, lasting)
+    held = frozenset(RobotSense(each.robot, each.sense) for each in script if each.robot)
+    return Prediction(replace(score, parts=parts), cut, assuming, held)
 
 
 def _played(moment: Moment) -> Movement:

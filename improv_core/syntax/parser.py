@@ -201,7 +201,9 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
     last, found = tokens[at - 1] if at else None, tokens[at] if at < len(tokens) else None
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
-        return f"write a plane{after}: YZ, XZ, or XY", ()
+        before = Span(found.start, found.start) if found else None
+        fixes = replace("Insert sagittal", before, "sagittal ", guess=True) if before else ()
+        return f"write a plane{after}: `sagittal` mirrors left and right, `frontal` front and back", fixes
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
     if found and found.text in SEPARATORS:
@@ -213,8 +215,14 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         is_safe_to_remove = not touched or touched[0].type != "NUMBER" or (last is not None and last.end == found.start)
         return f"remove {what}: separate {items} with spaces", remove if is_safe_to_remove else ()
     if accepts <= _IN_NUMBERS:
-        example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
-        return f"write a number{after}{example}", ()
+        usage = WORDS[last.text].usage if last and last.text in WORDS else ""
+        number = usage.split()[1] if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage else ""
+        fixes = (
+            replace(f"Insert {number}", Span(found.start, found.start), f"{number} ", guess=True)
+            if number and found
+            else ()
+        )
+        return f"write a number{after}{f', such as `{usage}`' if usage else ''}", fixes
     if found is None or found.type in ("BAR", "RPAR", "RSQB"):
         if "ELSE" in accepts:
             return f"write `else` and another movement{after}", ()

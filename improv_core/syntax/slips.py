@@ -28,7 +28,7 @@ MEANT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight", "fd"), ("forward",)),
     **dict.fromkeys(("back", "bk"), ("backward",)),
     **dict.fromkeys(("loop", "times", "forever"), ("repeat",)),
-    **dict.fromkeys(("mirror", "flip"), ("reflect",)),
+    **dict.fromkeys(("mirror", "flip"), ("reflect sagittal",)),
     **dict.fromkeys(("strafe", "sideways"), ("strafeleft", "straferight")),
     **dict.fromkeys(("climb", "rise"), ("up",)),
     **dict.fromkeys(("random", "pick"), ("choose",)),
@@ -53,7 +53,6 @@ OPPOSITES = {
     for other, opposite in PRIMITIVES.items()
     if velocity.plus(opposite) == STILL
 }
-
 
 _TURNING = ("left", "right", "halfleft", "halfright")
 _GOING = ("forward", "backward", "strafeleft", "straferight", "up", "down")
@@ -182,13 +181,16 @@ def without_sign(
         fixes = replace("Change to $", colon.span, " $", safe=True)
         return Diagnostic("syntax", colon.span, "write `$` instead of `:`", fixes)
     whole = Span(first.start, tokens[-1].end)
+    if second and first.text.lower() == "speed":
+        hint = "write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed"
+        return Diagnostic("syntax", whole, hint)
     plays = Fix(f"Play it: {robot} $ …", (Edit(Span(first.start, first.start), f"{robot} $ "),), guess=True)
     if first.type in ("STRAY", "NUMBER"):
         return Diagnostic("syntax", whole, _FORMS)
     if first.type != "NAME":
         message = f"write a robot or a name before the movement: `{robot} $ …` or `name = …`"
         return Diagnostic("syntax", whole, message, (plays,))
-    insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),))
+    insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),), guess=True)
     forgot = second is not None and second.type not in ("NAME", "STRAY", "NUMBER")
     similar = nearest(first.text)
     if similar and SequenceMatcher(None, similar, first.text.lower()).ratio() >= _SIMILAR:
@@ -199,7 +201,7 @@ def without_sign(
     if not forgot:
         return Diagnostic("syntax", whole, _FORMS, (plays,))
     message = f"write `$` after the robot's name: `{first.text} $ …`"
-    return Diagnostic("syntax", first.span, message, (insert, plays))
+    return Diagnostic("syntax", first.span, message, (insert,))
 
 
 def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:

@@ -18,7 +18,7 @@ def errors(text: str) -> list[str]:
 def test_syntax_errors_advise_what_to_write() -> None:
     check("""
         x = reflect left
-                    ^^^^ syntax: write a plane after `reflect`: YZ, XZ, or XY
+                    ^^^^ syntax: write a plane after `reflect`: `sagittal` mirrors left and right, `frontal` front and back
         x = fast forward
                  ^^^^^^^ syntax: write a number after `fast`, such as `fast 2 movement`
         x = forward ||

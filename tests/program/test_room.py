@@ -197,15 +197,16 @@ def test_senses_are_decided_as_predicted() -> None:
     [
         ("room 2m 2m\nada $ repeat (until near (repeat forward) left)\n", ["near"]),
         ("room 2m 2m\nwaits = pause near forward\nada $ repeat waits\n", ["near"]),
+        ("room 4m 3m\nada $ repeat (until near (repeat forward 50cm) left 135deg)\n", ["near"]),
         ("room 2m 2m\nada $ repeat (if near left else right)\n", []),
         ("room 9m 9m\nada $ repeat (until near (repeat forward) left)\n", []),
         ("room 2m 2m\nada at 0.3 0\nada $ repeat 4 (until near forward forward 10cm)\n", []),
     ],
 )
-def test_a_robot_that_stays_in_place_because_a_sense_always_holds_is_reported(program: str, marked: list[str]) -> None:
+def test_a_robot_that_a_sense_keeps_in_its_place_is_reported(program: str, marked: list[str]) -> None:
     found = [each for each in predicting(program, dry_run.predict).diagnostics if each.code == "may-stall"]
     assert [program[slice(*each.span)] for each in found] == marked
-    assert all(each.message.startswith("`near` holds for `ada` all the time") for each in found)
+    assert all(each.message.startswith("`near` keeps `ada` in its place all the time") for each in found)
 
 
 SENSING_CROSSING = "room 20 20\nada at -2 0\nbo at 0 -2 facing 90\nbo $ forward forward\n"

@@ -94,7 +94,11 @@ def test_slips_have_advice() -> None:
         ("anna, bob,cy , di $ up", ["anna bob cy  di $ up"]),
         ("forward left", ["turtle1 $ forward left"]),
         ("r square left", ["turtle1 $ r square left"]),
-        ("r left", ["r $ left", "turtle1 $ r left"]),
+        ("r left", ["r $ left"]),
+        ("r $ mirror left", ["r $ reflect sagittal left"]),
+        ("r $ reflect left", ["r $ reflect sagittal left"]),
+        ("r $ fast left", ["r $ fast 2 left"]),
+        ("r $ star", ["star = repeat 5 (forward left 144deg)\nr $ star"]),
         ("r $ stop", ["r $ rest"]),
         ("r $ turn", ["r $ left", "r $ right"]),
         ("r $ repeat forward left up", ["r $ repeat (forward left up)", "r $ repeat forward "]),
@@ -111,12 +115,30 @@ def test_words_of_logo_become_measures() -> None:
     check("""
         r $ fd 100 arc 90
             ^^ unknown-name: `fd` is not defined: write `forward 100cm`
-                   ^^^ unknown-name: `arc` is not defined: write a turn along a circle, such as `left 90deg radius 1m`
+                   ^^^ unknown-name: `arc` is not defined: write `arc = left 90deg radius 1m` above this line
     """)
     logo = analyze("r $ REPEAT 4 [FD 100 RT 90]")
     assert fixed(logo, logo.diagnostics[0].fixes[0]) == "r $ repeat 4 (FD 100 RT 90)"
     check_fixes("r $ RT 90", "r $ right 90deg")
     check_fixes("r $ turn 30", "r $ left 30deg", "r $ right 30deg")
+
+
+def test_figures_robots_and_measures_are_no_unknown_movements() -> None:
+    check("""
+        ada $ heart
+              ^^^^^ unknown-name: `heart` is not defined: write `heart = forward 70cm left 180deg radius 35cm right 90deg left 180deg radius 35cm forward 70cm` above this line
+        bo $ mirror ada
+             ^^^^^^ unknown-name: `mirror` is not defined: did you mean `reflect sagittal`?
+                    ^^^ unknown-name: `ada` is a robot, not a movement: name the movement that both perform, and write that name here
+        cy $ dot 60cm
+             ^^^ unknown-name: `dot` is not defined: write `dot = …` above this line
+                   ^^ unknown-name: `60cm` is a measure: write it behind a word such as `forward`, `left`, or `radius`
+        di $ left 360 radius 60 cm
+                  ^^^ missing-unit: `left 360` needs a unit, such as `360deg`
+                             ^^^^^ missing-unit: write the unit directly behind the number: `radius 60cm`
+        speed 2
+        ^^^^^^^ syntax: write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed
+    """)
 
 
 def test_numbers_are_written_without_brackets_commas_and_sums() -> None:

@@ -195,6 +195,18 @@ def test_nothing_is_sent_while_a_controller_may_still_list_its_joints() -> None:
     assert robot.sent == [(TOPIC, [(0, 0), (0, 1)])]
 
 
+def test_joints_that_a_controller_lists_late_are_sent_from_then_on() -> None:
+    """Its listeners have confirmed a command for the joints of `improv.toml`, which have never moved."""
+    robot = Robot(part(HEAD), lists=None, pitch=0.0, yaw=0.0, jaw=0.0)
+    robot.now += LIMIT
+    assert not robot.controllers.waits()
+    robot.controllers.ask(["ada"])
+    robot.lists = ("jaw", "yaw", "pitch")
+    assert not robot.controllers.waits()
+    robot.send(0.0, yaw=1.0)
+    assert robot.sent == [(TOPIC, [(0, 0), (0, 1), (0, 0)])]
+
+
 def test_a_joint_that_the_controller_lacks_is_named_and_not_sent() -> None:
     robot = Robot(part(HEAD), lists=("yaw",), pitch=0.0, yaw=0.0)
     robot.send(0.0, yaw=1.0, pitch=1.0)

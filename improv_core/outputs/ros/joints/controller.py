@@ -189,8 +189,8 @@ class RosController:
             self._send(message_of(self.channel, self._course), stops=True)
 
     def leave(self) -> None:
-        """Stop joints that another controller moves from now on."""
-        if self._course:
+        """Stop joints that another controller moves from now on, if they have got a command."""
+        if self._course and self._sent > -math.inf:
             course = stopped(self.channel, self._course, max(self._around.now() - self._sent, 0.0))
             message = message_of(self.channel, course)
             self._course = course

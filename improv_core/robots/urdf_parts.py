@@ -95,21 +95,24 @@ class UrdfBody:
         return [parts[name] for name in tips]
 
     def found(self) -> tuple[list[UrdfPart], dict[str, list[str]]]:
-        """Return the parts that people would name, and groups of those that make up one limb."""
+        """Return the parts that people would name, and groups of those that make up one limb or one hand."""
         parts, groups, taken = list[UrdfPart](), dict[str, list[str]](), set[str]()
+        hands: dict[str, list[str]] = {}  # the fingers that each joint carries
 
         def free(name: str) -> str:
             taken.add(name := free_name(name, taken))
             return name
 
-        for chain in self._chains():
+        for carrier, chain in self._chains():
             whole, tip = free(_named_after(chain)), self._end(chain[-1].child)
             cuts = [*_cuts(chain)] if len(chain) > MOST_JOINTS else [(whole, tuple(chain))]
             own = [UrdfPart(free(name) if cuts[1:] else whole, tip, joints) for name, joints in cuts]
             parts += own
             if own[1:]:
                 groups[whole] = [part.name for part in own]
-        return parts, groups
+            if carrier and _word_in(carrier) != "hand" and {*map(_word_in, chain)} == {"hand"}:
+                hands.setdefault(f"{_side(carrier)}hand", []).append(whole)
+        return parts, groups | {free(hand): fingers for hand, fingers in hands.items() if fingers[1:]}
 
     def directions(self, part: UrdfPart) -> dict[str, UrdfDirection]:
         """Return the directions of the joints of a part, by the names of these; none beyond the fourth. A joint that
@@ -125,8 +128,8 @@ class UrdfBody:
                 found[name] = free[0]._replace(is_clear=False)
         return found
 
-    def _chains(self) -> Iterator[list[UrdfJoint]]:
-        """Yield the joints that dance, from each fork to the next one or to the end of a limb."""
+    def _chains(self) -> Iterator[tuple[UrdfJoint | None, list[UrdfJoint]]]:
+        """Yield the joints that dance, from each fork to the next one or to the end of a limb, after their carrier."""
         above: dict[str, UrdfJoint | None] = {self.urdf.root: None}  # the joint that carries a link
         below: dict[str, int] = {}
         chains: dict[str, list[UrdfJoint]] = {}
@@ -141,9 +144,9 @@ class UrdfBody:
             chain.append(joint)
             chains[joint.name] = chain
         for name, chain in chains.items():
-            rolls = not above[chain[0].parent] and all(joint.kind == "continuous" for joint in chain)
+            rolls = not (carrier := above[chain[0].parent]) and all(joint.kind == "continuous" for joint in chain)
             if name == chain[0].name and not (rolls and abs(self._frames[chain[-1].child].axis[2]) < _ALONG):
-                yield chain
+                yield carrier, chain
 
     def _end(self, link: str) -> str:
         """Return the link that is fixed to this one and farthest from it."""

@@ -177,6 +177,7 @@ INDUSTRIAL = "revolute:z:j1 revolute:y:j2 revolute:y:j3 revolute:x:j4 revolute:y
             arm: left arm_1 up arm_2
             left_finger: strafeleft left_finger
             right_finger: strafeleft right_finger
+            hand = left_finger right_finger
             """,
         ),
         (

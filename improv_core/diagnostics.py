@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from enum import Enum
@@ -171,6 +172,35 @@ class Diagnostic:
             self.doubtful,
             self.warns,
         )
+
+
+def joining_nothing(text: str, problem: Diagnostic) -> Diagnostic:
+    """Return a problem of a text, with fixes that join no names or numbers: they leave a space between two of them if
+    they remove all that was visible between them."""
+    if not problem.fixes:
+        return problem
+    fixes = (
+        Fix(fix.title, tuple(_apart(text, each) for each in fix.edits), fix.safe, fix.guess) for fix in problem.fixes
+    )
+    return dataclasses.replace(problem, fixes=tuple(fixes))
+
+
+def _apart(text: str, edit: Edit) -> Edit:
+    start, end = edit.span
+    gone, written = text[max(start, 0) : end], edit.text
+    if start < 0 or not gone or not any(char.isprintable() and not char.isspace() for char in gone):
+        return edit  # nothing visible kept the parts of a word, or a unit and its number, apart
+    before, after = text[start - 1 : start] if start else "", text[end : end + 1]
+    if not written:
+        return Edit(edit.span, " ") if _is_in_word(before) and _is_in_word(after) else edit
+    opens = _is_in_word(before) and _is_in_word(written[0]) and not _is_in_word(gone[0])
+    ended = not _is_in_word(gone[-1]) or (gone[-1].isdigit() and not written[-1].isdigit())  # a number, and then a name
+    closes = _is_in_word(after) and _is_in_word(written[-1]) and ended
+    return Edit(edit.span, f"{' ' * opens}{written}{' ' * closes}")
+
+
+def _is_in_word(char: str) -> bool:
+    return char.isalnum() or char == "_"
 
 
 def likely(word: str, known: Collection[str]) -> str | None:

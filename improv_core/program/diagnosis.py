@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count, islice
 
-from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, joining_nothing, replace
 from improv_core.program.definitions import Definition, Takes
 from improv_core.program.idle import Alone, Idle
 from improv_core.program.misuse import give_arguments, move_canon
@@ -63,6 +63,7 @@ def diagnose_statement(
         is_form = each.code in [problem.code for problem in form]
         if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
+        each = joining_nothing(statement.text, each)
         yield _as_guess(each) if form and not is_form else each
 
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
-from improv_core.program.measures import units_apart, wrong_measures
+from improv_core.program.measures import without_units, wrong_measures
 from improv_core.program.misuse import check_conditions, misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
@@ -107,6 +107,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     diagnostics += reader.found
     unresolved: tuple[Name, ...] = ()
     misused: tuple[Name | Call, ...] = ()
+    wrong: list[Diagnostic] = []
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
@@ -114,7 +115,8 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             known = {*(name for name, found in scope.items() if found), *(each.name for each in statement.parameters)}
             wrong = list(wrong_measures(body, statement.tokens, known))
             diagnostics += wrong
-            unresolved = tuple(units_apart(wrong, unresolved))
+        if unresolved:
+            unresolved = tuple(without_units(wrong, unresolved, statement.tokens))
         if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.by_robot:

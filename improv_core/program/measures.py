@@ -11,29 +11,15 @@ from improv_core.program.numbers import product
 from improv_core.score.measured import Component, Measure
 from improv_core.score.movement import DIRECTIONS, Velocity, exact
 from improv_core.syntax import nodes
-from improv_core.syntax.characters import DEGREES, in_words
+from improv_core.syntax.characters import DEGREES, continues_name, in_words
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import MeasuredWord, Node, Number
-from improv_core.syntax.slips import OPPOSITES
-from improv_core.syntax.vocabulary import UNITS
+from improv_core.syntax.slips import FEWEST_DEGREES, MEANT, OPPOSITES, nearest_word
+from improv_core.syntax.vocabulary import UNITS, unit_meant
 from improv_core.syntax.words import Word
+from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
 
-OTHER_UNITS = {
-    **dict.fromkeys(("meter", "meters", "metre", "metres"), ("m", Fraction(1))),
-    **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), ("cm", Fraction(1))),
-    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), ("mm", Fraction(1))),
-    **dict.fromkeys(("degree", "degrees", "degs"), ("deg", Fraction(1))),
-    **dict.fromkeys(DEGREES, ("°", Fraction(1))),
-    "dm": ("m", Fraction(1, 10)),
-    "km": ("m", Fraction(1000)),
-    **dict.fromkeys(("in", "inch", "inches"), ("m", Fraction(254, 10_000))),
-    **dict.fromkeys(("ft", "foot", "feet"), ("m", Fraction(3048, 10_000))),
-    **dict.fromkeys(("yd", "yard", "yards"), ("m", Fraction(9144, 10_000))),
-}
-"""Units that people write, each with ours and its size in that."""
-_FEWEST_DEGREES = 10
-"""Fewer are steps or turns: nobody means ten quarter turns."""
 _MOST_TIMES = 9
 
 
@@ -73,7 +59,6 @@ def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) 
 
     `tokens` are those of the statement, and `known` the names that have a meaning in it: they are no units.
     """
-    by_start = {token.start: token for token in tokens}
     inside = list(nodes.nodes(body))
     counted = {
         id(each.body) for each in inside if isinstance(each, nodes.Apply) and not each.numbers and _repeats(each)
@@ -82,15 +67,25 @@ def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) 
         if isinstance(node, MeasuredWord):
             for number in (node.measure, node.radius):
                 if number and number.tokens[-1].text:
-                    after = next((each for start, each in by_start.items() if start >= number.span.end), None)
-                    unit = after if after and after.text not in known and _means_a_unit(after) else None
-                    if wrong := _Written(node, number, unit, id(node) in counted).wrong():
+                    at = next((at for at, each in enumerate(tokens) if each.start >= number.span.end), len(tokens))
+                    if at < len(tokens) and not unit_meant(tokens[at].text) and number_meant(tokens, at):
+                        continue  # it is one number with what follows: `1½`
+                    written = _Written(node, number, tokens[at] if at < len(tokens) else None, id(node) in counted)
+                    if wrong := written.wrong(known):
                         yield wrong
 
 
-def units_apart(wrong: Sequence[Diagnostic], names: Sequence[nodes.Name]) -> list[nodes.Name]:
-    """Return the names that aren't units apart from their numbers, about which these diagnostics are."""
+def without_units(
+    wrong: Sequence[Diagnostic], names: Sequence[nodes.Name], tokens: Sequence[Token]
+) -> list[nodes.Name]:
+    """Return the names that nothing defines, without those that are units: apart from their numbers, about which these
+    diagnostics are, or behind numbers that are wrong (`1,5m`) or follow a name meant as a word (`turn 90deg`)."""
     spans = [each.span for each in wrong if each.code == "missing-unit"]
+    undefined = {each.span.start for each in names}
+    for before, number, unit in zip(tokens, tokens[1:], tokens[2:], strict=False):
+        if number.type in ("NUMBER", "STRAY") and unit.type == "NAME" and unit_meant(unit.text):
+            is_word = before.start in undefined and (before.text.lower() in MEANT or nearest_word(before.text))
+            spans += [unit.span] if is_word or before.type == "STRAY" else []
     return [name for name in names if not any(span.start <= name.span.start < span.end for span in spans)]
 
 
@@ -98,16 +93,13 @@ def _repeats(node: nodes.Apply) -> bool:
     return node.word.text == "repeat"
 
 
-def _means_a_unit(token: Token) -> bool:
-    return token.type == "NAME" and (token.text in UNITS or token.text.lower() in OTHER_UNITS)
-
-
 class _Written:
-    """A number behind a word, or behind its `radius`, and a `unit` apart from it. `is_counted` if the word follows a
+    """A number behind a word, or behind its `radius`, and the token `after` it. `is_counted` if the word follows a
     `repeat` that lacks its number."""
 
-    def __init__(self, node: MeasuredWord, number: Number, unit: Token | None, is_counted: bool) -> None:
-        self.node, self.number, self.unit, self.is_counted = node, number, unit, is_counted
+    def __init__(self, node: MeasuredWord, number: Number, after: Token | None, is_counted: bool) -> None:
+        self.node, self.number, self.after, self.is_counted = node, number, after, is_counted
+        self.is_joined = after is not None and after.start == number.span.end and continues_name(after.text[0])
         self.word, self.is_radius = node.word.text, number is node.radius
         self.turns = bool(node.word.velocity.yaw)
         self.is_half = self.word.startswith("half")
@@ -115,8 +107,14 @@ class _Written:
         value = None if any(number.parameters) else product(number.tokens, {})
         self.value = value if isinstance(value, Fraction) else None
 
-    def wrong(self) -> Diagnostic | None:
-        return self._wrong_place() or self._wrong_number() or (self._missing() if not self.number.units else None)
+    def wrong(self, known: Collection[str]) -> Diagnostic | None:
+        """Return what is wrong with it. The names that are `known` are no units."""
+        wrong = self._wrong_place() or self._wrong_number()
+        if wrong or self.number.units:
+            return wrong
+        if self.after and self.after.type == "NAME" and self.after.text not in known and unit_meant(self.after.text):
+            return self._apart(self.after)
+        return self._missing()
 
     def _wrong_place(self) -> Diagnostic | None:
         """Return the error about a measure of a word that takes none, or with the wrong unit anywhere."""
@@ -126,7 +124,7 @@ class _Written:
             return Diagnostic("wrong-measure", self.node.span, message)
         if len(units) > 1:
             message = f"a measure has one unit: remove `{units[-1].text}`"
-            return Diagnostic("wrong-measure", span, message, replace(message[23:].capitalize(), units[-1].span, ""))
+            return Diagnostic("wrong-measure", span, message, replace(f"Remove {units[-1].text}", units[-1].span, ""))
         if not units:
             return None
         if self.is_radius and field != "meters":
@@ -164,7 +162,7 @@ class _Written:
         if self.is_radius or self.word == "rest" or any(token.text[0] in "+-" for token in rest):
             return Diagnostic("bad-number", self.number.span, message)
         word = opposite.removeprefix("half")
-        unit = "" if self.number.units else self.usual
+        unit = "" if self.number.units or (self.after and unit_meant(self.after.text)) else self.usual
         plain = f"{word} {self._with(unit)[1:]}"
         other = (Edit(self.node.primitive.span, word),) if word != self.word else ()
         edits = (*other, Edit(Span(first.start, first.start + 1), ""), *self._insertion(unit))
@@ -174,19 +172,16 @@ class _Written:
     def _missing(self) -> Diagnostic:
         """Return the error about a number without a unit."""
         number, word, usual = self.number, self.word, self.usual
-        before = "radius" if self.is_radius else word
-        if self.unit:
-            return self._apart(before, self.unit)
         times = self._times()
         if word == "rest" and not self.is_radius:
             advice = f"write `{times[0].title.removeprefix('Change to ')}`" if times else "remove it"
             return Diagnostic("missing-unit", number.span, f"`rest` takes no measure: {advice}", times)
-        is_large = self.value is not None and self.value >= _FEWEST_DEGREES
+        is_large = self.value is not None and self.value >= FEWEST_DEGREES
         if self.is_half and not self.is_radius:
             if is_large or self.value is None:
                 return self._of_a_half(f"`{word}` takes no measure", "missing-unit", usual)
             return Diagnostic("missing-unit", number.span, f"`{word}` takes no measure", times)
-        example = self._with(usual)
+        example, before = self._with(usual), self._before
         message = f"`{before} {number.text}` needs a unit, such as `{example}`"
         is_only = usual == "deg" and is_large
         units = (usual, "cm") if usual == "m" and is_large and not self.is_radius else (usual,)
@@ -207,10 +202,16 @@ class _Written:
         edits = (Edit(Span(start, start), written), Edit(gone, ""))
         return (Fix(f"Change to repeat {number.text} {self.word}", edits, guess=True),)
 
-    def _apart(self, before: str, unit: Token) -> Diagnostic:
+    @property
+    def _before(self) -> str:
+        return "radius" if self.is_radius else self.word
+
+    def _apart(self, unit: Token) -> Diagnostic:
         """Return the error about a unit apart from its number, or about one that isn't ours."""
-        number = self.number
-        ours, size = OTHER_UNITS.get(unit.text.lower(), (unit.text, Fraction(1)))
+        number, before = self.number, self._before
+        meant = unit_meant(unit.text)
+        assert meant
+        ours, size = meant
         is_last_a_number = number.tokens[-1].type == "NUMBER"
         gap, whole = Span(number.span.end, unit.start), Span(number.span.end, unit.end)
         if unit.text in UNITS and is_last_a_number:
@@ -242,4 +243,5 @@ class _Written:
     def _insertion(self, unit: str) -> tuple[Edit, ...]:
         first = next((token for token in self.number.tokens if token.type == "NUMBER"), None)
         end = first.end if first else self.number.span.end
-        return (Edit(Span(end, end), unit if first else f"*1{unit}"),) if unit else ()
+        gap = " " if self.is_joined and end == self.number.span.end else ""
+        return (Edit(Span(end, end), (unit if first else f"*1{unit}") + gap),) if unit else ()

@@ -106,12 +106,12 @@ def usual(text: str, mark: str = "") -> str:
             return "".join([ACCEPTED.get(each, each) for each in found[:digits]]) + found[digits:]
         if first in UNSEEN:
             after = text[end : end + 1]
-            if start == named and _continues_name(after) and all(each in JOINERS for each in found):
+            if start == named and continues_name(after) and all(each in JOINERS for each in found):
                 named = end
                 return mark * len(found) or found
             is_within = start > 0 and _is_within(text[start - 1]) and _is_within(after)
             return found if is_within else " " * len(found)
-        if start == named and _continues_name(found):
+        if start == named and continues_name(found):
             named = end
             return mark or found
         if ACCEPTED.get(found) == "_":
@@ -158,10 +158,10 @@ def in_words(char: str) -> str:
 
 
 @lru_cache(maxsize=10_000)
-def _continues_name(char: str) -> bool:
+def continues_name(char: str) -> bool:
     """Return whether a character can continue a name: `\\w`, or Unicode's XID_Continue."""
     return char != "" and (f"a{char}".isidentifier() or char.isalnum())
 
 
 def _is_within(char: str) -> bool:
-    return char == "." or _continues_name(char)
+    return char == "." or continues_name(char)

@@ -215,6 +215,8 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         is_safe_to_remove = not touched or touched[0].type != "NUMBER" or (last is not None and last.end == found.start)
         return f"remove {what}: separate {items} with spaces", remove if is_safe_to_remove else ()
     if accepts <= _IN_NUMBERS:
+        if last and last.type == "RADIUS":
+            return "write a length after `radius`, such as `1m`", ()
         usage = WORDS[last.text].usage if last and last.text in WORDS else ""
         number = usage.split()[1] if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage else ""
         fixes = (
@@ -247,6 +249,8 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         return "write `||` between movements that play in parallel", replace(
             "Change to ||", found.span, "||", safe=True
         )
+    if found.text == "°":
+        return "write a turn before these degrees, such as `left 90°`", ()
     if found.type == "STRAY":
         what = shown(found)
         gone = replace("Remove it", found.span, "") if can_remove(tokens, at) else ()

@@ -14,9 +14,9 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.score.movement import STILL
 from improv_core.score.primitives import PRIMITIVES
-from improv_core.syntax.characters import SEPARATORS, is_name
+from improv_core.syntax.characters import SEPARATORS, continues_name, is_name
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind, unit_meant
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
@@ -46,7 +46,8 @@ _SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
-_FEWEST_DEGREES = 10
+FEWEST_DEGREES = 10
+"""Fewer are steps or turns: nobody means ten quarter turns."""
 OPPOSITES = {
     word: other
     for word, velocity in PRIMITIVES.items()
@@ -118,13 +119,17 @@ def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...
     if before and (follows or is_count):
         gone = Span(before.end, token.end)
         word = tokens[at - 2].text if is_count else before.text
-        return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, " " * _joins(gone, after))
+        return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, "")
     if "strafeleft" in meant and after and after.text in ("left", "right"):
         word = f"strafe{after.text}"
         fixes = replace(f"Change to {word}", Span(token.start, after.end), word)
         return f"`{name}` is not defined: did you mean `{word}`?", fixes
     if after and after.type == "NUMBER" and meant[0] in (*_TURNING, *_GOING):
-        return _measured(token, after, meant)
+        behind = tokens[at + 2 : at + 3]
+        if not any(
+            unit_meant(each.text) or (each.start == after.end and continues_name(each.text[0])) for each in behind
+        ):
+            return _measured(token, after, meant)
     message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
     beside = [each.type for each in (before, after) if each]
     # A count without `repeat` is no loop, and a word beside a movement may only describe it.
@@ -136,13 +141,10 @@ def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...
 def _measured(token: Token, number: Token, meant: Sequence[str]) -> tuple[str, tuple[Fix, ...]]:
     """Return the message about a word that people try with a number, as in Logo's `fd 100`, and its fixes."""
     unit = "deg" if meant[0] in _TURNING else "cm"
-    shown = [f"{word} {number.text}{unit}" for word in meant]
     put = Edit(Span(number.end, number.end), unit)
-    fixes = [
-        Fix(f"Change to {text}", (Edit(token.span, word), put), guess=unit == "cm")
-        for text, word in zip(shown, meant, strict=True)
-    ]
-    return f"`{token.text}` is not defined: write {' or '.join(f'`{text}`' for text in shown)}", tuple(fixes)
+    shown = {f"{word} {number.text}{unit}": (Edit(token.span, word), put) for word in meant}
+    fixes = tuple(Fix(f"Change to {text}", edits, guess=unit == "cm") for text, edits in shown.items())
+    return f"`{token.text}` is not defined: write {' or '.join(f'`{text}`' for text in shown)}", fixes
 
 
 def logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
@@ -157,10 +159,6 @@ def logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]]
             shown = f"repeat {tokens[at + 1].text} ( … )"
             return f"write `{shown}`: words are in lowercase, and `[ ]` squeezes", (Fix(f"Change to {shown}", edits),)
     return None
-
-
-def _joins(gone: Span, after: Token | None) -> bool:
-    return after is not None and after.start == gone.end
 
 
 def without_sign(
@@ -255,7 +253,7 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     start = _start_of_term(tokens, at - 1)
     if start is not None:
         last = tokens[at - 1]
-        gone = Span(last.end if span.start - last.end <= 1 and not after else span.start, span.end)
+        gone = Span(last.end if span.start - last.end <= 1 else span.start, span.end)
         is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
         return Diagnostic("syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted))
     if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
@@ -329,7 +327,7 @@ def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Read
         if value >= 1 and value.denominator == 1:
             yield _Reading((number,))
         return
-    if word in _TURNING and abs(value) >= _FEWEST_DEGREES:  # nobody means ten quarter turns
+    if word in _TURNING and abs(value) >= FEWEST_DEGREES:
         side = word if value > 0 else OPPOSITES[word]
         yield _Reading((), f"{side.removeprefix('half')} {number.lstrip('+-')}deg")
         return

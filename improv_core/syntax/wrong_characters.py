@@ -26,7 +26,7 @@ from improv_core.syntax.characters import (
     in_words,
 )
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import UNITS, WORDS
 from improv_core.text import Span
 
 LONGEST_EXPONENT = 2
@@ -78,6 +78,8 @@ def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         if last - at > MOST_PARTS:
             return None
     written = "".join([token.text for token in tokens[first : last + 1]])
+    unit = _UNIT_AT_END.findall(written)[0]
+    written = written.removesuffix(unit)
     matches = ((pattern.fullmatch(written), meant) for pattern, meant in _FORMS)
     found = next((meant(match) for match, meant in matches if match), None)
     if not found:
@@ -88,7 +90,8 @@ def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     span = Span(tokens[first].start, tokens[last].end)
     if value is None:
         return Diagnostic("syntax", span, why.removeprefix(": "))
-    return Diagnostic("syntax", span, f"write `{value}`{why}", replace(f"Change to {value}", span, str(value)))
+    meant = f"{value}{unit}"
+    return Diagnostic("syntax", span, f"write `{meant}`{why}", replace(f"Change to {meant}", span, meant))
 
 
 def can_remove(tokens: Sequence[Token], at: int) -> bool:
@@ -206,6 +209,11 @@ def _sign(text: str, tokens: Sequence[Token], at: int) -> Diagnostic | None:
     if not token.text.isprintable():
         gone = replace("Remove it", token.span, "") if can_remove(tokens, at) else ()
         return Diagnostic("syntax", token.span, f"remove {shown(token)}: it is not part of the language", gone)
+    if token.text == "°" and at and tokens[at - 1].type == "NUMBER" and not _touches(tokens, at - 1):
+        number = tokens[at - 1]
+        message = f"write the unit directly behind the number: `{number.text}°`"
+        fixes = replace(f"Change to {number.text}°", Span(number.end, token.start), "")
+        return Diagnostic("missing-unit", Span(number.start, token.end), message, fixes)
     what = in_words(text[token.start])
     if token.text in OPENERS + CLOSERS:
         fixes = tuple(_brackets(tokens, kind) for kind in ("()", "[]"))
@@ -266,7 +274,9 @@ _VULGAR = "".join(
     for char in map(chr, [*range(0xBC, 0xBF), *range(0x2150, 0x218A)])
     if len(unicodedata.decomposition(char).partition("2044")[2]) > 0
 )
-_MAY_BE_IN_NUMBERS = re.compile(rf"[{_VULGAR}{DECIMAL_COMMAS}{DEGREES}%]|[-+.\d]+|[eE][0-9]*")
+_UNIT = rf"(?:{'|'.join(UNITS)})?"
+_UNIT_AT_END = re.compile(rf"{_UNIT}\Z")
+_MAY_BE_IN_NUMBERS = re.compile(rf"[{_VULGAR}]{_UNIT}|[{DECIMAL_COMMAS}{DEGREES}%]|[-+.\d]+|[eE](?:[0-9]+{_UNIT})?")
 _DIGITS = r"[0-9]*\.?[0-9]+"
 _FORMS: Sequence[tuple[re.Pattern[str], Callable[[re.Match[str]], _Meant]]] = (
     (re.compile(rf"([+-]?)([0-9]*)([{_VULGAR}])"), _mixed),

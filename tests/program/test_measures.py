@@ -156,6 +156,13 @@ def test_measures_that_are_wrong_anywhere() -> None:
         r $ left 90 degrees forward 1cm*2m
                  ^^^^^^^^^^ missing-unit: `degrees` is not a unit here: write `left 90deg`
                                     ^^^^^^ wrong-measure: a measure has one unit: remove `m`
+        r $ turn 90deg [Forward 1m left 1½m]
+            ^^^^ unknown-name: `turn` is not defined: did you mean `left` or `right`?
+                        ^^^^^^^ unknown-name: `Forward` is not defined: did you mean `forward`?
+                                         ^^ unknown-name: `½m` is not defined: write `3/2m`: this is a vulgar fraction one half, U+00BD
+        r $ left radius (spin 9°)
+                        ^ syntax: write a length after `radius`, such as `1m`
+                         ^^^^ unknown-name: `spin` is not defined: did you mean `left` or `right`?
         room 6deg 4
              ^^^^ wrong-measure: this takes a length, such as `50cm`
         ada at 1 m 2
@@ -180,6 +187,18 @@ def made_by_fixes(program: str) -> list[str]:
         ("go n = forward n ft\nr $ go 1", ["go n = forward n*0.3048m\nr $ go 1"]),
         ("r $ backward -50cm", ["r $ forward 50cm"]),
         ("ada at 1 m 2", ["ada at 1m 2"]),
+        ("r $ turn 90deg", ["r $ left 90deg", "r $ right 90deg"]),
+        ("r $ walk 2 feet", ["r $ forward 2 feet"]),
+        ("r $ forward 60CM", ["r $ forward 60cm"]),
+        ("r $ forward 1½m", ["r $ forward 3/2m"]),
+        ("r $ forward 1e-1m", ["r $ forward 1/10m"]),
+        ("r $ left \u0669\u0660deg", ["r $ left 90deg"]),
+        ("r $ left 90 °", ["r $ left 90°"]),
+        ("r $ forward 1m*1cm", ["r $ forward 1m*1"]),
+        ("r $ forward-1in", ["r $ backward 1in"]),
+        ("r $ rest 0ft", ["r $ rest ft"]),
+        ("x = up\nr $ forward 3x", ["x = up\nr $ forward 3m x", "x = up\nr $ repeat 3 forward x"]),
+        ("radius = up\nr $ radius 2m", ["radius = up\nr $ repeat 2 radius m", "radius = up\nr $ scale 2 radius m"]),
     ],
 )
 def test_fixes_write_units(before: str, after: list[str]) -> None:

@@ -8,8 +8,10 @@ from dataclasses import replace
 from improv_core.protocol.messages import TransportMessage
 from improv_core.safety.stop_socket import IDLE
 from improv_core.score.score import Part, Score
-from improv_core.session.acts import SendScore
+from improv_core.score.takeover import Takeover
+from improv_core.session.acts import Act, Now, SendScore
 from improv_core.session.state import PlayScore, SessionState, StageKey
+from improv_core.session.together import beat_at, entry_at
 
 
 def halt(state: SessionState, key: StageKey) -> SendScore:
@@ -25,6 +27,24 @@ def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) 
     nothing to stop."""
     stands = transport["state"] in ("stopped", "ended") and transport["generation"] == state.generation
     return key in state.stages and state.stages[key].died_moving and stands
+
+
+def stood(state: SessionState, last: TransportMessage | None, now: Now) -> Takeover | None:
+    """Return where the last stage that played was in the score when it died; None if all had been stopped, or an
+    emergency stop is on."""
+    if not last or last["state"] not in ("playing", "paused") or now.pressed["topics"]:
+        return None
+    if state.is_spread and state.mode == "stopped":
+        return None
+    return entry_at(last, beat_at(last, now.at), now.at)
+
+
+def stand(state: SessionState, key: StageKey, now: Now) -> list[Act]:
+    """Send a stage that has stopped the robots of a dead one the score from which people may have them resume."""
+    if not state.stood or not state.played or key.output != state.leader:
+        return []
+    play = replace(state.played, when="restart", by=None)
+    return [SendScore([key], play, stops={key: now.known}, whole=True, stood=state.stood)]
 
 
 def stop_line(state: SessionState, begins: Sequence[str], moving: int, was_on: bool) -> str:

@@ -16,7 +16,7 @@ from improv_core.protocol.messages import Armed, FromStage, TransportMessage
 from improv_core.protocol.transport import plays, stop_of
 from improv_core.session import clock, together
 from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, warning
-from improv_core.session.halting import has_halted
+from improv_core.session.halting import halt, has_halted, stand, stood
 from improv_core.session.on_hosts import CONFIRM_LIMIT, admit, join, pass_on_seen
 from improv_core.session.state import SessionState, StageKey
 from improv_core.session.together import SPARE, begin, resume_at
@@ -48,7 +48,7 @@ def reported(state: SessionState, host: str, message: Heard, now: Now) -> Decide
             state, acts = join(state, host, now)
             return state, [warning(f"{line}; they join the others again"), *acts]
         case "gone":
-            return _gone(state, host, message["message"])
+            return _gone(state, host, message["message"], now)
         case "misplaced":
             state = together.with_all(state, [host], misplaced=message["robots"])
             return state, [Announce({**message, "robots": _all(stage.misplaced for stage in state.robots.values())})]
@@ -107,7 +107,8 @@ def _transport(state: SessionState, host: str, transport: TransportMessage, now:
     kind, before = transport["state"], state.robots[host].transport
     if state.robots[host].died_moving:  # it only stops robots, whatever it reports about that
         stands = has_halted(state, StageKey(host, "ros"), transport)
-        return together.with_all(state, [host], died_moving=not stands), []
+        state = together.with_all(state, [host], died_moving=not stands)
+        return state, stand(state, StageKey(host, "ros"), now) if stands else []
     moves = plays(transport)
     may_move = state.robots[host].may_move and moves
     state = together.with_all(state, [host], transport=transport, may_move=may_move)
@@ -176,8 +177,8 @@ def _continue_with(state: SessionState, host: str, transport: TransportMessage, 
     return state, [*acts, Announce(transport)]
 
 
-def _gone(state: SessionState, host: str, why: str) -> Decided:
-    """Have the others continue without a stage that has died."""
+def _gone(state: SessionState, host: str, why: str, now: Now) -> Decided:
+    """Have the others continue without a stage that has died. If none of them plays yet, they only stop robots."""
     led, stage = together.lead(state) == host, state.robots[host]
     before = stage.transport
     reported = before is not None and plays(before)
@@ -194,7 +195,9 @@ def _gone(state: SessionState, host: str, why: str) -> Decided:
         acts.append(Announce(lead))
     if state.mode != "stopped" and not continues:
         acts += _stop_entering(state)
-        state = together.stopped(state)
+        state = together.stopped(replace(state, stood=stood(state, before, now)))
+        state = together.with_all(state, state.alive, transport=None, died_moving=True, only_halts=True)
+        acts += [halt(state, StageKey(each, "ros")) for each in state.alive]
         acts += [Announce({**before, "state": "stopped"})] if before else []
     return state, acts
 

@@ -76,7 +76,8 @@ def resume(state: SessionState, message: Resume, now: Now) -> Decided:
         # Somebody has sought since the stop, or does: they continue from there, and stages that can't seek join them.
         said = {host: state.robots[host].transport for host in state.alive}
         apart = {host for host, each in said.items() if not each or each.get("deserted")}
-        state = replace(state, mode="paused", joining=frozenset(apart))
+        state = together.with_all(state, apart, died_moving=False, only_halts=False)  # they get a score that moves
+        state = replace(state, mode="paused", joining=frozenset(apart), stood=None)
     if lead is None or state.mode != "paused":
         return state, []
     # The lead may have yet to report that it has paused.

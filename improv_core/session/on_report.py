@@ -14,11 +14,10 @@ from improv_core.protocol.messages import Decided as SenseDecided
 from improv_core.protocol.messages import Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
-from improv_core.protocol.transport import beat_at, stop_of
-from improv_core.score.takeover import Takeover
+from improv_core.protocol.transport import stop_of
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
-from improv_core.session.halting import halt, has_halted
+from improv_core.session.halting import halt, has_halted, stand, stood
 from improv_core.session.on_request import on_request, send_score
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
 from improv_core.session.together import entry_at, others, stopped, without
@@ -54,7 +53,7 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
             return _reported(state.with_stage(stage, armed=message["armed"]), stage, message)
         case "transport" if has_halted(state, stage, message):
             state, acts = _reported(state, stage, message)
-            return state.with_stage(stage, died_moving=False), [*acts, *_stand(state, stage, now)]
+            return state.with_stage(stage, died_moving=False), [*acts, *stand(state, stage, now)]
         case _:
             return _reported(state, stage, message)
 
@@ -147,7 +146,7 @@ def _followed(state: SessionState, output: Output, transport: TransportMessage) 
     state, acts = _explained(state, _why_still(state, transport), transport.get("resumes"))
     state = replace(
         state.with_stage(StageKey(HERE, output), transport=transport) if not state.is_spread else state,
-        stood=None if "resumes" in transport else state.stood,
+        stood=None if "resumes" in transport and not state.awaits else state.stood,
         is_on=mode in ("waiting", "playing", "paused"),
         waits_for=transport.get("waits_for", transport.get("too_near", ())),
         editions=state.editions.plays(transport["generation"]),
@@ -256,7 +255,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
     acts: list[Act] = []
     if leads:
         acts += _to(state.twin, {"type": "stop"})
-        state = replace(state, stood=_stood(state, before, now))
+        state = replace(state, stood=stood(state, before.transport, now))
         if state.armed:
             acts += _show(state, {"type": "armed", "generation": state.generation, "armed": False, "begins": None})
         state = replace(state, is_on=False, waits_for=())
@@ -272,21 +271,6 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
         acts.append(Start(stage))
         what = ": a new one will show the next dance" if shown else f": a new one is stopping the robots{again}"
     return state, [*acts, Announce({**gone, "message": f"{gone['message']}{what}"}, leads)]
-
-
-def _stood(state: SessionState, dead: StageState, now: Now) -> Takeover | None:
-    """Return where a stage was in the score when it died; None if it played none, or an emergency stop is on."""
-    last = dead.transport
-    if not last or last["state"] not in ("playing", "paused") or state.is_spread or now.pressed["topics"]:
-        return None
-    return entry_at(last, beat_at(last, now.at), now.at)
-
-
-def _stand(state: SessionState, stage: StageKey, now: Now) -> list[Act]:
-    """Send a stage that has stopped the robots of a dead one the score from which people may have them resume."""
-    if not state.stood or not state.played or stage.output != state.leader:
-        return []
-    return [SendScore([stage], replace(state.played, by=None), stops={stage: now.known}, whole=True, stood=state.stood)]
 
 
 def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> Decided:

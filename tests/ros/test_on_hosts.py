@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from improv_core.ipc.stage_process import Stage
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -20,7 +21,7 @@ from improv_core.safety.stops import Stops
 from improv_core.session import start as starting
 from improv_core.session.session import Playback
 from improv_core.session.start import Options
-from improv_core.session.state import PlayScore
+from improv_core.session.state import HERE, PlayScore, StageKey
 from tests.hosts.sshd import NAME, Host, a_host
 from tests.ros.conftest import LIMIT, Listen, be_patient, with_limits
 from tests.ros.dance import moving, still
@@ -112,6 +113,32 @@ def test_robots_here_and_there_dance_until_a_stop_and_a_host_that_comes_back_joi
             await asyncio.to_thread(robot.wait, still)
         await show.until(lambda message: message["type"] == "transport" and message["state"] == "stopped")
         assert show.stops.count == 1
+
+    perform(test)
+
+
+def test_a_person_has_all_resume_after_all_stages_have_died(host: Host, listen: Listen) -> None:
+    here, there = listen("/a/cmd_vel"), listen("/p/cmd_vel")
+
+    async def test(show: Show) -> None:
+        await show.play("a p $ repeat forward\n")
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, moving)
+        stage = show.playback._stages[StageKey(HERE, "ros")]
+        assert isinstance(stage, Stage)
+        for pid in (process_of(str(host.cache), "--sink"), stage.pid):
+            os.kill(pid, signal.SIGKILL)
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, still)
+            robot.heard.clear()
+        offer = await show.until(lambda message: "resumes" in message)
+        for robot in (here, there):
+            robot.hear_all()
+            assert all(map(still, robot.heard)), "none moves by itself"
+        show.playback.ask({"type": "resume", "beat": offer["resumes"]["beat"]}, show.stops.count)
+        for robot in (here, there):
+            await asyncio.to_thread(robot.wait, moving)
+        assert show.playback.state.mode == "playing"
 
     perform(test)
 

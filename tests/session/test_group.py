@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import State, ToStage
+from improv_core.protocol.messages import Pressed, State, ToStage
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
@@ -69,6 +69,7 @@ class Story:
         self.now = NOW
         self.acts: list[View] = []
         self.loads = Loads()
+        self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
         self.state = replace(SessionState().opening(dict.fromkeys(hosts or (HERE, PI, PAD), SPARE)), leader="ros")
         self.reports(PAGE, READY["page"])
         for host in self.state.robots:
@@ -139,7 +140,7 @@ class Story:
         return []
 
     def times(self) -> Now:
-        return Now(self.now, self.now)
+        return Now(self.now, self.now, pressed=self.pressed)
 
     @property
     def words(self) -> list[str]:
@@ -567,8 +568,60 @@ def test_a_dance_ends_if_all_remaining_stages_have_yet_to_join() -> None:
     assert story.said(HERE, "gone", message="it was killed") == [
         "say the stage here: it was killed",
         "start  again",
+        f"{PI}: load",
         "say stopped",
     ]
+
+
+@pytest.mark.parametrize("first_is_back", [False, True])
+@pytest.mark.parametrize("early", [False, True])
+def test_people_may_have_all_resume_from_where_all_stages_died(first_is_back: bool, early: bool) -> None:
+    """They may do so `early`, before the last of the new stages has stopped its robots: it joins the others."""
+    story = Story.playing(HERE, PI)
+    story.is_at(HERE, "playing", 4.0)
+    story.is_at(PI, "playing", 4.0)
+    story.said(PI, "gone", message="no power")
+    if first_is_back:
+        story.state = replace(story.state, settles=math.inf)  # it has yet to join
+        assert story.starts(PI) == []
+        story.state = replace(story.state, settles=-math.inf)
+    story.now += 0.5
+    story.said(HERE, "gone", message="no power")
+    assert story.starts(HERE) == ["here: load"]
+    if not first_is_back:
+        assert story.starts(PI) == [f"{PI}: load"]
+
+    def stands(host: str) -> None:
+        assert story.is_at(host, "stopped") == [f"{host or 'here'}: load"]
+        (load,) = story.sent(host)
+        assert (load["stood"]["beat"], load["when"], load["score"]["known"]) == (5.0, "restart", 0)
+
+    stands(HERE)
+    offer: dict[str, Any] = {"beat": 5.0, "resumes": {"scene": 0.0, "beat": 5.0}}
+    assert story.is_at(HERE, "stopped", **offer) == ["say stopped"]
+    assert story.state.resumes == offer["resumes"]
+    if not early:
+        stands(PI)
+        story.is_at(PI, "stopped", **offer)
+    assert story.told("resume", beat=5.0) == ["here: resume", *([] if early else [f"{PI}: resume"])]
+    story.now += 1.0
+    story.is_at(HERE, "playing", 5.0)
+    assert ([load["entry"]["beat"] > 5.0 for load in story.sent(PI)], story.state.mode) == ([True] * early, "playing")
+    assert story.is_at(PI, "playing", 5.0) == []
+    assert [stage.died_moving for stage in story.state.robots.values()] == [False, False]
+
+
+@pytest.mark.parametrize("why", ["people stop", "an emergency stop"])
+def test_nobody_is_offered_to_resume_if_somebody_stopped_before_all_stages_died(why: str) -> None:
+    story = Story.playing(HERE, PI)
+    if why == "people stop":
+        story.told("stop")
+    else:
+        story.pressed = {"type": "pressed", "topics": ["/stop"], "count": 1}
+    for host in (PI, HERE):
+        story.said(host, "gone", message="no power")
+    story.starts(HERE)
+    assert story.is_at(HERE, "stopped") == []
 
 
 def test_a_host_whose_link_was_silent_joins_again_unless_people_have_stopped() -> None:

@@ -29,28 +29,34 @@ def load() -> None:
     lsprotocol._hooks._resolved_forward_references = True  # `_complete` resolves those of each class
 
 
+class _Fields:
+    """Completes a class when somebody looks at its fields, as attrs and cattrs do."""
+
+    def __get__(self, _: object, owner: type[Any]) -> Any:
+        _complete(owner)
+        return owner.__attrs_attrs__
+
+
+_fields = _Fields()
+
+
+def _begin(self: Any, *arguments: Any, **named: Any) -> None:
+    """Complete the class of this instance, its first, and initialize it."""
+    _complete(type(self))
+    self.__init__(*arguments, **named)
+
+
 def _later(cls: type[Any]) -> type[Any]:
-    """Complete a class when it is first instantiated, or when somebody looks at its fields, as attrs and cattrs do."""
-
-    class Fields:
-        def __get__(self, _: object, owner: type[Any]) -> Any:
-            _complete(cls, begin)
-            return owner.__attrs_attrs__
-
-    def begin(self: Any, *arguments: Any, **named: Any) -> None:
-        _complete(cls, begin)
-        self.__init__(*arguments, **named)
-
-    cls.__attrs_attrs__ = Fields()
-    cls.__init__ = begin
+    """Complete a class when it is first instantiated, or when somebody looks at its fields."""
+    cls.__attrs_attrs__, cls.__init__ = _fields, _begin
     return cls
 
 
-def _complete(cls: type[Any], unless_changed: object) -> None:
+def _complete(cls: type[Any]) -> None:
     """Complete a class in place, without parts that nothing here needs: slots, and a `repr`."""
     from lsprotocol.types import ALL_TYPES_MAP
 
     with _lock:
-        if cls.__init__ is unless_changed:
+        if cls.__init__ is _begin:
             _define(cls, slots=False, repr=False, init=True)
             attrs.resolve_types(cls, ALL_TYPES_MAP, {})

@@ -194,17 +194,20 @@ class Analysis(Program):
         if not self.waiting or self.waiting[0] > last:
             return self
         meanings, waiting, infeasible = list(self.meanings), list(self.waiting), dict(self.infeasible)
+        known = set(waiting)  # that they wait
         done: list[int] = []
         while waiting and waiting[0] <= last and not (done and enough and enough()):
-            index = heappop(waiting)
-            if done and done[-1] == index:
-                continue
             checkpoint()
-            done.append(index)
+            done.append(index := heappop(waiting))
             scope = _scope(self.statements[index], index, self.bindings, meanings, self.predefined)
-            if not meanings[index].is_known or meanings[index].scope != tuple(scope.values()):
-                for user in self._understand(index, scope, meanings):
-                    heappush(waiting, user)
+            before = meanings[index]
+            if not before.is_known or before.scope != tuple(scope.values()):
+                now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
+                for name in {each.name for each in (before.definition, now.definition) if each}:
+                    for user in self.bindings.users(name, index):
+                        if user not in known:
+                            known.add(user)
+                            heappush(waiting, user)
             if problems := self._problems(index, meanings[index]):
                 infeasible[index] = problems
             else:
@@ -216,16 +219,6 @@ class Analysis(Program):
             infeasible=infeasible,
             waiting=waiting,
         )
-
-    def _understand(self, index: int, scope: Scope, meanings: list[Meaning]) -> Iterator[int]:
-        """Put the new meaning of a statement into `meanings`. Yield the users of its old and new definitions."""
-        before = meanings[index]
-        now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
-        old, new = before.definition, now.definition
-        if old:
-            yield from self.bindings.users(old.name, index)
-        if new and not (old and old.name == new.name):
-            yield from self.bindings.users(new.name, index)
 
     def _problems(self, index: int, meaning: Meaning) -> tuple[Diagnostic, ...]:
         """Return the problems of a statement's robots."""

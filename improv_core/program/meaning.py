@@ -83,7 +83,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         said = said_by(statement, diagnostics)
         return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
     robots = robots_named(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
-    uses_phrases = any(found and (found.phrase or found.takes) for found in bound)
+    uses_phrases = any(found.phrase or found.takes for found in bound if found)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
     meant, definition, tempo = NOTHING, None, None

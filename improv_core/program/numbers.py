@@ -31,14 +31,24 @@ def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
 
     None if a number is missing, or a parameter has no value.
     """
+    factors = tuple([token[:2] for token in tokens])
+    return _multiplied(factors, values) if values else _constant(factors)
+
+
+@lru_cache(maxsize=1_000)
+def _constant(factors: tuple[tuple[str, str], ...]) -> Fraction | str | None:
+    return _multiplied(factors, {})
+
+
+def _multiplied(factors: Sequence[tuple[str, str]], values: Values) -> Fraction | str | None:
     total: Fraction | None = None
     divides = False
-    for token in tokens:
-        if token.type == "OPERATOR":
-            divides = token.text == "/"
-        if token.type in ("OPERATOR", "UNIT"):
+    for kind, text in factors:
+        if kind == "OPERATOR":
+            divides = text == "/"
+        if kind in ("OPERATOR", "UNIT"):
             continue
-        factor = _factor(token.text) if token.type == "NUMBER" else values.get(token.text)
+        factor = _factor(text) if kind == "NUMBER" else values.get(text)
         if factor is None or isinstance(factor, str):
             return factor
         if total is None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program import misuse
@@ -25,7 +26,7 @@ from improv_core.score.reactions import Condition
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.descent import DEEPEST
-from improv_core.syntax.nodes import Call, MeasuredWord, Name, Node, Number
+from improv_core.syntax.nodes import Bracket, Call, MeasuredWord, Name, Node, Number, Primitive
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.words import Applied, Needs, Word
 from improv_core.text import Span
@@ -69,7 +70,7 @@ class Reader(ReadNodes):
 
     def movement(self, node: Node) -> Movement:
         """Return the movement of a node. A node with an error counts as an empty movement."""
-        if isinstance(node, nodes.Primitive):
+        if isinstance(node, Primitive):
             return node.movement
         if self.settled is not None and id(node) in self.settled.made:
             return self.settled.made[id(node)]
@@ -79,13 +80,14 @@ class Reader(ReadNodes):
 
     def _checked(self, node: Node) -> Movement:
         checkpoint()
-        if isinstance(node, (nodes.Series, nodes.Parallel, MeasuredWord)):
-            made = self._made(node)
+        kind = type(node)
+        if kind in _NOT_NESTED:
+            made = _READ[kind](self, node)
         else:
             self.level += 1
             if self.level > self.deepest:
                 self.deepest = self.level
-            made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
+            made = self._too_deep() if self.deepest > DEEPEST else _READ[kind](self, node)
             self.level -= 1
         if made.bounds.open and made.bounds.depth > MOST_DEPTH:
             message = f"movements that senses decide are nested more than {MOST_DEPTH} levels deep here: use fewer"
@@ -103,37 +105,24 @@ class Reader(ReadNodes):
         self.reading.too_much = ("too-deep", message)
         return NOTHING
 
-    def _made(self, node: Node) -> Movement:
-        if isinstance(node, nodes.Series):
-            self.removable.update(id(each) for each in node.items if isinstance(each, nodes.Bracket) and not each.body)
-            items = [self.movement(item) for item in node.items]
-            return algebra.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
-        if isinstance(node, nodes.Apply):
-            return self._applied(node)
-        if isinstance(node, nodes.Bracket):
-            return self._bracketed(node)
-        if isinstance(node, nodes.Parallel):
-            return self._together(node, [self.movement(voice) for voice in node.voices])
-        if isinstance(node, Call):
-            return self._called(node)
-        if isinstance(node, MeasuredWord):
-            return self._measured(node)
-        if isinstance(node, nodes.PartTerm):
-            return by_part(self.movement(node.body), node.name.text)
-        if isinstance(node, nodes.PoseTerm):
-            return to_pose(node.pose.text, node.span)
-        if isinstance(node, nodes.Choice):
-            then, otherwise = self._side(node.then), self._side(node.otherwise)
-            make = WORDS[node.word.text].make
-            assert make
-            return make(
-                Applied(then, node.word.start, node.word.end, condition=_condition(node.condition), otherwise=otherwise)
-            )
-        return NOTHING
+    def _in_series(self, node: nodes.Series) -> Movement:
+        for each in node.items:
+            if isinstance(each, Bracket) and not each.body:
+                self.removable.add(id(each))
+        items = [self.movement(item) for item in node.items]
+        return algebra.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
+
+    def _chosen(self, node: nodes.Choice) -> Movement:
+        then, otherwise = self._side(node.then), self._side(node.otherwise)
+        make = WORDS[node.word.text].make
+        assert make
+        return make(
+            Applied(then, node.word.start, node.word.end, condition=_condition(node.condition), otherwise=otherwise)
+        )
 
     def _side(self, side: Node) -> Movement:
         """Return one side of an `if`. Only there do empty brackets have a meaning: to do nothing."""
-        is_empty = isinstance(side, nodes.Bracket) and side.body is None
+        is_empty = isinstance(side, Bracket) and side.body is None
         if is_empty:
             self.made[id(side)] = NOTHING
         return NOTHING if is_empty else self.movement(side)
@@ -260,7 +249,7 @@ class Reader(ReadNodes):
         self.report(Diagnostic("too-deep", node.span, message), node)
         return NOTHING
 
-    def _bracketed(self, node: nodes.Bracket) -> Movement:
+    def _bracketed(self, node: Bracket) -> Movement:
         if node.body is None:
             message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
             fixes = replace("Remove it", node.span, "") if id(node) in self.removable else ()
@@ -279,7 +268,11 @@ class Reader(ReadNodes):
     def _applied(self, node: nodes.Apply) -> Movement:
         body = self.movement(node.body)
         word = WORDS[node.word.text]
-        if body.body_words.has_poses and not (word.poses and (not node.plane or node.plane.poses)):
+        if (
+            body.bounds.body.asked
+            and body.body_words.has_poses
+            and not (word.poses and (not node.plane or node.plane.poses))
+        ):
             self.report(misuse.pose_reversed(node), node)
             return NOTHING
         if word.needs and not word.of_items and not self._is_enough(node, word, (body,)):
@@ -356,3 +349,19 @@ def items_written(node: Node) -> Sequence[Node]:
 
 def _condition(condition: nodes.Condition) -> Condition:
     return Condition(condition.sense.text, not condition.is_negated)
+
+
+_NOT_NESTED = frozenset({nodes.Series, nodes.Parallel, MeasuredWord})
+_READ: Mapping[type[Node], Callable[[Reader, Any], Movement]] = {
+    nodes.Series: Reader._in_series,
+    nodes.Apply: Reader._applied,
+    Bracket: Reader._bracketed,
+    nodes.Parallel: lambda reader, node: reader._together(node, [reader.movement(voice) for voice in node.voices]),
+    Call: Reader._called,
+    MeasuredWord: Reader._measured,
+    nodes.PartTerm: lambda reader, node: by_part(reader.movement(node.body), node.name.text),
+    nodes.PoseTerm: lambda _, node: to_pose(node.pose.text, node.span),
+    nodes.Choice: Reader._chosen,
+    nodes.Missing: lambda _, __: NOTHING,
+}
+"""The movement of each kind of node, except primitives and names."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from bisect import bisect_left, bisect_right, insort
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -18,7 +18,7 @@ from improv_core.syntax.words import Kind
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MOST_NAMES, MOST_COMPARED = 2_000, 20
 """The most names that are searched for one like an unknown name, and the most that are fully compared with it."""
-_Table = Mapping[str, Sequence[int]]
+_Table = Mapping[str, tuple[int, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +65,23 @@ class Bindings:
 
 def bind(statements: Iterable[Statement]) -> Bindings:
     """Return the bindings of a whole program."""
-    defined: dict[str, list[int]] = {}
-    used: dict[str, list[int]] = {}
+    definers: dict[str, list[int]] = {}
+    users: dict[str, list[int]] = {}
     for index, statement in enumerate(statements):
         for name in statement.uses:
-            used.setdefault(name, []).append(index)
+            users.setdefault(name, []).append(index)
         if statement.defines:
-            defined.setdefault(statement.defines, []).append(index)
+            definers.setdefault(statement.defines, []).append(index)
+    defined, used = _tuples(definers), _tuples(users)
     unused: set[int] = set()
     for name in defined:
         checkpoint()
         unused.update(_unused(name, defined, used))
     return Bindings(defined, used, frozenset(unused), _nearest(defined), _spellings(defined, used))
+
+
+def _tuples(table: Mapping[str, Sequence[int]]) -> _Table:
+    return {name: tuple(indices) for name, indices in table.items()}  # a list with one item takes twice the memory
 
 
 def _names(statement: Statement) -> tuple[str | None, tuple[str, ...]]:
@@ -87,18 +92,16 @@ def _defines(statement: Statement) -> tuple[str, ...]:
     return (statement.defines,) if statement.defines else ()
 
 
-def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], now: Sequence[str]) -> set[str]:
+def _moved(table: dict[str, tuple[int, ...]], index: int, before: Sequence[str], now: Sequence[str]) -> set[str]:
     """Move a statement from its old names to its new ones. Return the names that changed."""
     for name in set(before) - set(now):
-        indices = [each for each in table[name] if each != index]
+        indices = tuple([each for each in table[name] if each != index])
         if indices:
             table[name] = indices
         else:
             del table[name]
     for name in set(now) - set(before):
-        indices = [*table.get(name, ())]
-        insort(indices, index)
-        table[name] = indices
+        table[name] = tuple(sorted((*table.get(name, ()), index)))
     return set(before) ^ set(now)
 
 

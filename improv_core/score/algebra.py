@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from fractions import Fraction
 from itertools import accumulate as count_up
 from itertools import count
@@ -63,18 +63,30 @@ class Hold(Movement):
 class Series(Several, InTurn):
     """Movements that play one after another."""
 
-    ends: tuple[Duration, ...]  # the beat at which each item ends
     first_throws: tuple[int, ...]  # the throw at which each item begins, counted from the first; empty without dice
+    _ends: tuple[Duration, ...] = field(init=False, repr=False)
+    """A cache, which is not set before it is asked for: few of the series of a long program are entered midway."""
 
     NAME = "series"
+
+    @property
+    def ends(self) -> Sequence[Duration]:
+        """The beat at which each item ends."""
+        try:
+            return self._ends
+        except AttributeError:
+            ends = tuple(count_up(item.duration for item in self.items))
+            object.__setattr__(self, "_ends", ends)  # a movement is frozen
+            return ends
 
     def throw_of(self, index: int, throw: T) -> T:
         return throw.after(self.first_throws[index]) if self.first_throws else throw
 
     def visits(self, at: Duration, backward: bool, dice: Dice | None) -> Iterator[Visit]:
+        ends = self.ends if at else ()
         if dice is None or not self.first_throws:
-            return one_by_one(self.items, self.ends, at, backward, None)
-        return one_by_one(self.items, self.ends, at, backward, lambda index: self.throw_of(index, dice))
+            return one_by_one(self.items, ends, at, backward, None)
+        return one_by_one(self.items, ends, at, backward, lambda index: self.throw_of(index, dice))
 
 
 @value(frozen=True, slots=True, eq=False)
@@ -227,7 +239,7 @@ def one_by_one(
     backward: bool,
     dice_of_item: Callable[[int], Dice] | None,
 ) -> Iterator[Visit]:
-    """Yield items that play one after another. `ends` are the beats at which they end."""
+    """Yield items that play one after another. `ends` are the beats at which they end, unless `at` is 0."""
     first = bisect_left(ends, at) if backward else bisect_right(ends, at) if at else 0
     if first == len(items):
         return
@@ -265,7 +277,6 @@ def series(items: Sequence[Movement]) -> Movement:
     if len(items) == 1:
         return items[0]
     end: Duration = 0
-    ends = []
     uniform: Velocity | None = None
     bounds = items[0].bounds if items else UNBOUNDED
     for item in items:  # a single loop, because most of the work at a keystroke goes through here
@@ -275,7 +286,6 @@ def series(items: Sequence[Movement]) -> Movement:
             elif uniform is not item.uniform and uniform != item.uniform:
                 uniform = None
             end += item.duration
-        ends.append(end)
         if item.bounds is not bounds:
             bounds = either(bounds, item.bounds)
     if bounds.open:
@@ -284,7 +294,7 @@ def series(items: Sequence[Movement]) -> Movement:
     if bounds.dice:
         *reached, throws = count_up((item.bounds.throws for item in items), initial=0)
         bounds, first_throws = replace(bounds, throws=throws), tuple(reached)
-    return Series(end, uniform, bounds, tuple(items), tuple(ends), first_throws)
+    return Series(end, uniform, bounds, tuple(items), first_throws)
 
 
 @makes(Parallel)
@@ -325,7 +335,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
         return body
     duration = ENDLESS if isinstance(body.duration, float) else _quotient(body.duration, rate)
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
-    return Pace(duration, uniform, sped_up(body.bounds, rate), body, rate)
+    return Pace(duration, uniform, sped_up(body.bounds, *rate.as_integer_ratio()), body, rate)
 
 
 def _quotient(number: Exact, divisor: Fraction) -> Exact:

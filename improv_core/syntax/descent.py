@@ -68,6 +68,12 @@ span = lru_cache(maxsize=20_000)(Span)
 
 
 @lru_cache(maxsize=20_000)
+def same(token: Token) -> Token:
+    """Return the token that all statements share: words and signs are alike in most of them."""
+    return token
+
+
+@lru_cache(maxsize=20_000)
 def _primitive(text: str, start: int, end: int) -> Primitive:
     """Return the node of this word at this offset. All statements share it, because most nodes are primitives."""
     place, word = span(start, end), WORDS[text]
@@ -184,7 +190,7 @@ class _Descent:
         plane = self.take(("PLANE",)) if kind == "REFLECT" else None
         guard = self.condition() if kind == "GUARD" else None
         body = self.term()
-        return Apply(span(start, body.span.end), token, body, numbers, plane, guard)
+        return Apply(span(start, body.span.end), same(token), body, numbers, plane, guard)
 
     def _measured(self, word: Primitive) -> MeasuredWord:
         measure = self.number(_MEASURES) if self.next.type in _FACTORS else None

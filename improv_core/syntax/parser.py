@@ -12,7 +12,7 @@ from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import SEPARATORS
 from improv_core.syntax.derivation import Leaf, repair
-from improv_core.syntax.descent import TooDeepError, descend, descend_tempo
+from improv_core.syntax.descent import TooDeepError, descend, descend_tempo, same
 from improv_core.syntax.heads import Head, classified, has_measures, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
@@ -91,7 +91,7 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
     if head.parameters or "GUARD" in types or "IF" in types or ("PRIMITIVE" in types and has_measures(rest)):
         rest = classified(rest, head.parameters, hides_radius)
         types = {token.type for token in rest}
-    sign, diagnostics = head.sign, list(head.diagnostics)
+    sign, diagnostics = head.sign and same(head.sign), list(head.diagnostics)
     try:
         body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
         if not body and not tempo:

@@ -97,8 +97,8 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
     own = [each.name for each in found.parameters]
     hidden = [*own, *(name for name in analysis.predefined if analysis.definition(name, found.statement))]
     parts = body_words.offered(bodies, hidden) if "NAME" in accepted else ()
-    words = _words(accepted, found, bare)
-    return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *parts, *words], whole
+    numbers, words = _numbers_offered(accepted, found), _words(accepted, bare)
+    return [*parameters, *offered, *numbers, *(senses if "SENSE" in accepted else ()), *parts, *words], whole
 
 
 def _bodies(analysis: Analysis, found: BeforeCursor) -> list[Body]:
@@ -187,12 +187,16 @@ def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
         yield from after_robots() if heads else first_words(analysis)
 
 
-def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterator[Item]:
+def _words(accepted: frozenset[str], bare: bool) -> Iterator[Item]:
     """Yield the words of these terminals; `bare` if their operand already follows the cursor."""
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
             yield Item(word.text, kind, word.about, _snippet(word, bare))
+
+
+def _numbers_offered(accepted: frozenset[str], found: BeforeCursor) -> Iterator[Item]:
+    """Yield usual numbers and measures behind the last word, and `radius` behind a turn."""
     if "NUMBER" in accepted and found.tokens:
         last = found.tokens[-1]
         yield from _usual_measures(last) if last.type in ("PRIMITIVE", "RADIUS") else _numbers(last.text)

@@ -66,7 +66,7 @@ def test_planes_and_numbers_are_offered_in_their_places() -> None:
     check("r $ reflect s|>", *PLANES)
     check("r $ fast |>", "2", "3", "3/2")
     check("beat |>", "60", "30", "120")
-    check("r $ repeat |>", *MOVING, "2", "3", "4", "8")
+    check("r $ repeat |>", "2", "3", "4", "8", *MOVING)
 
 
 PHRASES = "poly n = repeat n (forward scale 4/n left)\ntimes n (m) = repeat n m\nboth (a) (b) = a || b\n"
@@ -114,12 +114,10 @@ def test_units_are_offered_directly_behind_the_number_of_a_measure() -> None:
         check_nothing(program)
 
 
-def test_measures_are_offered_behind_primitives_after_all_else() -> None:
-    labels = [item.label for item in offered("p n = left |>").items]
-    assert labels[0] == "n*1deg"
-    assert labels[-3:] == ["90deg", "45deg", "radius"]
-    assert [item.label for item in offered("r $ forward |>").items][-2:] == ["1m", "50cm"]
-    assert [item.label for item in offered("r $ left 90deg |>").items][-1] == "radius"
+def test_measures_are_offered_behind_primitives_before_the_words_of_the_language() -> None:
+    check("p n = left |>", "n*1deg", "90deg", "45deg", "radius", *MOVING)
+    check("x = up\nr $ forward |>", "x", "1m", "50cm", *MOVING)
+    check("r $ left 90deg |>", "radius", *MOVING)
     check("r $ left radius |>", "1m", "50cm")
 
 

@@ -24,12 +24,12 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
     const where = file
       ? element("b", { className: "where", textContent: `${file}, line ${line}` })
       : button({ className: "where", textContent: `line ${line}` }, () => go(start))
-    const source = (file ? "" : (lines[line - 1] ?? "")).trim()
+    const source = file ? "" : lines[line - 1]?.trim()
     const details = element(
       "details",
       { open: count === 1 },
       element("summary", { className: "words", textContent: message }),
-      element("code", { className: "source", textContent: source }),
+      ...(source ? [element("code", { className: "source", textContent: source })] : []),
       ...fixes.map(({ title, edits }) => button({ className: "fix", textContent: title }, () => fix(edits))),
     )
     const quick = fixes.slice(0, 1).map(({ title, edits }) => {

@@ -60,10 +60,7 @@ export class Draft {
    */
   take(source, text, writing) {
     const clean = text === this.base.text && !this.changed
-    if (source.revision === this.base.revision) {
-      this.base = source
-      this.changed = null
-    } else if (source.text === text || source.text === writing) {
+    if (source.revision === this.base.revision || source.text === text || source.text === writing) {
       this.base = source
       this.changed = null
     } else if (clean) {

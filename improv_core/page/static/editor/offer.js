@@ -30,6 +30,7 @@ export class Offer {
     this.#text = text
     this.#completions = new Completions(control, (word) => this.#pick(word))
     for (const kind of ["compositionstart", "blur", "pointerdown"]) control.addEventListener(kind, () => this.end())
+    control.addEventListener("click", () => matchMedia("(pointer: coarse)").matches && this.begin(false)) // to tap, where no list opens
   }
 
   /** Returns whether a key chooses among the words. @param {KeyboardEvent} event */

@@ -1,6 +1,6 @@
 // @ts-check
-// A row of words above the keyboard of a phone or tablet, on which brackets and dollar signs are hard to find: words that
-// fit here come first, then those that are always there.
+// A row above the keyboard of a phone or tablet, which has no Ctrl+Z, and on which brackets and dollar signs are hard to
+// find: Undo, then the words that fit here, then those that are always there.
 
 import { element, find } from "../base/elements.js"
 
@@ -15,6 +15,12 @@ export function offerWords(control) {
     if (!(target instanceof HTMLButtonElement)) return
     control.focus()
     document.execCommand("insertText", false, spaced(control.value, control.selectionStart, target.textContent ?? ""))
+  })
+  find("undo").addEventListener("click", () => {
+    const writes = document.activeElement === control
+    control.focus()
+    document.execCommand("undo")
+    if (!writes) control.blur() // or the keyboard would come up
   })
 }
 

@@ -109,7 +109,7 @@ export class Floor {
     scene.handle.draw(pen, camera)
     for (const mark of scene.meetings?.marks(camera) ?? []) this.#drawMeeting(mark, robots)
     this.#drawBumps(scene)
-    if (robots.length) this.#drawScale()
+    this.#drawScale()
     return turning || painting
   }
 

@@ -25,13 +25,16 @@ export function offerExamples(take) {
   find("show-examples").addEventListener("click", async () => {
     dialog.show() // not modal, so that Stop stays reachable
     if (list.childElementCount) return
+    const line = find("examples-line")
+    line.textContent = "Loading…"
     try {
       const answer = await fetch("examples.json")
       /** @type {Example[]} */
       const examples = await answer.json()
       list.replaceChildren(...examples.map(row))
+      line.textContent = ""
     } catch {
-      find("examples-line").textContent = "The examples can't be loaded: try again once there is a network."
+      line.textContent = "The examples can't be loaded: try again once there is a network."
     }
   })
 }

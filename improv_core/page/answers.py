@@ -23,8 +23,6 @@ from improv_core.score.svg import plot
 
 MOST_BEATS = 256
 """Beats in one window."""
-WINDOWS_KEPT = 64
-"""Windows that are kept for other pages, until something is sensed or another score is shown."""
 MOST_EARLY = 1_000
 """Changes of senses that are kept. The simulator runs behind the real robots beside it, so these changes come before
 the scene or the jump to which they belong."""
@@ -47,7 +45,6 @@ class Answers:
         self._replays: dict[int, Replay] = {}  # of these generations
         self._transport: TransportMessage | None = None
         self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
-        self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
         self._do = do
 
     def show(self, score: Score, generation: int) -> None:
@@ -71,13 +68,9 @@ class Answers:
         replay = self._replays.get(generation)
         if not replay:
             return None
-        if (generation, start, end) not in self._windows:
-            if len(self._windows) == WINDOWS_KEPT:
-                self._windows.clear()
-            robots = window(replay, start, end)
-            message: Window = {"type": "window", "generation": generation, "from": start, "to": end, "robots": robots}
-            self._windows[generation, start, end] = json.dumps(message)
-        return self._windows[generation, start, end]
+        robots = window(replay, start, end)
+        message: Window = {"type": "window", "generation": generation, "from": start, "to": end, "robots": robots}
+        return json.dumps(message)
 
     def picture(self) -> str | None:
         """The score's paths as SVG; None if there is no score. For `compute`."""
@@ -86,7 +79,6 @@ class Answers:
         return self._picture
 
     def _show(self, score: Score, generation: int) -> None:
-        self._windows.clear()
         self._score, self._picture = score, None
         self._shown[generation] = score
         if not self._transport or self._transport["generation"] != generation:
@@ -97,14 +89,12 @@ class Answers:
         if message["type"] == "sensed":
             self._sensed.append(message)
             if self._transport and self._transport["generation"] == generation:
-                self._windows.clear()
                 note(self._replays[generation], message)
             return
         if score := self._shown.get(generation):
             playing = self._transport["generation"] if self._transport else generation
             replay = followed(self._replays.get(playing), score, self._transport, message)
             if replay is not self._replays[generation]:
-                self._windows.clear()
                 for edge in self._sensed:
                     if edge["generation"] == generation and edge["performed"] >= message["performed"] - EARLY:
                         note(replay, edge)

@@ -10,13 +10,10 @@ const TIMEOUT = 8000 // milliseconds that an answer may take: a stage that hangs
 const MOST_WAITING = 3 // that may wait for an answer at the same time: browsers open only six connections
 const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 
-export class Stops {
-  page = randomName()
-  #pressed = 0 // stops so far
+/** The number of stops that somebody has pressed, and of those that were obeyed. */
+export class PressedStops {
+  #pressed = 0
   #confirmed = 0
-  #asked = 0 // how many wait for an answer
-  #ended = false // true once nobody answers anymore
-  #again = 0 // the timer
   #late = 0 // the timer
 
   /** The number of the latest stop if it is not confirmed; otherwise 0. */
@@ -27,10 +24,29 @@ export class Stops {
   /** Somebody stops the robots. The number of this stop. */
   press() {
     if (!this.waiting) this.#late = window.setTimeout(() => notices.waitForStop(true, ""), NOTICE_DELAY)
-    this.#pressed++
-    if (this.#ended) this.end()
+    return ++this.#pressed
+  }
+
+  /** A stop was obeyed, and with it all earlier ones. @param {number} [number] of all, if it is left out */
+  confirm(number = this.#pressed) {
+    this.#confirmed = Math.max(number, this.#confirmed)
+    if (this.waiting) return
+    clearTimeout(this.#late)
+    notices.waitForStop(false, "")
+  }
+}
+
+export class Stops extends PressedStops {
+  page = randomName()
+  #asked = 0 // how many wait for an answer
+  #ended = false // true once nobody answers anymore
+  #again = 0 // the timer
+
+  press() {
+    const number = super.press()
+    if (this.#ended) this.confirm()
     else this.#send()
-    return this.#pressed
+    return number
   }
 
   /** There is a server again. */
@@ -41,12 +57,13 @@ export class Stops {
   /** All robots were stopped, and nobody will confirm what still waits. */
   end() {
     this.#ended = true
-    this.#confirm(this.#pressed)
+    this.confirm()
   }
 
   async #send() {
-    const number = this.#pressed
+    const number = this.waiting
     clearTimeout(this.#again)
+    if (!number) return
     this.#again = window.setTimeout(() => this.#send(), RESEND_DELAY)
     if (this.#asked >= MOST_WAITING) return
     this.#asked++
@@ -56,16 +73,7 @@ export class Stops {
     const answer = await fetch(address, options).catch(() => null)
     this.#asked--
     const who = answer?.status === 202 ? await answer.text().catch(() => "") : ""
-    if (answer?.status === 204) this.#confirm(number)
+    if (answer?.status === 204) this.confirm(number)
     else if (who && number === this.waiting) notices.waitForStop(true, who)
-  }
-
-  /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
-  #confirm(number) {
-    this.#confirmed = Math.max(number, this.#confirmed)
-    if (this.waiting) return
-    clearTimeout(this.#again)
-    clearTimeout(this.#late)
-    notices.waitForStop(false, "")
   }
 }

@@ -5,13 +5,13 @@ import { isClass } from "../website/class.js"
 import { openProgram, path, showStill, storeProgram, storeStill } from "../website/local-program.js"
 import { notices } from "../base/notices.js"
 import { read } from "./messages.js"
+import { PressedStops } from "./stops.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
 /** @import { Program } from "../website/local-program.js" */
 /** @typedef {{ message: string } | { ready: true } | { stage: string } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
-const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 const address = document.querySelector('meta[name="improv-worker"]')?.getAttribute("content") ?? ""
 const STOP_TIMEOUT = 8000 // milliseconds after which a worker that doesn't stop is ended
 const NO_ROOM = "not saved: this browser has no room for it, so save it as a file, with Share"
@@ -32,9 +32,8 @@ let beat = 0 // at which the program begins when it is first played as it was op
  * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange) {
-  let pressed = 0
-  let obeyed = 0
-  let timers = /** @type {number[]} */ ([])
+  const stops = new PressedStops()
+  let hung = 0 // the timer
   let ready = false
   let problem = "" // with the link
   let isKept = true
@@ -65,30 +64,23 @@ export function connect(onMessage, onChange) {
       onChange("open")
       if (problem) notices.load(problem)
     } else if ("stage" in said) notices.load(problem ? `${problem} (${said.stage})` : said.stage)
-    else if ("obeyed" in said) confirm(said.obeyed)
+    else if ("obeyed" in said) stops.confirm(said.obeyed)
     else if ("drawn" in said) waiting.shift()?.(said.drawn)
     else notices.load(said.problem)
   }
 
   function press() {
-    pressed++
-    if (!timers.length) timers = [window.setTimeout(() => notices.waitForStop(true, ""), NOTICE_DELAY), window.setTimeout(replace, STOP_TIMEOUT)]
-    return pressed
-  }
-
-  /** @param {number} number of a stop that was obeyed, and with it all earlier ones */
-  function confirm(number) {
-    obeyed = Math.max(number, obeyed)
-    if (obeyed < pressed) return
-    timers.forEach(clearTimeout)
-    timers = []
-    notices.waitForStop(false, "")
+    if (!stops.waiting) {
+      clearTimeout(hung)
+      hung = window.setTimeout(() => stops.waiting && replace(), STOP_TIMEOUT)
+    }
+    return stops.press()
   }
 
   function replace() {
     worker?.terminate()
     onChange("lost")
-    confirm(pressed)
+    stops.confirm()
     begin()
   }
 
@@ -104,7 +96,7 @@ export function connect(onMessage, onChange) {
   return (request) => {
     const sent = request.type === "stop" ? { type: "press", number: press() } : request
     if (ready) worker?.postMessage({ request: JSON.stringify(sent) })
-    else if (request.type === "stop") confirm(pressed) // nothing moves yet
+    else if (request.type === "stop") stops.confirm() // nothing moves yet
   }
 }
 

@@ -37,15 +37,19 @@ _WORDS = (("forward", "backward"), ("strafeleft", "straferight"), ("up", "down")
 """The words that move a robot along and against each axis."""
 
 
+Ends = tuple[float, float, float, float]
+"""The place of a movement's end on the floor, which is ahead of the robot for a turn, and that of the robot then, in
+meters."""
+
+
 class Handle(NamedTuple):
-    """The place of a movement's end on the floor, in meters; that of a turn is ahead of the robot. `span` is its words,
-    and `others` are the places where the same words end elsewhere."""
+    """The end of a movement, whose words are in a span. The same words end at `others`, too."""
 
     robot: str
     span: Span
     text: str
-    place: tuple[float, float]
-    others: Sequence[tuple[float, float]]
+    place: Ends
+    others: Sequence[Ends]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,11 @@ class _Performance:
         return pose.x, pose.y
 
     @property
+    def ends(self) -> Ends:
+        pose = self.end()
+        return *self.place(), pose.x, pose.y
+
+    @property
     def _arm(self) -> float:
         return max(self.profile.step / 2, 2 * self.profile.radius)
 
@@ -107,8 +116,8 @@ def handle_at(analysis: Analysis, offset: int) -> Handle | None:
         return None
     span, _, played = found
     first = next(played)
-    others = [other.place() for other in islice(played, MOST_GHOSTS)]
-    return Handle(first.robot, span, analysis.text[slice(*span)], first.place(), others)
+    others = [other.ends for other in islice(played, MOST_GHOSTS)]
+    return Handle(first.robot, span, analysis.text[slice(*span)], first.ends, others)
 
 
 def bent(analysis: Analysis, offset: int, to: tuple[float, float], freely: bool) -> tuple[Edit, ...]:
@@ -127,12 +136,6 @@ def lengthened(analysis: Analysis, offset: int, steps: int, freely: bool) -> tup
         return along * (whole + steps or steps) * level
 
     return _edited(analysis, offset, freely, wanted)
-
-
-def turned_to(analysis: Analysis, offset: int) -> float | None:
-    """Return the heading of a robot after the movement at an offset, in radians; None if that moves no robot."""
-    found = _word_at(analysis, offset)
-    return next(found[2]).end().heading if found else None
 
 
 def _edited(
@@ -203,6 +206,21 @@ def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist])
             if done >= whole * (1 - _SAME):
                 yield _Performance(name, part.profile, start, legs, amounts)
                 legs, done = [], 0.0
+
+
+def poses_at(score: Score, word: Source) -> dict[str, Pose]:
+    """Return where each robot that plays a word begins it first, as if no sense ever held."""
+    found = {}
+    for name, part in score.parts.items():
+        pose = part.start
+        for moment in islice(walk(part.movement), MOST_MOMENTS):
+            if word in moment.sources:
+                found[name] = pose
+                break
+            if moment.duration == ENDLESS:
+                break
+            pose = pose.after(twist(moment.velocity, part.profile, score.tempo), score.seconds(moment.duration))
+    return found
 
 
 def _axis(played: _Performance) -> tuple[int, float]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.bending import Word
+from improv_core.ide.bending import Word, poses_at
 from improv_core.ide.cursor import cursor
 from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.program.program import Placed
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Source
 from improv_core.text import Span
 
 
@@ -38,16 +43,31 @@ def gap_at(analysis: Analysis, offset: int) -> Gap | None:
     return Gap(at, "" if before in " ([" else " ", "" if not after or after in " \r\n)]" else " ")
 
 
-def as_line(analysis: Analysis, robot: str, words: str) -> Iterator[Edit]:
-    """Yield the edits that have a robot play words in the last scene, instead of what it plays there."""
+def poses_in(analysis: Analysis, gap: Gap) -> Mapping[str, Pose]:
+    """Return the poses in which robots get to a place within a movement: none if no robot does, or while the program
+    has errors."""
+    probed = analysis.edited(gap.offset, gap.offset, gap.filled("rest").text)
+    placed = probed.statement_at(gap.offset + len(gap.before))
+    if not placed or not analysis.ok or not probed.ok:
+        return {}
+    start = gap.offset + len(gap.before) - placed.start
+    return poses_at(score_of(probed), Source(probed.statement_ids[placed.index], Span(start, start + len("rest"))))
+
+
+def as_line(analysis: Analysis, robot: str, words: str, begin: Fraction = Fraction(0)) -> Iterator[Edit]:
+    """Yield the edits that have a robot play words in the last scene, instead of what it plays there from a beat on."""
+    scene = len(analysis.scenes)
     first = (analysis.scenes[-1] if analysis.scenes else -1) + 1
     lines = [analysis.placed(index) for index in range(first, len(analysis.statements))]
     played = (each for each in lines if each.statement.kind == "DOLLAR")
     line = next((each for each in played if robot in [head.text for head in each.statement.heads]), None)
     text, end = analysis.text, "\r\n" if "\r\n" in analysis.text else "\n"
+    kept = begin - Fraction(analysis.begins[scene]) if scene < len(analysis.begins) else begin
+    if kept > 0:
+        words = f"{_until(analysis, line, robot, kept)} {words}"
     if not line:
-        gap = end if text and not text.endswith(("\n", "\r")) else ""
-        yield Edit(Span(len(text), len(text)), f"{gap}{robot} $ {words}{end}")
+        at = len(text) - len(end) * text.endswith(end)
+        yield Edit(Span(at, at), f"{end if at else ''}{robot} $ {words}")
         return
     heads = line.statement.heads
     code = Span(line.start, line.start + line.statement.tokens[-1].end)
@@ -57,9 +77,26 @@ def as_line(analysis: Analysis, robot: str, words: str) -> Iterator[Edit]:
         return
     index = next(index for index, each in enumerate(heads) if each.text == robot)
     is_last = index + 1 == len(heads)
-    begin = heads[index - 1].end if is_last else heads[index].start
+    cut = heads[index - 1].end if is_last else heads[index].start
     stop = heads[index].end if is_last else heads[index + 1].start
-    yield Edit(Span(line.start + begin, line.start + stop), "")
+    yield Edit(Span(line.start + cut, line.start + stop), "")
     below = text.find("\n", code.end)
     at = len(text) if below < 0 else below - (text[below - 1] == "\r")
     yield Edit(Span(at, at), f"{end}{robot} $ {words}")
+
+
+def _until(analysis: Analysis, line: Placed | None, robot: str, beats: Fraction) -> str:
+    """Return the words for what a robot plays in a line until it has played for so many beats."""
+    played = analysis.played.get(line.index) if line else None
+    if not line or not played or not line.statement.sign:
+        return _rest(beats)
+    code = line.statement.text[line.statement.sign.end : line.statement.tokens[-1].end].strip()
+    part = dict(played.parts)[robot]
+    if part.open or part.duration > beats:
+        return f"({code} || {_rest(beats)})"
+    left = beats - Fraction(part.duration)
+    return (f"({code})" if "||" in code else code) + (f" {_rest(left)}" if left else "")
+
+
+def _rest(beats: Fraction) -> str:
+    return "rest" if beats == 1 else f"slow {beats} rest"

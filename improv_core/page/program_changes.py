@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import TypeGuard
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.bending import bent, lengthened, turned_to
-from improv_core.ide.insertion import as_line, gap_at
+from improv_core.ide.bending import bent, lengthened
+from improv_core.ide.insertion import as_line, gap_at, poses_in
 from improv_core.ide.placing import formed, in_tempo, placed
 from improv_core.program.analysis import Analysis
-from improv_core.program.compiler import starts_of
+from improv_core.program.compiler import score_of, starts_of
 from improv_core.protocol.editing import DrawPath, PerformPart, ProgramChange, TuneMusic
+from improv_core.score.motion import Pose
+from improv_core.score.path import pose_at
 from improv_core.score.score import speeds_of
 from improv_core.transcription.gestures import LEAST, DrawnPoint, PressedKeys, words_drawn, words_performed
+
+MOST_PARTS = 12
+"""The beat from which on a robot is moved by hand has at most this denominator."""
 
 
 def is_first_beat(change: ProgramChange) -> TypeGuard[TuneMusic]:
@@ -45,18 +51,24 @@ def edits_of(analysis: Analysis, change: ProgramChange) -> Sequence[Edit] | None
 
 
 def _drawn(analysis: Analysis, change: DrawPath) -> Sequence[Edit] | None:
-    robot, offset, stroke = change["robot"], change.get("offset"), [DrawnPoint(*each) for each in change["points"]]
+    robot, offset, parts = change["robot"], change.get("offset"), change["parts"]
+    stroke = [DrawnPoint(*each) for each in change["points"]]
     profile = analysis.opening.config.robot(robot).profile
-    if offset is not None and (gap := gap_at(analysis, offset)):
-        _, words = words_drawn(stroke, turned_to(analysis, offset), profile, change["parts"])
+    gap = gap_at(analysis, offset) if offset is not None else None
+    poses = poses_in(analysis, gap) if gap else {}
+    if gap and (robot in poses or not poses):
+        pose = poses.get(robot)
+        if pose and math.dist((pose.x, pose.y), stroke[0][1:]) >= LEAST:
+            stroke.insert(0, DrawnPoint(stroke[0].beat, pose.x, pose.y))
+        _, words = words_drawn(stroke, pose.heading if pose else None, profile, parts)
         return [gap.filled(words)] if words else ()
-    known = starts_of(analysis).get(robot)
-    stays = known is not None and math.dist((known.x, known.y), stroke[0][1:]) < LEAST
-    start, words = words_drawn(stroke, known.heading if known and stays else None, profile, change["parts"])
+    known, begin = _pose(analysis, change), _begin(change)
+    stays = known is not None and (begin > 0 or math.dist((known.x, known.y), stroke[0][1:]) < LEAST)
+    start, words = words_drawn(stroke, known.heading if known and stays else None, profile, parts)
     if not words:
         return ()
     places = () if stays else placed(analysis, {robot: (start.x, start.y, math.degrees(start.heading))})
-    return None if places is None else [*places, *as_line(analysis, robot, words)]
+    return None if places is None else [*places, *as_line(analysis, robot, words, begin)]
 
 
 def _performed(analysis: Analysis, change: PerformPart) -> Sequence[Edit]:
@@ -64,4 +76,15 @@ def _performed(analysis: Analysis, change: PerformPart) -> Sequence[Edit]:
     profile = analysis.opening.config.robot(robot).profile
     keys = [PressedKeys(beat, round(ahead), round(turn)) for beat, ahead, turn in change["keys"]]
     words = words_performed(keys, change["end"], speeds_of(profile, analysis.tempo), profile, parts)
-    return list(as_line(analysis, robot, words)) if words else ()
+    return list(as_line(analysis, robot, words, _begin(change))) if words else ()
+
+
+def _begin(change: DrawPath | PerformPart) -> Fraction:
+    return Fraction(change.get("begin", 0)).limit_denominator(MOST_PARTS)
+
+
+def _pose(analysis: Analysis, change: DrawPath) -> Pose | None:
+    """Return where a robot stands as somebody begins to move it; None if the program doesn't place it."""
+    start, begin = starts_of(analysis).get(change["robot"]), _begin(change)
+    part = score_of(analysis).parts.get(change["robot"]) if begin and analysis.ok else None
+    return (pose_at(part, begin) if part else None) or start

@@ -13,6 +13,7 @@ from improv_core.ide.bending import handle_at
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
+from improv_core.ide.insertion import gap_at, poses_in
 from improv_core.ide.placing import UNPLACED
 from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.page.program_changes import edits_of, is_first_beat
@@ -172,7 +173,10 @@ class PageEditor:
         analysis = self._text(page, ask["number"])
         if not analysis:
             return None
-        found = handle_at(analysis, min(ask["offset"], len(analysis.text)))
+        offset = min(ask["offset"], len(analysis.text))
+        found = handle_at(analysis, offset)
+        gap = gap_at(analysis, offset) if ask["draws"] else None
+        pens = poses_in(analysis, gap) if gap else {}
         return {
             "type": "handle",
             "number": ask["number"],
@@ -181,6 +185,7 @@ class PageEditor:
             "text": found.text if found else "",
             "place": found and _millimeters(found.place),
             "others": [_millimeters(each) for each in found.others] if found else [],
+            "pens": {robot: _millimeters((pose.x, pose.y)) for robot, pose in pens.items()},
         }
 
     def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:

@@ -61,11 +61,13 @@ class Explain(TypedDict):
 
 
 class AskHandle(TypedDict):
-    """Asks for the handle of the movement at an offset of the text with this number."""
+    """Asks for the handle of the movement at an offset of the text with this number, and, if somebody `draws`, for the
+    places of robots there."""
 
     type: Literal["handle"]
     number: Count
     offset: Count
+    draws: bool
 
 
 class AskPreview(TypedDict):
@@ -129,24 +131,28 @@ class LengthenMovement(TypedDict):
 
 
 class DrawPath(TypedDict):
-    """Somebody drew on the floor. Its words are written at an offset, or, without one, as the line of a robot, which
-    begins there. Each line or arc ends on an nth of a beat (`parts`); with 0 parts, each takes a beat."""
+    """Somebody drew on the floor. If the robot comes to the offset, its words are written there; otherwise, as the line
+    of the robot, which begins there, or continues from the beat `begin` on. Each line or arc ends on an nth of a beat
+    (`parts`); with 0 parts, each takes a beat."""
 
     type: Literal["draw"]
     robot: Name
     offset: NotRequired[Count]
     points: DrawnPoints
     parts: Parts
+    begin: NotRequired[Beat]
 
 
 class PerformPart(TypedDict):
-    """Somebody moved a robot by keys until a beat. Their words become the robot's line, on an nth of a beat."""
+    """Somebody moved a robot by keys until a beat, counted from `begin` on. Their words become the robot's line from
+    there on, on an nth of a beat."""
 
     type: Literal["perform"]
     robot: Name
     keys: Held
     end: Beat
     parts: Parts
+    begin: NotRequired[Beat]
 
 
 ProgramChange = PlaceRobots | ArrangeRobots | TuneMusic | BendMovement | LengthenMovement | DrawPath | PerformPart
@@ -234,8 +240,9 @@ class Explained(TypedDict):
 
 
 class ShownHandle(TypedDict):
-    """The handle of the movement at an offset: its `text`, its robot, and its place on the floor in meters; null if
-    there is none. The same words end at `others`, too."""
+    """The handle of the movement at an offset: its `text`, its robot, and its place on the floor, then that of the
+    robot, in meters; null if there is none. The same words end at `others`, too. For somebody who draws, `pens` has the
+    place of each robot as it comes to the offset."""
 
     type: Literal["handle"]
     number: int
@@ -244,6 +251,7 @@ class ShownHandle(TypedDict):
     text: str
     place: Sequence[float] | None
     others: Sequence[Sequence[float]]
+    pens: Mapping[str, Sequence[float]]
 
 
 class PreviewedPath(TypedDict):

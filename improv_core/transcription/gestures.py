@@ -32,6 +32,8 @@ _SLIGHT = math.radians(45)
 _CORNER_COST = 1.0
 """A corner takes a turn on the spot, and so as many words as a line."""
 _MISFIT_COST = 0.3
+_FAR = 8
+"""A hand doesn't move by so many times the space between two points at once: that is a line."""
 _FEWEST = 4
 """Fewer places make no arc."""
 _KINK = math.radians(20)
@@ -76,7 +78,8 @@ def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Pr
     `LEAST`.
 
     The robot first turns to it from its `heading` (radians), or begins that way if it has none. Each line or arc takes
-    the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat.
+    the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat. Until it begins, the robot
+    rests.
     """
     start = Pose(round(stroke[0].x, 2), round(stroke[0].y, 2)) if stroke else Pose()
     curves = _curves(stroke)
@@ -84,7 +87,9 @@ def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Pr
         return start, ""
     first = round(math.degrees(math.remainder(curves[0].direction, math.tau)) / 15) * 15
     start = Pose(start.x, start.y, 0.0, math.radians(first) if heading is None else heading)
-    return start, _text(list(_moves(curves, start, profile, parts)))
+    rest = Fraction(round(stroke[0].beat * parts), parts) if parts else Fraction(0)
+    before = moves_for(rest, Amounts(0.0, 0.0, 0.0, 0.0), profile, _KEYS_ROUNDING) if rest else []
+    return start, _text([*before, *_moves(curves, start, profile, parts)])
 
 
 def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, profile: Profile, parts: int) -> str:
@@ -180,11 +185,13 @@ def _curves(stroke: Sequence[DrawnPoint]) -> list[_Curve]:
 
 
 def _spaced(stroke: Sequence[DrawnPoint], least: float) -> list[DrawnPoint]:
-    """Return the points of a stroke that are so far apart, and its last one."""
+    """Return the points of a stroke that are so far apart, and its last one, with others where a line is far longer."""
     kept = [stroke[0]]
     for each in stroke:
-        if math.dist(each[1:], kept[-1][1:]) >= least:
-            kept.append(each)
+        last, far = kept[-1], math.dist(each[1:], kept[-1][1:])
+        steps = int(far / least) if far > _FAR * least else int(far >= least)
+        shares = (step / steps for step in range(1, steps + 1))
+        kept += [DrawnPoint(*(a + share * (b - a) for a, b in zip(last, each, strict=True))) for share in shares]
     return [*kept[:-1], stroke[-1]] if len(kept) > 2 else [stroke[0], stroke[-1]]
 
 

@@ -75,15 +75,15 @@ def test_the_handle_shows_where_the_same_word_ends_elsewhere() -> None:
     analysis, offset = at_cursor("ada at 0 0\nbo at 0 5\nside = for|>ward\nada bo $ repeat 2 (side left)")
     handle = handle_at(analysis, offset)
     assert handle
-    assert (handle.robot, handle.text, handle.place) == ("ada", "forward", (2, 0))
-    assert [(round(x, 6), round(y, 6)) for x, y in handle.others] == [(2, 2), (2, 5), (2, 7)]
+    assert (handle.robot, handle.text, handle.place) == ("ada", "forward", (2, 0, 2, 0))
+    assert [(round(x, 6), round(y, 6)) for x, y, *_ in handle.others] == [(2, 2), (2, 5), (2, 7)]
 
 
 def test_a_turn_has_its_handle_ahead_of_the_robot() -> None:
     analysis, offset = at_cursor("ada at 0 0\nada $ le|>ft")
     handle = handle_at(analysis, offset)
     assert handle
-    assert handle.place == pytest.approx((0, 1))
+    assert handle.place == pytest.approx((0, 1, 0, 0))
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,11 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     offer = page.locator("#completions li")
     expect(offer).to_have_text(["left A quarter turn to the left."])
     page.keyboard.press("Tab")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Backspace")
+    expect(page.locator("#completions")).to_be_visible()
+    page.keyboard.press("Tab")  # the end of the word is there already
     write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
     expect(page.locator("#highlight .error")).to_have_text(["forwrd"])
     expect(fix).to_have_text(["Change to forward"])

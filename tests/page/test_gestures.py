@@ -9,13 +9,13 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
-from tests.page.conftest import Keep, at, wait
+from tests.page.conftest import Keep, at, next_frame, wait
 from tests.page.editing import Edit
 from tests.page.looks import COUNT
 
 SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
 
-ORANGE = [192, 79, 0]
+ORANGE, BLUE = [192, 79, 0], [0, 114, 178]
 PHONE: ViewportSize = {"width": 390, "height": 844}
 LOWER_END = "document.getElementById('{0}').getBoundingClientRect().bottom - document.getElementById('hall').offsetTop"
 AT_REST = """(
@@ -90,6 +90,8 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("ArrowLeft")
     wait(page, "improv.handle.text === 'left 90deg'")
+    next_frame(page)
+    assert page.evaluate(COUNT, BLUE) > 100  # bo's color, although bo doesn't play yet
     for key, angle in (("Up", 105), ("Up", 120), ("Down", 105), ("Down", 90), ("Up", 105)):
         page.keyboard.press(f"Alt+Arrow{key}")
         expect(text).to_have_value(written.replace("90", str(angle)))
@@ -136,6 +138,16 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     expect(text).to_have_value(SQUARE)
     wait(page, "improv.transport.state === 'stopped'")  # no robot has moved by this
 
+    page.locator("#step").click()
+    wait(page, "improv.transport.state === 'paused' && improv.beat === 3")
+    page.locator("#perform").click()
+    wait(page, "improv.drawn.ada.y > 1.9 && improv.drawn.ada.heading > 1.5")  # where the dance has come
+    page.keyboard.down("ArrowUp")
+    wait(page, "improv.drawn.ada.y > 3.5")
+    page.keyboard.up("ArrowUp")
+    page.keyboard.press("Enter")
+    expect(text).to_have_value(re.compile(r"ada \$ \(repeat 4 \(forward left\) \|\| slow 3 rest\) .*forward"))
+
 
 @pytest.mark.slow("draws in a browser")
 def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: Callable[[str], Edit]) -> None:
@@ -144,7 +156,7 @@ def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: C
     wait(page, "improv.previewed")  # so the page knows the robots of the text
     page.locator("#draw").click()
     expect(page.locator("#gesture-robot option")).to_have_text(["bo", "ada"])
-    expect(page.locator("#gesture-line")).to_contain_text("elsewhere, they replace the robot's line")
+    expect(page.locator("#gesture-line")).to_contain_text("the words replace the robot's line")
     page.locator("#gesture-robot").select_option("ada")
     page.locator("#gesture-parts").select_option("0")
     drag(page, [(2, 0), (2.5, 0), (3, 0)])
@@ -156,4 +168,4 @@ def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: C
     page.mouse.down()
     page.mouse.move(bar["x"] + 80, bar["y"] + bar["height"] / 2 + 100)
     page.mouse.up()
-    expect(page.locator("#text")).to_have_value(re.compile(r"ada at (?!2 0)"))
+    expect(page.locator("#text")).to_have_value(re.compile(r"ada at 2 0\nbo \$ \(left\)\nada \$ forward 1m .+\n"))

@@ -28,9 +28,11 @@ def drawn(before: str, x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> str
     return applied(text, edits)
 
 
-def performed(before: str) -> str:
-    """Return the program after somebody has moved ada a step ahead."""
+def performed(before: str, begin: float = 0.0) -> str:
+    """Return the program after somebody has moved ada a step ahead, from a beat on."""
     change: PerformPart = {"type": "perform", "robot": "ada", "keys": [[0.02, 1, 0]], "end": 1.1, "parts": 1}
+    if begin:
+        change["begin"] = begin
     edits = edits_of(analyze(before), change)
     assert edits is not None
     return applied(before, edits)
@@ -43,15 +45,29 @@ def performed(before: str) -> str:
         ("ada $ |>", "ada $ forward 1m"),
         ("ada $|> left", "ada $ forward 1m left"),
         ("walk = repeat 4 (left|>)", "walk = repeat 4 (left forward 1m)"),
-        ("ada $ (left)|> # on", "ada $ (left) forward 1m # on"),
+        ("ada $ (left)|> # on", "ada $ (left) right forward 1m # on"),
     ],
 )
 def test_a_drawing_is_written_behind_the_word_at_the_cursor(before: str, after: str) -> None:
     assert drawn(before) == after
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("ada $ left left|> right", "ada $ left left left forward right"),
+        ("ada $ repeat 2 left|>", "ada $ repeat 2 left left forward"),
+        ("turn = left left|>\nada $ turn", "turn = left left left forward\nada $ turn"),
+        ("bo $ left|>", "bo $ left\nada $ right forward 1m"),  # another robot comes there
+    ],
+)
+def test_a_drawing_begins_where_the_robot_comes_to_the_cursor(before: str, after: str) -> None:
+    start = "ada at 0 2 facing 0\n"
+    assert drawn(f"{start}{before}", 0, 2 if "bo" in before else 1, -math.pi / 2) == f"{start}{after}"
+
+
 def test_a_drawing_elsewhere_becomes_a_line_of_a_robot_that_begins_there() -> None:
-    assert drawn("", 1, 2, math.pi / 2) == "ada at 1 2 facing 90\nada $ forward 1m\n"
+    assert drawn("", 1, 2, math.pi / 2) == "ada at 1 2 facing 90\nada $ forward 1m"
     assert drawn("# mine|>\nada $ left\n", 1, 2) == "# mine\nada at 1 2\nada $ forward 1m\n"
 
 
@@ -62,8 +78,8 @@ def test_a_drawing_that_begins_at_a_robot_leaves_its_start() -> None:
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        ("", "ada $ forward\n"),
-        ("bo $ left", "bo $ left\nada $ forward\n"),
+        ("", "ada $ forward"),
+        ("bo $ left", "bo $ left\nada $ forward"),
         ("ada $ left # mine\n", "ada $ forward # mine\n"),
         ("ada bo cy $ left\nbo $ up\n", "bo cy $ left\nada $ forward\nbo $ up\n"),
         ("bo ada $ left\r\n", "bo $ left\r\nada $ forward\r\n"),
@@ -73,3 +89,27 @@ def test_a_drawing_that_begins_at_a_robot_leaves_its_start() -> None:
 )
 def test_a_performance_becomes_the_line_of_its_robot_in_the_last_scene(before: str, after: str) -> None:
     assert performed(before) == after
+
+
+@pytest.mark.parametrize(
+    ("before", "begin", "after"),
+    [
+        ("ada $ repeat 4 (forward left)", 3, "ada $ (repeat 4 (forward left) || slow 3 rest) forward"),
+        ("ada $ repeat left", 2.5, "ada $ (repeat left || slow 5/2 rest) forward"),
+        ("ada $ left right", 2, "ada $ left right forward"),
+        ("ada bo $ left || up", 2, "bo $ left || up\nada $ (left || up) rest forward"),
+        ("ada $ left\n---\nada $ right right", 2, "ada $ left\n---\nada $ (right right || rest) forward"),
+        ("bo $ slow 4 left\n", 3, "bo $ slow 4 left\nada $ slow 3 rest forward\n"),
+    ],
+)
+def test_a_performance_in_the_middle_keeps_what_came_before(before: str, begin: float, after: str) -> None:
+    assert performed(before, begin) == after
+
+
+def test_a_drag_in_the_middle_begins_where_the_robot_is_then() -> None:
+    points = [[1 + beat, 2.0, 4 + far] for beat, far, _ in POINTS]  # a beat later
+    change: DrawPath = {"type": "draw", "robot": "ada", "points": points, "parts": 1, "begin": 3.0}
+    text = "ada at 0 2\nada $ repeat (forward left)"
+    edits = edits_of(analyze(text), change)
+    assert edits is not None
+    assert applied(text, edits).endswith("ada $ (repeat (forward left) || slow 3 rest) rest slow 2 forward 1m")

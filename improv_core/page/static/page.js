@@ -77,7 +77,7 @@ const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
 const panels = new Panels(floor.camera)
 const { preview, handle } = editor
-const gesturing = new Gesturing(() => editor.writtenAt, (transport) => sound.clickFor(transport))
+const gesturing = new Gesturing(editor, (transport) => sound.clickFor(transport))
 const parts = { preview, handle, gesturing, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
 /** @typedef {typeof parts} Parts */
 const view = new View(parts)
@@ -141,7 +141,9 @@ const HANDLERS = {
   source: takeSource,
   analyze: (message) => editor.takeAnalysis(message),
   complete: (message) => editor.offer.take(message),
-  handle: (message) => handle.take(message),
+  handle: (message) => {
+    if (handle.take(message)) gesturing.takePens(message.pens)
+  },
   preview: (message) => editor.takePreview(message),
   draft: ({ text, paths }) => {
     preview.edit(text)

@@ -2,7 +2,6 @@
 // Movements by hand: a path that somebody draws on the floor, or a robot that somebody moves with the arrow keys or a
 // finger. Their words are written into the program. Only the picture of a robot moves: nothing is sent to robots.
 
-import { robotColor } from "../base/colors.js"
 import { element, find, findA } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
 import { announce } from "../base/notices.js"
@@ -15,6 +14,7 @@ import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
 
 /** @import { Camera, Point } from "../floor/camera.js" */
+/** @import { Editor } from "../editor/editor.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Transport } from "../score/clock.js" */
@@ -30,14 +30,15 @@ const WIDTH = 3 // pixels
 /** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
 const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
 const LINES = {
-  draw: ["Words go behind the word at the cursor; elsewhere, they replace the robot's line. Press Draw again to end.", "By keyboard: arrow keys, Enter, Esc to end."],
+  draw: ["Draw anywhere: the words replace the robot's line.", "By keyboard: arrow keys, Enter, Esc to end."],
+  "draw on": ["The path continues at the dot: its words go to the cursor.", "By keyboard: arrow keys, Enter, Esc to end."],
   perform: ["Drag the robot; real ones stay. Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
 }
 
 export class Gesturing {
   #robot = findA("gesture-robot", HTMLSelectElement)
   #parts = findA("gesture-parts", HTMLSelectElement)
-  #offset
+  #editor
   #click
   /** @type {Mode | null} */
   #mode = null
@@ -54,20 +55,24 @@ export class Gesturing {
   /** @type {Point | null} */
   #finger = null // where it is, in meters
   #drags = false // whether a finger has moved the robot
+  #isChosen = false // whether somebody has chosen the robot
+  #from = 0 // the beat of the dance from which on the robot performs
+  /** @type {Record<string, number[]>} */
+  #pens = {} // the places of robots as they come to the cursor
 
   /**
-   * @param {() => number | undefined} offset of the cursor in the text, in code points, if somebody writes there
+   * @param {Editor} editor
    * @param {(transport: Transport | null) => void} click clicks on each beat while somebody performs
    */
-  constructor(offset, click) {
-    this.#offset = offset
+  constructor(editor, click) {
+    this.#editor = editor
     this.#click = click
     for (const mode of /** @type {Mode[]} */ (["draw", "perform"])) {
       find(mode).addEventListener("click", () => (this.#mode === mode ? this.finish() : this.#begin(mode)))
     }
-    this.#parts.value = String(settings.get("gesture parts", 2))
+    this.#parts.value = String(settings.get("gesture parts", 0))
     this.#parts.addEventListener("change", () => settings.set("gesture parts", Number(this.#parts.value)))
-    this.#robot.addEventListener("change", () => this.#mode && this.#begin(this.#mode))
+    this.#robot.addEventListener("change", () => this.#mode && this.#begin(this.#mode, false))
     addEventListener("keydown", (event) => this.#press(event), true)
     addEventListener("keyup", (event) => this.#hold(event.key, false), true)
     addEventListener("blur", () => Object.keys(ARROWS).forEach((key) => this.#hold(key, false)))
@@ -110,13 +115,19 @@ export class Gesturing {
    */
   grab(point, camera) {
     if (!this.#mode) return null
-    const at = camera.toWorld(point)
-    if (this.#mode === "draw") {
-      this.#restart({ ...at, z: 0, heading: 0 })
-      return (to) => this.#note(camera.toWorld(to))
-    }
     const place = this.#pose && camera.toScreen(this.#pose)
-    if (!place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
+    const isNear = place && Math.hypot(point.x - place.x, point.y - place.y) < GRAB_RADIUS
+    if (this.#mode === "draw") {
+      const at = camera.toWorld(point)
+      this.#restart(this.#pen ?? { ...at, z: 0, heading: 0 })
+      const [x, y] = this.#pen && isNear ? [this.#pen.x - at.x, this.#pen.y - at.y] : [0, 0]
+      return (to) => {
+        if (!isNear && this.#points.length === 1) this.#note(at) // a line leads there
+        const here = camera.toWorld(to)
+        this.#note({ x: here.x + x, y: here.y + y })
+      }
+    }
+    if (!isNear) return null
     this.#drags = true
     this.#startClock()
     return (to) => (this.#finger = camera.toWorld(to))
@@ -133,8 +144,7 @@ export class Gesturing {
   /** @param {Pen} pen @param {Camera} camera */
   draw(pen, camera) {
     if (!this.#mode) return
-    const index = robotList.all.findIndex(({ name }) => name === this.#robot.value)
-    pen.strokeStyle = robotColor(Math.max(index, 0))
+    pen.strokeStyle = robotList.colorOf(this.#robot.value)
     pen.lineWidth = WIDTH
     pen.beginPath()
     for (const [, x, y] of this.#points) {
@@ -144,13 +154,23 @@ export class Gesturing {
     pen.stroke()
     if (this.#mode === "perform" || !this.#pose) return
     const { x, y } = camera.toScreen(this.#pose)
+    pen.fillStyle = pen.strokeStyle
     pen.beginPath()
-    pen.arc(x, y, WIDTH, 0, 2 * Math.PI)
-    pen.stroke()
+    pen.arc(x, y, 2 * WIDTH, 0, 2 * Math.PI)
+    pen.fill()
   }
 
-  /** @param {Mode} mode */
-  #begin(mode) {
+  /** Takes the places of robots as they come to the cursor. @param {Record<string, number[]>} pens */
+  takePens(pens) {
+    if (this.#mode !== "draw" || this.#points.length > 1) return
+    this.#pens = pens
+    const [first] = Object.keys(pens)
+    if (first && !this.#isChosen && !(this.#robot.value in pens)) this.#robot.value = first
+    this.#put()
+  }
+
+  /** @param {Mode} mode @param {boolean} [isNew] false if somebody has chosen the robot */
+  #begin(mode, isNew = true) {
     const written = mode === "draw" ? startPoses.written : {} // only a robot of the score has a picture that performs
     const names = Object.keys(written).length ? Object.keys(written) : robotList.playing.map(({ name }) => name)
     const before = this.#robot.value
@@ -159,15 +179,33 @@ export class Gesturing {
     find("gesture-whose").hidden = names.length < 2
     this.#end()
     this.#mode = mode
+    this.#isChosen = !isNew
     const [whole] = this.#parts.options
     whole.hidden = whole.disabled = mode === "perform"
     if (mode === "perform" && this.#parts.value === "0") this.#parts.value = "2"
-    const [x, y, z, heading] = program.current?.score.robots[this.#robot.value]?.start_pose ?? [0, 0, 0, 0]
-    this.#restart(Object.assign({ x, y, z, heading }, written[this.#robot.value]))
+    const parts = Number(this.#parts.value)
+    this.#from = mode === "perform" && !clock.atStart ? Math.round(clock.beat() * parts) / parts : 0
+    this.#put()
     this.#show()
-    const [line, keys] = LINES[mode]
-    find("gesture-line").replaceChildren(line, element("span", { className: "by-key", textContent: ` ${keys}` }))
     find("stage").focus()
+  }
+
+  /** Puts the robot or the pen where it begins. */
+  #put() {
+    const name = this.#robot.value
+    const [x, y, z, heading] = program.current?.score.robots[name]?.start_pose ?? [0, 0, 0, 0]
+    const start = Object.assign({ x, y, z, heading }, this.performs ? {} : startPoses.written[name])
+    const left = this.#from ? program.current?.poseAt(name, this.#from) : null
+    this.#restart(this.#pen ?? left ?? start)
+    const [line, keys] = LINES[this.#pen ? "draw on" : (this.#mode ?? "draw")]
+    find("gesture-line").replaceChildren(line, element("span", { className: "by-key", textContent: ` ${keys}` }))
+    redraw()
+  }
+
+  /** The place where the robot comes to the cursor, if it does. @returns {Pose | null} */
+  get #pen() {
+    const [x, y] = this.#pens[this.#robot.value] ?? []
+    return x === undefined ? null : { x, y, z: 0, heading: 0 }
   }
 
   #end() {
@@ -177,10 +215,12 @@ export class Gesturing {
     this.#keys = []
     this.#held.clear()
     this.#finger = null
+    this.#pens = {}
     this.#show()
   }
 
   #show() {
+    this.#editor.handle.draws = this.#mode === "draw"
     for (const mode of ["draw", "perform"]) find(mode).setAttribute("aria-pressed", String(this.#mode === mode))
     find("gesture").hidden = !this.#mode
     redraw()
@@ -196,7 +236,7 @@ export class Gesturing {
     if (this.#mode === "draw") this.#note(pose)
   }
 
-  /** Beats count from the first movement, or those of the dance that plays. */
+  /** Beats count from the first movement or, if the dance plays, from where the robot left it. */
   #startClock() {
     if (this.#begun) return
     this.#begun = performance.now()
@@ -207,7 +247,7 @@ export class Gesturing {
 
   /** @returns {number} */
   #beat() {
-    if (this.performs && clock.playing) return clock.beat()
+    if (this.performs && clock.playing) return Math.max(clock.beat() - this.#from, 0)
     return this.#begun ? ((performance.now() - this.#begun) / 60_000) * this.#tempo : 0
   }
 
@@ -232,14 +272,16 @@ export class Gesturing {
 
   #write() {
     const { robot, parts } = { robot: this.#robot.value, parts: Number(this.#parts.value) }
+    const begin = this.#from ? { begin: this.#from } : {}
     if (this.#mode === "draw" && this.#points.length > 1) {
-      const offset = this.#offset()
+      const offset = this.#editor.writtenAt
       changes.write?.({ type: "draw", robot, points: this.#points, parts, ...(offset === undefined ? {} : { offset }) })
+      if (this.#pen && this.#pose) this.#pens[robot] = [this.#pose.x, this.#pose.y]
       if (this.#pose) this.#restart(this.#pose)
     } else if (this.performs && this.#drags && this.#points.length > 1) {
-      changes.write?.({ type: "draw", robot, points: this.#points, parts })
+      changes.write?.({ type: "draw", robot, points: this.#points, parts, ...begin })
     } else if (this.performs && this.#keys.length) {
-      changes.write?.({ type: "perform", robot, keys: this.#keys, end: this.#beat(), parts })
+      changes.write?.({ type: "perform", robot, keys: this.#keys, end: this.#beat(), parts, ...begin })
     }
   }
 

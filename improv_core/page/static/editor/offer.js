@@ -15,7 +15,7 @@ import { Completions } from "./completions.js"
  * @property {(text: string) => void} replace puts another text in, as if it had been typed
  */
 
-const PART_OF_WORD = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*$/u
+const LETTERS = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*/u
 
 export class Offer {
   #control
@@ -47,7 +47,7 @@ export class Offer {
     }
     // Until the server answers, a word that is shown also takes the place of what has been typed since.
     let start = Math.min(this.#offering?.start ?? end, end)
-    if (!PART_OF_WORD.test(value.slice(start, end))) {
+    if (lettersOf(value.slice(start, end)).length < end - start) {
       this.end()
       start = end
     }
@@ -92,13 +92,19 @@ export class Offer {
     this.#completions.hide()
   }
 
-  /** @param {string} word */
+  /** Writes a word in place of what is begun, and of its own end behind the cursor. @param {string} word */
   #pick(word) {
     if (!this.#offering) return
     const { start, end } = this.#offering
     this.#offering = null
     const { value } = this.#control
-    this.#text.replace(value.slice(0, start) + word + value.slice(end))
+    const rest = lettersOf(value.slice(end))
+    this.#text.replace(value.slice(0, start) + word + value.slice(word.endsWith(rest) ? end + rest.length : end))
     this.#control.setSelectionRange(start + word.length, start + word.length)
   }
+}
+
+/** The letters of a word with which a text begins. @param {string} text */
+function lettersOf(text) {
+  return LETTERS.exec(text)?.[0] ?? ""
 }

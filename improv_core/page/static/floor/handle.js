@@ -2,7 +2,7 @@
 // The handle of the movement at the cursor: dragged on the floor, it changes the measure in the text.
 
 import { findA } from "../base/elements.js"
-import { colors, mix, robotColor } from "../base/colors.js"
+import { colors, mix } from "../base/colors.js"
 import { redraw } from "../base/frames.js"
 import { announce } from "../base/notices.js"
 import { send } from "../net/send.js"
@@ -26,6 +26,7 @@ export class Handle {
   /** @type {Messages["handle"] | null} */
   shown = null
   #asked = "" // the latest question
+  #draws = false
   #held = false
   #changed = false // by a hand or a key, so that the new words are read out
 
@@ -41,20 +42,27 @@ export class Handle {
   /** Asks for the handle at the cursor, if it may be another one. */
   look() {
     const { number, offset } = this.#cursor()
-    const asked = JSON.stringify([number, offset])
-    if (!this.#isWanted || number === null || asked === this.#asked) return
+    const asked = JSON.stringify([number, offset, this.#draws])
+    if (!(this.#isWanted || this.#draws) || number === null || asked === this.#asked) return
     this.#asked = asked
-    send({ type: "handle", number, offset })
+    send({ type: "handle", number, offset, draws: this.#draws })
   }
 
-  /** @param {Messages["handle"]} message */
+  /** Whether somebody draws, who needs to know where robots come to the cursor. */
+  set draws(/** @type {boolean} */ draws) {
+    this.#draws = draws
+    this.look()
+  }
+
+  /** Returns whether a message is about the cursor as it is. @param {Messages["handle"]} message */
   take(message) {
     const { number, offset } = this.#cursor()
-    if (message.number !== number || message.offset !== offset) return
+    if (message.number !== number || message.offset !== offset) return false
     if (this.#changed && message.text && message.text !== this.shown?.text) announce(message.text)
     this.#changed &&= this.#held
     if (drawing(message) !== drawing(this.shown)) redraw()
     this.shown = message
+    return true
   }
 
   /**
@@ -78,13 +86,10 @@ export class Handle {
 
   /** @param {Pen} pen @param {Camera} camera */
   draw(pen, camera) {
-    const place = this.#place(camera)
-    if (!this.shown || !place) return
-    const names = robotList.all.map(({ name }) => name)
-    const color = robotColor(Math.max(names.indexOf(this.shown.robot), 0))
-    for (const [x, y] of this.shown.others) circle(pen, camera.toScreen({ x, y }), GHOST_SIZE, mix(colors().ground, color, 0.5), 1.5)
-    circle(pen, place, SIZE, colors().ground, 7)
-    circle(pen, place, SIZE, color, this.#held ? 5 : 3)
+    if (!this.shown?.place || !this.#isWanted || this.#draws) return
+    const color = robotList.colorOf(this.shown.robot)
+    for (const ends of this.shown.others) drawEnd(pen, camera, ends, GHOST_SIZE, mix(colors().ground, color, 0.5), 1.5)
+    drawEnd(pen, camera, this.shown.place, SIZE, color, this.#held ? 5 : 3)
   }
 
   /** The handle's place on the canvas, if it is shown. @param {Camera} camera */
@@ -113,11 +118,28 @@ function drawing(handle) {
   return handle?.place ? JSON.stringify([handle.robot, handle.place, handle.others]) : ""
 }
 
-/** @param {Pen} pen @param {Point} place @param {number} size @param {string} color @param {number} width */
-function circle(pen, { x, y }, size, color, width) {
-  pen.beginPath()
-  pen.arc(x, y, size, 0, 2 * Math.PI)
-  pen.strokeStyle = color
-  pen.lineWidth = width
-  pen.stroke()
+/**
+ * Draws a circle, and a line to it from the robot.
+ * @param {Pen} pen
+ * @param {Camera} camera
+ * @param {number[]} ends
+ * @param {number} size
+ * @param {string} color
+ * @param {number} width
+ */
+function drawEnd(pen, camera, [x, y, robotX, robotY], size, color, width) {
+  const [place, robot] = [camera.toScreen({ x, y }), camera.toScreen({ x: robotX, y: robotY })]
+  for (const [ink, wide] of /** @type {[string, number][]} */ ([[colors().ground, width + 4], [color, width]])) {
+    pen.strokeStyle = ink
+    pen.lineWidth = wide
+    pen.beginPath()
+    pen.moveTo(robot.x, robot.y)
+    pen.lineTo(place.x, place.y)
+    pen.stroke()
+    pen.beginPath()
+    pen.arc(place.x, place.y, size, 0, 2 * Math.PI)
+    pen.fillStyle = colors().ground
+    pen.fill()
+    pen.stroke()
+  }
 }

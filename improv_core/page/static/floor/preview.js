@@ -1,7 +1,7 @@
 // @ts-check
 // The paths of the text on this page, or in an editor, as it stands, before somebody saves it: thin and dashed.
 
-import { colors, mix, robotColor } from "../base/colors.js"
+import { colors, mix } from "../base/colors.js"
 import { find } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
 import { pointsAlong, trace, velocityBetween } from "../base/path.js"
@@ -108,6 +108,7 @@ export class Preview {
     // A key in a comment or in a word that nobody plays draws nothing.
     if (wasShown === this.isShown && isSameMap(paths, this.#paths)) return this.showButton()
     this.#paths = paths
+    robotList.previewed = [...paths.keys()]
     const points = [...this.#paths.values()].map(({ start, strokes, certain }) => [
       start,
       ...strokes.slice(0, certain).flatMap(([from, to]) => pointsAlong(from, velocityBetween(from, to), 1)),
@@ -139,9 +140,8 @@ export class Preview {
   *paint(pen, scale) {
     if (!this.isShown) return
     const { version } = this
-    const names = [...new Set([...robotList.all.map(({ name }) => name), ...this.#paths.keys()])]
     for (const [name, { start, strokes, certain }] of this.#paths) {
-      pen.strokeStyle = mix(colors().ground, robotColor(names.indexOf(name)), STRENGTH)
+      pen.strokeStyle = mix(colors().ground, robotList.colorOf(name), STRENGTH)
       pen.lineWidth = WIDTH / scale
       pen.setLineDash([])
       pen.beginPath()

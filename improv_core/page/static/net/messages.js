@@ -187,7 +187,7 @@ const MESSAGES = {
   complete: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
   preview: paths,
   draft: shape({ text, paths }),
-  handle: shape({ number: count, offset: count, robot: text, text, place: nullOr(numbers(2)), others: listOf(numbers(2)) }),
+  handle: shape({ number: count, offset: count, robot: text, text, place: nullOr(numbers(4)), others: listOf(numbers(4)), pens: mapOf(numbers(2)) }),
   explain: shape({ number: count, start: count, end: count, text, picture: text }),
   write: shape({ number: count, revision: text, problem: text }),
   change: shape({ number: count, edits: listOf(edit), problem: text }),

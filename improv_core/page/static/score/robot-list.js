@@ -16,6 +16,8 @@ export class RobotList {
   #radii = new Map() // in the order of poses
   /** @type {Map<string, string[]>} */
   #joints = new Map() // of each robot, in the order of positions
+  /** @type {string[]} */
+  previewed = [] // robots of the text as it stands
 
   /** @param {Messages["robots"]} message */
   take({ robots }) {
@@ -43,11 +45,20 @@ export class RobotList {
     )
   }
 
+  /** The color of a robot of the score, of the stage, or of the paths of a text that doesn't play yet. @param {string} name */
+  colorOf(name) {
+    return robotColor(Math.max([...new Set([...this.#all, ...this.previewed])].indexOf(name), 0))
+  }
+
+  get #all() {
+    return [...new Set([...Object.keys(program.current?.score.robots ?? {}), ...this.#radii.keys()])]
+  }
+
   /** All robots, and what is known of each. */
   get all() {
     const { current } = program
     const about = current?.score.robots ?? {}
-    return [...new Set([...Object.keys(about), ...this.#radii.keys()])].map((name, index) => ({
+    return this.#all.map((name, index) => ({
       name,
       color: robotColor(index),
       kind: kindOf(about[name]?.profile ?? "", about[name]?.motions, about[name]?.body),

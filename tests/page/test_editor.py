@@ -261,7 +261,7 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     page.get_by_role("button", name="Stop").click()
     wait(page, "improv.transport.state === 'stopped'")
     page.get_by_role("button", name="Starts").click()
-    dialog = page.get_by_role("dialog", name="Start poses")
+    dialog = page.get_by_role("dialog", name="Starts")
     card = box(page, "#start-poses")
     wait(page, f"improv.toScreen(0, 0).x > {card['x'] + card['width'] + 16}")  # the rings are beside it
     page.mouse.move(*at(page, 0, -2))

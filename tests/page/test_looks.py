@@ -32,7 +32,6 @@ from tests.page.looks import COUNT
 
 ROOT = Path(__file__).parents[2]
 
-CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
 PROGRAM = "beat 60\nada $ forward left forward\n"
 FAINT = [222, 164, 124]  # half of the first robot's color in the light
 
@@ -218,4 +217,4 @@ def test_axe_finds_nothing(still: Callable[..., Page]) -> None:
             switch_to(page, scheme)
             assert violations(page) == [], f"{card}, {scheme}"
         if card:
-            page.get_by_role("dialog", name=CARDS[card]).get_by_role("button", name="Close").click()
+            page.get_by_role("dialog", name=card).get_by_role("button", name="Close").click()

@@ -234,6 +234,8 @@ def _units_offered(found: BeforeCursor) -> Iterator[Item]:
     parts, each direction takes what its joint does."""
     head = found.measures
     if found.sign and head:
+        if not _default_unit(head) or any(each.type == "UNIT" and each.start > head.start for each in found.tokens):
+            return  # this word takes no measure, or it has its one unit
         fields = ["meters"] if head.type == "RADIUS" else ["meters", "degrees"]
         fields = fields[::-1] if _turns(head) else fields
     elif not found.sign and found.opening and found.opening.kind in ("AT", "ROOM"):

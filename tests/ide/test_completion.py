@@ -110,8 +110,9 @@ def test_units_are_offered_directly_behind_the_number_of_a_measure() -> None:
     check("room 6|>", "m", "cm", "mm")
     check("ada at 50cm -1|>", "m", "cm", "mm")
     check("ada at 0 0 facing 90|>", "deg", "°")
-    for program in ("r $ repeat 4|>", "r $ forward 1.|>", "bar 3|>", "m = up\nr $ fast 2|>"):
+    for program in ("r $ repeat 4|>", "r $ forward 1.|>", "bar 3|>", "m = up\nr $ fast 2|>", "r $ rest 2|>"):
         check_nothing(program)
+    check_nothing("r $ left 9deg forward 1m*2|>")
 
 
 def test_measures_are_offered_behind_primitives_before_the_words_of_the_language() -> None:

@@ -111,8 +111,10 @@ class UrdfBody:
             if own[1:]:
                 groups[whole] = [part.name for part in own]
             if carrier and _word_in(carrier) != "hand" and {*map(_word_in, chain)} == {"hand"}:
-                hands.setdefault(f"{_side(carrier)}hand", []).append(whole)
-        return parts, groups | {free(hand): fingers for hand, fingers in hands.items() if fingers[1:]}
+                hands.setdefault(f"{_side(carrier)}hand", []).extend(part.name for part in own)
+        return parts, groups | {
+            free(hand): own for hand, own in hands.items() if own[1:] and own not in groups.values()
+        }
 
     def directions(self, part: UrdfPart) -> dict[str, UrdfDirection]:
         """Return the directions of the joints of a part, by the names of these; none beyond the fourth. A joint that

@@ -181,6 +181,17 @@ INDUSTRIAL = "revolute:z:j1 revolute:y:j2 revolute:y:j3 revolute:x:j4 revolute:y
             """,
         ),
         (
+            f"revolute:z:l_wrist {' '.join(f'revolute:y:thumb_{each}' for each in range(5))} |l_wrist revolute:y:ring",
+            """
+            left_wrist: left l_wrist
+            thumb_3: up thumb_0 forward thumb_1 left thumb_2 strafeleft thumb_3
+            thumb_4_2: up thumb_4
+            ring: up ring
+            thumb_4 = thumb_3 thumb_4_2
+            left_hand = thumb_3 thumb_4_2 ring
+            """,
+        ),
+        (
             " ".join(f"revolute:y:index_{number}" for number in range(5)),
             """
             index_3: up index_0 forward index_1 left index_2 strafeleft index_3

@@ -193,9 +193,10 @@ def _apart(text: str, edit: Edit) -> Edit:
     before, after = text[start - 1 : start] if start else "", text[end : end + 1]
     if not written:
         return Edit(edit.span, " ") if _is_in_word(before) and _is_in_word(after) else edit
-    opens = _is_in_word(before) and _is_in_word(written[0]) and not _is_in_word(gone[0])
-    ended = not _is_in_word(gone[-1]) or (gone[-1].isdigit() and not written[-1].isdigit())  # a number, and then a name
-    closes = _is_in_word(after) and _is_in_word(written[-1]) and ended
+    opens = _is_in_word(before) and _is_in_word(written[0]) and not (_is_in_word(gone[0]) or gone[0].isspace())
+    last = gone[-1]  # after a digit, a name may follow at once: `0ft`
+    ends = not (_is_in_word(last) or last.isspace()) or (last.isdigit() and not written[-1].isdigit())
+    closes = _is_in_word(after) and _is_in_word(written[-1]) and ends
     return Edit(edit.span, f"{' ' * opens}{written}{' ' * closes}")
 
 

@@ -11,11 +11,12 @@ from improv_core.program.numbers import product
 from improv_core.score.measured import Component, Measure
 from improv_core.score.movement import DIRECTIONS, Velocity, exact
 from improv_core.syntax import nodes
-from improv_core.syntax.characters import DEGREES, continues_name, in_words
+from improv_core.syntax.characters import continues_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import MeasuredWord, Node, Number
 from improv_core.syntax.slips import FEWEST_DEGREES, MEANT, OPPOSITES, nearest_word
-from improv_core.syntax.vocabulary import UNITS, unit_meant
+from improv_core.syntax.units import misplaced_unit, unit_meant
+from improv_core.syntax.vocabulary import UNITS
 from improv_core.syntax.words import Word
 from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
@@ -208,29 +209,9 @@ class _Written:
 
     def _apart(self, unit: Token) -> Diagnostic:
         """Return the error about a unit apart from its number, or about one that isn't ours."""
-        number, before = self.number, self._before
-        meant = unit_meant(unit.text)
-        assert meant
-        ours, size = meant
-        is_last_a_number = number.tokens[-1].type == "NUMBER"
-        gap, whole = Span(number.span.end, unit.start), Span(number.span.end, unit.end)
-        if unit.text in UNITS and is_last_a_number:
-            written, edit = f"{number.text}{ours}", Edit(gap, "")
-        elif size == 1 and is_last_a_number:
-            written, edit = f"{number.text}{ours}", Edit(whole, ours)
-        elif self.value is not None:
-            written = f"{float(self.value * size):.10g}{ours}"
-            edit = Edit(Span(number.span.start, unit.end), written)
-        else:
-            added = f"*{float(size):.10g}{ours}"
-            written, edit = f"{number.text}{added}", Edit(whole, added)
-        message = f"write the unit directly behind the number: `{before} {written}`"
-        if unit.text in DEGREES:
-            message = f"write `{written}`: this is {in_words(unit.text)}, and no degree sign"
-        elif unit.text not in UNITS:
-            message = f"`{unit.text}` is not a unit here: write `{before} {written}`"
-        span = Span(number.span.start, unit.end)
-        return Diagnostic("missing-unit", span, message, (Fix(f"Change to {before} {written}", (edit,)),))
+        message, title, edit = misplaced_unit(self.number, self.value, unit, self._before)
+        span = Span(self.number.span.start, unit.end)
+        return Diagnostic("missing-unit", span, message, (Fix(title, (edit,)),))
 
     def _with(self, unit: str) -> str:
         """Return the number with a unit: behind its first literal number, or else in another factor."""

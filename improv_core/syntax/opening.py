@@ -15,7 +15,8 @@ from improv_core.syntax.descent import number_of
 from improv_core.syntax.heads import joined_touching, robots_head
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode, Statement
-from improv_core.syntax.slips import closest
+from improv_core.syntax.slips import closest, value_of
+from improv_core.syntax.units import misplaced_unit, unit_meant
 from improv_core.syntax.vocabulary import UNITS
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
@@ -268,13 +269,12 @@ class _Reader:
     def _unit(self, factors: list[Token], field: str) -> None:
         """Read the unit directly behind the last number, if there is one."""
         unit = self._next
-        if not unit or unit.text not in UNITS or not field:
+        if not unit or not unit_meant(unit.text) or not field:
             return
-        if unit.start > factors[-1].end:
-            gap = Span(factors[-1].end, unit.start)
-            measure = factors[-1].text + unit.text
-            message = f"write the unit directly behind the number: `{measure}`"
-            raise _WrongError(unit.span, message, replace(f"Change to {measure}", gap, ""))
+        if unit.start > factors[-1].end or unit.text not in UNITS:
+            number = number_of(factors)
+            message, title, edit = misplaced_unit(number, value_of(number.text), unit)
+            raise _WrongError(unit.span, message, (Fix(title, (edit,)),))
         if UNITS[unit.text].field != field:
             wanted = "an angle, such as `90deg`" if field == "degrees" else "a length, such as `50cm`"
             raise _WrongError(Span(factors[0].start, unit.end), f"this takes {wanted}", code="wrong-measure")

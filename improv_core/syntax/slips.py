@@ -16,7 +16,8 @@ from improv_core.score.movement import STILL
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.syntax.characters import SEPARATORS, continues_name, is_name
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind, unit_meant
+from improv_core.syntax.units import unit_meant
+from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
@@ -320,7 +321,7 @@ class _Reading(NamedTuple):
 
 def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Reading]:
     """Yield likely meanings of a number next to a term, which is a `word` or in brackets. Yield only correct ones."""
-    value = _value(number)
+    value = value_of(number)
     if value is None:
         return
     if is_counted:  # the number after `repeat`
@@ -335,7 +336,7 @@ def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Read
     if value < 0:
         meant = OPPOSITES.get(word or "")
         back = () if meant else ("retrograde",)
-        number = number.removeprefix("-") if _value(number.removeprefix("-")) == -value else str(-value)
+        number = number.removeprefix("-") if value_of(number.removeprefix("-")) == -value else str(-value)
     if not value:
         if word:
             yield _Reading((), "rest", drops=True)
@@ -363,7 +364,7 @@ def _edits(way: _Reading, term: Token, gone: Span) -> tuple[Edit, ...]:
     return (Edit(Span(gone.start, end), before), *word)
 
 
-def _value(number: str) -> Fraction | None:
+def value_of(number: str) -> Fraction | None:
     """Return the value of numbers with `*` and `/` between them; None if there is none."""
     first, *rest = re.split(r"([*/])", number)
     with suppress(ValueError, ZeroDivisionError):

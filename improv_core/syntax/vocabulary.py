@@ -9,7 +9,6 @@ from improv_core.score import algebra, dice, ramps, reactions
 from improv_core.score.bounds import swaps_sides
 from improv_core.score.movement import Factors, Movement, all_by, exact
 from improv_core.score.primitives import PRIMITIVES
-from improv_core.syntax.characters import DEGREES
 from improv_core.syntax.words import (
     Applied,
     Argument,
@@ -287,27 +286,8 @@ UNITS: Mapping[str, Unit] = {
     "°": Unit("degrees", Fraction(1), "degrees"),
 }
 """The units of measures. They are units only directly behind a number, where a measure may stand."""
-_OTHER_UNITS = {
-    **dict.fromkeys(("meter", "meters", "metre", "metres"), ("m", Fraction(1))),
-    **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), ("cm", Fraction(1))),
-    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), ("mm", Fraction(1))),
-    **dict.fromkeys(("degree", "degrees", "degs"), ("deg", Fraction(1))),
-    **dict.fromkeys(DEGREES, ("°", Fraction(1))),
-    "dm": ("m", Fraction(1, 10)),
-    "km": ("m", Fraction(1000)),
-    **dict.fromkeys(("in", "inch", "inches"), ("m", Fraction(254, 10_000))),
-    **dict.fromkeys(("ft", "foot", "feet"), ("m", Fraction(3048, 10_000))),
-    **dict.fromkeys(("yd", "yard", "yards"), ("m", Fraction(9144, 10_000))),
-}
-"""Units that people write, each with ours and its size in that."""
 RADIUS = "radius"
 """The word before the radius of a circle. It is a word only behind a primitive and its measure."""
-
-
-def unit_meant(text: str) -> tuple[str, Fraction] | None:
-    """Return the unit that people mean by a word, and the word's size in it; None if it means none."""
-    plain = text.lower()
-    return (plain, Fraction(1)) if plain in UNITS else _OTHER_UNITS.get(plain)
 
 
 def of_kind(*kinds: Kind) -> list[str]:

@@ -90,7 +90,8 @@ async def _calibrate(
     robots: Robots, robot: str, options: Options, *, browser: bool, tempo: int, tape: bool, write: bool
 ) -> int:
     """Hold the whole conversation and return the exit code. Raises StageError and CommandError."""
-    async with performance(options, browser=browser, hears_keys=False) as performing:
+    hosts = score_of(analyze(f"{robot} $ forward\n", robots)).hosts
+    async with performance(options, browser=browser, hears_keys=False, hosts=hosts) as performing:
         talk = _Conversation(performing, robots, robot, tempo, tape=tape)
         holding = asyncio.ensure_future(talk.hold(write=write))
         await first(holding, performing.interrupted.wait())

@@ -69,7 +69,8 @@ def check(score: Score) -> None:
 
 async def _place(score: Score, path: Path, options: Options, *, browser: bool, yes: bool) -> int:
     """Drive all robots and return the exit code. Raises StageError and CommandError."""
-    async with performance(options, browser=browser, hears_keys=False, begins_with=path.name) as performing:
+    named, hosts = path.name, score.hosts
+    async with performance(options, browser=browser, hears_keys=False, begins_with=named, hosts=hosts) as performing:
         if not performing.playback.state.is_real:
             raise CommandError("no real robots can be reached: simulated ones begin in their places")
         performing.present(path)

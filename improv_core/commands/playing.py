@@ -54,7 +54,13 @@ async def play(
     Raises StageError; OSError and ValueError if the recording fails.
     """
     async with performance(
-        options, browser=browser, quiet=report, recorder=recorder, settings=settings, begins_with=path.name
+        options,
+        browser=browser,
+        quiet=report,
+        recorder=recorder,
+        settings=settings,
+        begins_with=path.name,
+        hosts=score_of(settings.chosen(analysis).analysis).hosts,
     ) as performing:
         performing.stays = stays
         await performing.play(analysis, path)

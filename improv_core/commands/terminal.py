@@ -30,6 +30,7 @@ from improv_core.robots.config import absolute
 from improv_core.safety.preflight import NAMED
 from improv_core.safety.stop_socket import listening
 from improv_core.safety.stops import Stops
+from improv_core.score.score import Host
 from improv_core.session.acts import News
 from improv_core.session.session import Edit, Playback
 from improv_core.session.start import Options
@@ -73,8 +74,10 @@ async def performance(
     edit: Edit | None = None,
     settings: PlaySettings = USUAL,
     begins_with: str = "",
+    hosts: frozenset[Host] = frozenset(),
 ) -> AsyncIterator[TerminalSession]:
-    """Yield a performance with its stages started, and close it in the end. Raises StageError, and as `close` does.
+    """Yield a performance with its stages started, also those of these hosts, and close it in the end. Raises
+    StageError, and as `close` does.
 
     `begins_with` is the name of the program that plays first: `improv stop` reports it while stages start.
     """
@@ -101,7 +104,7 @@ async def performance(
     on_checkpoint(give_up)
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        await first(performing.open(browser), performing.interrupted.wait())
+        await first(performing.open(browser, hosts), performing.interrupted.wait())
         keys = performing.keyboard
         with pressed(keys.functions()) if hears_keys else contextlib.nullcontext(False) as hears:
             keys.show(hears)
@@ -156,10 +159,10 @@ class TerminalSession:
         state = self.playback.state
         return state.stages[state.pages[0]].ready if state.pages else None
 
-    async def open(self, browser: bool) -> None:
+    async def open(self, browser: bool, hosts: frozenset[Host] = frozenset()) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         self.screen.watch()
-        await self.playback.open()
+        await self.playback.open(hosts)
         if self.has_page:
             self.screen.say(f"watch it at {self.playback.link()}")
         if browser and await self.keyboard.open_page():

@@ -112,6 +112,7 @@ class Playback:
     async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
         """Start the stages, also those of these hosts, unless they are running. Raises StageError."""
         self._loop = asyncio.get_running_loop()
+        hosts = frozenset() if self.options.backend == "sim" else hosts
         async with self._opening:
             if self.state.is_open and hosts <= self._hosts:
                 return
@@ -157,7 +158,7 @@ class Playback:
         self._beginning.append(play.name)
         self._osc.expect(play.score)
         try:
-            await self.open(frozenset() if play.simulated or self.options.backend == "sim" else play.score.hosts)
+            await self.open(frozenset() if play.simulated else play.score.hosts)
             await self._osc.ready()
         finally:
             self._beginning.remove(play.name)

@@ -5,18 +5,20 @@ from __future__ import annotations
 import socketserver
 import threading
 from collections.abc import Iterator
-from contextlib import chdir, suppress
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from improv_core.commands.main import improv
 from improv_core.commands.output import command
 from improv_core.ide.robots_file.completion import complete
+from improv_core.outputs.ros.setup import interpreter
 from improv_core.robots.config import read_robots
 from improv_core.safety.allowed import approve
 from improv_core.score import installed
-from tests.commands.command_line import run
+from tests.commands.command_line import run, usual_signals, written
 
 pytestmark = pytest.mark.slow("starts five stages")
 
@@ -130,8 +132,9 @@ def checked(place: Path, *arguments: str, limit: float = LIMIT) -> tuple[int, di
     return ended.exit_code, {line[:22].rstrip(): line[23:27].strip() for line in ended.stdout.splitlines()}
 
 
-@pytest.mark.parametrize("stops", [True, False])
-def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool) -> None:
+@contextmanager
+def listed(place: Path, stops: bool) -> Iterator[None]:
+    """Run a robot of this output, and write an improv.toml that lists it."""
     with Robot(stops) as robot:
         threading.Thread(target=robot.serve_forever).start()
         address = f"tcp:127.0.0.1:{robot.server_address[1]}"
@@ -140,14 +143,29 @@ def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool)
             f'output = "turning"\naddress = "{address}"\nprofile = "turtlebot3_burger"\nsettings = {{ sign = -1 }}\n'
         )
         (place / "improv.toml").write_text(f"[robots.ada]\n{about}")
-        code, found = checked(place, "turning", limit=LIMIT if stops else SOON)
+        yield
         robot.shutdown()
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool) -> None:
+    with listed(place, stops):
+        code, found = checked(place, "turning", limit=LIMIT if stops else SOON)
     by_itself = {"stage killed", "stage halted", "unplugged"}  # after late commands, its stage stops it
     always = {"moves", "within its limits", "is named", "plugged in again"}
     if stops:
         assert (code, {*found.values()}) == (0, {"yes"})
     else:
         assert (code, {found[name] for name in by_itself}, {found[name] for name in always}) == (1, {"NO"}, {"yes"})
+
+
+def test_a_machine_without_ros_plays_real_robots_of_an_output(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("IMPROV_ROS_PYTHON", raising=False)
+    monkeypatch.setattr(interpreter, "_candidates", lambda: iter(()))
+    written(place, "ada $ left\n")
+    with listed(place, stops=True), chdir(place), usual_signals():  # the stages are real ones
+        ended = CliRunner().invoke(improv, ["play", "dance.improv", "--backend", "ros", "--no-browser"])
+    assert (ended.exit_code, "at beat 60, turning on turning" in ended.stdout) == (0, True), ended.output
 
 
 ABOUT = '[robots.ada]\noutput = "turning"\naddress = "tcp:localhost:1"\n[robots.ada.settings]\n'

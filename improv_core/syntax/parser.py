@@ -246,9 +246,9 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
     if found.type == "NOT":
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
-        return "write `||` between movements that play in parallel", replace(
-            "Change to ||", found.span, "||", safe=True
-        )
+        is_between = "BAR" in accepts and at + 1 < len(tokens)
+        fixes = replace("Change to ||", found.span, "||", safe=True) if is_between else ()
+        return "write `||` between movements that play in parallel", fixes
     if found.text == "°":
         return "write a turn before these degrees, such as `left 90°`", ()
     if found.type == "STRAY":

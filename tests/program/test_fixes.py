@@ -200,6 +200,11 @@ def test_related_places_are_shown() -> None:
     }
 
 
+@pytest.mark.parametrize("program", ["x = |up", "x = up|", "r $ repeat 2 | up"])
+def test_a_bar_without_a_movement_on_both_sides_is_not_doubled(program: str) -> None:
+    assert all(not each.fixes for each in analyze(program).diagnostics if each.code == "syntax")
+
+
 @pytest.mark.parametrize("program", ["r $ reverse ()", "r $ ()", "r $ left || [ ]", "p (m) = m\nr $ p ()", "r $ (())"])
 def test_an_empty_group_that_something_needs_is_not_removed(program: str) -> None:
     assert all(not each.fixes for each in analyze(program).diagnostics if each.code == "empty-group")

@@ -315,7 +315,7 @@ def test_messages_are_rows_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[s
 
 def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
     watch(page, show, "ada $ repeat forward\n")
-    expect(page.locator("#read-only")).to_contain_text("Read-only here")
+    expect(page.locator("#read-only")).to_contain_text("Change it where it was written")
     expect(page.locator("#text")).to_be_hidden()
 
     said = page.evaluate(

@@ -94,6 +94,7 @@ def test_the_tutorial_stands_beside_the_stage_and_its_programs_play(address: str
     for width, height in ((1280, 800), (768, 1024), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
         expect(card.get_by_role("button", name="Next page")).to_be_in_viewport(ratio=1)
+        expect(page.locator("#paper")).to_be_in_viewport(ratio=1)  # the program that the tutorial explains
         expect(page.get_by_role("button", name="Stop")).to_be_in_viewport(ratio=1)
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         assert violations(page) == [], width

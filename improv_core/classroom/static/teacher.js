@@ -13,6 +13,7 @@ const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
 const TRIES = 50
 const SILENT = 300 // seconds without a dance after which a child may need help
 const LOOK = 15_000 // milliseconds
+const SMALL = "<style>text { display: none } g, path { stroke-width: 6px }</style>" // no letter can be read in a small picture
 const HIDDEN = /[^\P{C}\n\t]|[^\P{Z} ]/gu // what shows nothing, or turns text
 const given = document.querySelector("#token")?.getAttribute("content") ?? ""
 if (given) sessionStorage.setItem(KEY, given)
@@ -111,7 +112,7 @@ function newCard(child) {
   const show = () => {
     const { latest, good } = card.child
     const shown = good ?? latest
-    picture(image, shown, "")
+    picture(image, shown, "", SMALL)
     name.textContent = card.child.name
     box.setAttribute("aria-label", `Choose ${card.child.name}`)
     line.textContent = shown === null ? "has sent nothing yet" : shown.ok === false ? "" : shown.line
@@ -209,9 +210,10 @@ function showKept({ folder, problem }) {
   find("kept").classList.toggle("wrong", problem !== "")
 }
 
-/** @param {HTMLImageElement} image @param {Sent | null} dance @param {string} alt */
-function picture(image, dance, alt) {
-  const source = dance?.picture ? `data:image/svg+xml;charset=utf-8,${encodeURIComponent(dance.picture)}` : ""
+/** @param {HTMLImageElement} image @param {Sent | null} dance @param {string} alt @param {string} [style] in SVG */
+function picture(image, dance, alt, style = "") {
+  const drawn = dance?.picture.replace("</svg>", `${style}</svg>`)
+  const source = drawn ? `data:image/svg+xml;charset=utf-8,${encodeURIComponent(drawn)}` : ""
   image.hidden = !source
   image.alt = alt
   if (source && image.src !== source) image.src = source

@@ -22,7 +22,6 @@ from improv_core.score.performance import SenseSpan
 
 @click.command("compile")
 @parameters.files
-@click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output: one line per file.")
 @click.option(
     "--max-segments",
     type=click.IntRange(min=1),
@@ -32,7 +31,7 @@ from improv_core.score.performance import SenseSpan
     help="Most segments per robot.",
 )
 @click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; default: nothing.")
-def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
+def command(files: tuple[Path, ...], max_segments: int, senses: Path | None) -> None:
     """Print the velocities that programs compile to. Exit code 1 if any has errors.
 
     FILES are programs, folders of programs, or - for standard input.

@@ -20,7 +20,7 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.protocol.commands import Stop, is_stop
 from improv_core.protocol.decoding import ProtocolError, read_as
-from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, STOP_PIPE
+from improv_core.protocol.limits import END_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage
 from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
@@ -66,7 +66,7 @@ class Stage:
     ready: Ready
     """Its first message."""
 
-    def __init__(self, child: Child, hear: Hear, stops: Stops, stops_by: int | None, hang_limit: float) -> None:
+    def __init__(self, child: Child, hear: Hear, stops: Stops, stops_by: int | None) -> None:
         self._child = child
         self._hear = hear
         self._stops = stops
@@ -86,31 +86,24 @@ class Stage:
         self._pinged = -math.inf  # the time of the latest ping there
         self._awake = threading.Event()  # the stage may no longer rest
         self._over = threading.Event()  # it has ended, or is about to
-        self._watch = StageWatchdog(time.monotonic(), hang_limit)
+        self._watch = StageWatchdog(time.monotonic())
         self._looking = True  # true once it is ready
         self._moves = False  # by the reader: true if it moved in its latest report
         for work in (self._write, self._keep_pinging, self._read):
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(
-        cls,
-        command: Sequence[str],
-        env: Mapping[str, str],
-        hear: Hear,
-        stops: Stops,
-        hang_limit: float = HANG_LIMIT,
-    ) -> Stage:
+    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops) -> Stage:
         """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with the stage's
         message.
 
-        A stage that doesn't answer for `hang_limit` seconds while it moves real robots is killed.
+        A stage that doesn't answer for too long is killed (`StageWatchdog`).
         """
         try:
             child, stops_by = _start(command, env)
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
-        stage = cls(child, hear, stops, stops_by, hang_limit)
+        stage = cls(child, hear, stops, stops_by)
         try:
             first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:

@@ -38,7 +38,6 @@ class Broadcast:
         confirm: Callable[[str], None],
         *,
         takes_start_poses: bool,
-        meetings: Meetings | None = None,
         scores: IdealFloor | None = None,
     ) -> None:
         self._pages = pages
@@ -49,7 +48,7 @@ class Broadcast:
         self._takes_start_poses = takes_start_poses
         self._shown = 0, 0  # the generation and scene that pages show with the beats at which their parts begin
         self._restarted = 0
-        self.meetings = meetings
+        self.meetings: Meetings | None = None
         """Finds out which robots meet; None if nothing does."""
         self.music: Music | None = None
         """The song of the latest score."""

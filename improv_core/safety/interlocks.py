@@ -30,8 +30,6 @@ class StopTopic:
     def heard(self, values: Iterable[bool], now: float) -> StopTopic:
         """Return the state after these messages: each true presses the stop."""
         heard = [*values]
-        if not heard:
-            return self
         if any(heard):
             return StopTopic(True, heard[-1], now)
         return replace(self, on=bool(self.on), latest=False).looked(now)

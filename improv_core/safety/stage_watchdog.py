@@ -25,8 +25,7 @@ class StageWatchdog:
     Of several that are `writing`, any may come last.
     """
 
-    def __init__(self, now: float, hang_limit: float = HANG_LIMIT) -> None:
-        self._hang_limit = hang_limit  # if the stage moves real robots
+    def __init__(self, now: float) -> None:
         self._pinged = 0  # by the pinging thread: the number of the latest ping
         self._loads_end_with: int | None = 0  # by the writer: the ping after the latest score
         self._loaded = 0  # by the reader: the latest of these with an answer
@@ -87,7 +86,7 @@ class StageWatchdog:
         if now > self._looked + LOOK_PERIOD + PING_PERIOD:
             self._forgiven = now  # we had stalled, which proves nothing about the stage
         self._looked = now
-        limit = self._hang_limit if real and self._plays else HARMLESS_HANG_LIMIT
+        limit = HANG_LIMIT if real and self._plays else HARMLESS_HANG_LIMIT
         if self._loaded != self._loads_end_with:
             limit = LOADING_LIMIT
         return limit if now - max(self._answered, self._forgiven) > limit else None

@@ -72,9 +72,9 @@ class Estimate:
         return self.seen >= FEW and self.anchor.at - self.since >= KNOWN
 
 
-def first_seen(at: float, phase: float, rate: float = 0.0) -> Estimate:
-    """Return the estimate from the first sighting of a clock, which may run at this rate."""
-    return Estimate(Anchor(at, phase, rate, 0.0), since=at)
+def first_seen(at: float, phase: float) -> Estimate:
+    """Return the estimate from the first sighting of a clock."""
+    return Estimate(Anchor(at, phase, 0.0, 0.0), since=at)
 
 
 def jumped(estimate: Estimate, at: float, phase: float) -> Estimate:

@@ -14,7 +14,7 @@ from tests.commands.command_line import EXAMPLES, REACTING, SQUARE, run, written
 
 def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
     program = written(tmp_path, "beat 92.5\nr1 $ slow 7/2 forward\nr2 $ repeat [forward left]\n")
-    done = run("compile", program, SQUARE, "--format", "json", "--max-segments", "3")
+    done = run("compile", program, SQUARE, "--max-segments", "3")
     first, second = map(json.loads, done.stdout.splitlines())
     assert done.returncode == 0
     assert list(first) == ["file", "ok", "beat", "robots", "diagnostics"]

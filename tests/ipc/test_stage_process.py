@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Any
+from unittest.mock import patch
 from urllib.request import urlopen
 
 import pytest
@@ -17,6 +18,7 @@ import pytest
 from improv_core.ipc.stage_process import SHORT, Heard, Stage
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import ToStage
+from improv_core.safety import stage_watchdog
 from improv_core.safety.stage_watchdog import StageWatchdog
 from improv_core.safety.stops import Stops
 from tests.ls.client import Client
@@ -51,7 +53,7 @@ def told_by(
             if until(message):
                 fits.set()
 
-        stage = await Stage.start([sys.executable, "-c", code], os.environ, hear, Stops(), hang_limit)
+        stage = await Stage.start([sys.executable, "-c", code], os.environ, hear, Stops())
         for message in messages:
             stage.send(message)
         await asyncio.wait_for(fits.wait(), LIMIT)
@@ -59,7 +61,8 @@ def told_by(
         assert not stage.alive
         return told
 
-    return asyncio.run(listen())
+    with patch.object(stage_watchdog, "HANG_LIMIT", hang_limit):
+        return asyncio.run(listen())
 
 
 def received(*messages: ToStage) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:

@@ -161,8 +161,8 @@ PLAYBACK = (
     ),
     Fault(
         "safety/stage_watchdog.py",
-        "self._hang_limit if real and self._plays else HARMLESS_HANG_LIMIT",
-        "self._hang_limit if real or self._plays else HARMLESS_HANG_LIMIT",
+        "HANG_LIMIT if real and self._plays else HARMLESS_HANG_LIMIT",
+        "HANG_LIMIT if real or self._plays else HARMLESS_HANG_LIMIT",
         "a stage that does no harm is killed as soon as one that moves real robots",
     ),
     Fault(

@@ -21,9 +21,7 @@ from typing import Any
 import pytest
 
 import improv_core
-from improv_core.ipc import stage_process
 from improv_core.safety import stage_watchdog
-from improv_core.safety.stage_watchdog import StageWatchdog
 from tests.needs import lacking
 
 LIMIT = 60.0
@@ -258,7 +256,7 @@ def with_limits(**limits: float) -> dict[str, str]:
 
 def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Set patient limits for stages of a playback in this process, for which no variable sets limits."""
-    monkeypatch.setattr(stage_process, "StageWatchdog", lambda now, limit: StageWatchdog(now, LIMIT))
+    monkeypatch.setattr(stage_watchdog, "HANG_LIMIT", LIMIT)
     monkeypatch.setattr(stage_watchdog, "HARMLESS_HANG_LIMIT", LIMIT)
 
 

@@ -24,7 +24,7 @@ from improv_core.safety.stops import Stops
 from improv_core.score.score_json import to_json
 from tests.hosts.sshd import Host, a_host
 from tests.processes import command_of, descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
+from tests.ros.conftest import LIMIT, Listen, Listener, be_patient, with_limits
 
 pytestmark = pytest.mark.slow("a real ssh server, and a stage of ROS 2 that finds its robots")
 
@@ -33,8 +33,9 @@ ADA, BOB = "ada@laptop/1", "bob@desk/2"
 
 
 @pytest.fixture
-def host(tmp_path: Path, ros_env: Mapping[str, str]) -> Iterator[Host]:
+def host(tmp_path: Path, ros_env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
     """The machine of the robots. Variables of this machine don't apply there."""
+    be_patient(monkeypatch)
     with a_host(tmp_path, set_there(ros_env)) as host:
         yield host
 
@@ -55,7 +56,7 @@ class Parent:
         self._loop = asyncio.new_event_loop()
         threading.Thread(target=self._loop.run_forever, daemon=True).start()
         env = {**host.env, **with_limits()}
-        self.stage: Stage = self._do(Stage.start(command, env, self._hear, Stops(), LIMIT))
+        self.stage: Stage = self._do(Stage.start(command, env, self._hear, Stops()))
 
     def send(self, message: ToStage) -> None:
         self._loop.call_soon_threadsafe(self.stage.send, message)

@@ -174,15 +174,12 @@ def turned(
 
 
 def _blends(channel: Channel, before: Course, course: Course) -> Iterator[Blend]:
-    """Yield a blend for each joint that isn't to brake, unless it would pass a limit with it."""
+    """Yield the blends of joints, of which those that brake have none."""
     if channel.interface != "trajectory":
         return
-    lasts, first = before.blends or [Blend()] * len(channel.joints), course.since + SOONEST
-    for joint, way, last, brake in zip(channel.joints, _ways(channel, course), lasts, course.brakes, strict=True):
-        found = Blend() if brake else blend_of(way, channel.window, course.since, last)
-        position, velocity = blended(way, channel.window, found, first)
-        keeps = position == joint.within(position) and velocity == _within(joint, velocity)
-        yield found if keeps else Blend()
+    lasts = before.blends or [Blend()] * len(channel.joints)
+    for way, last, brake in zip(_ways(channel, course), lasts, course.brakes, strict=True):
+        yield Blend() if brake else blend_of(way, channel.window, course.since, last)
 
 
 def _passed(channel: Channel, before: Course, now: float) -> list[_Leg]:

@@ -122,7 +122,8 @@ class Settling:
     async def run(self, function: Callable[[], T]) -> T:
         """Return the result of a slow function, which may look at any document."""
         self._guessed.update(uri for uri, each in self._documents.items() if not each.analysis.is_settled)
-        return await asyncio.wrap_future(self._slices.begin(function))
+        future = self._slices.begin(function)
+        return future.result() if future.done() else await asyncio.wrap_future(future)  # that wakes up the loop first
 
     async def settled(self, document: Document, text: str | None = None) -> Document:
         """Return this version of a document with everything up to date, also its robots, no matter what is typed

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
+from functools import lru_cache
 from itertools import groupby, islice
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace, unknown
@@ -50,7 +51,7 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
     wrong = {span for _, span in found}
     parts = dict(meaning.parts)
     for head in statement.heads:
-        if head.text not in parts or head.span in wrong:
+        if head.text not in parts or (wrong and head.span in wrong):
             continue
         profile = robots.profile_of(head.text)
         if _may_be_too_much(parts[head.text].bounds.peak, profile, tempo):
@@ -114,6 +115,7 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
     return unknown("unknown-robot", span, f"`{name}` is not in improv.toml", near, otherwise)
 
 
+@lru_cache(maxsize=1_000)  # most lines share their bounds with others
 def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     """Check the bounds quickly: most statements are far from every limit."""
     per_second = float(tempo) / 60

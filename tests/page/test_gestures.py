@@ -162,6 +162,10 @@ def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: C
     drag(page, [(2, 0), (2.5, 0), (3, 0)])
     expect(page.locator("#text")).to_have_value("ada at 2 0\nbo $ (left)\nada $ forward 1m\n")
 
+    for robot, line in (("bo", "Draw anywhere"), ("ada", "continues at the dot")):
+        page.locator("#gesture-robot").focus()
+        page.locator("#gesture-robot").select_option(robot)
+        expect(page.locator("#gesture-line")).to_contain_text(line)
     bar = page.locator("#gesture-line").bounding_box()
     assert bar
     page.mouse.move(bar["x"] + 20, bar["y"] + bar["height"] / 2)  # a narrow page has it where people begin to draw

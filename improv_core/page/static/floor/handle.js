@@ -50,6 +50,7 @@ export class Handle {
 
   /** Whether somebody draws, who needs to know where robots come to the cursor. */
   set draws(/** @type {boolean} */ draws) {
+    if (draws && !this.#draws) this.#asked = "" // the answer was for somebody who has drawn another robot
     this.#draws = draws
     this.look()
   }

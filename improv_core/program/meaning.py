@@ -111,12 +111,13 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
+        tokens = statement.tokens if unresolved or statement.has_measures else ()
         if statement.has_measures and not statement.diagnostics:  # else they may follow from the first
             known = {*(name for name, found in scope.items() if found), *(each.name for each in statement.parameters)}
-            wrong = list(wrong_measures(body, statement.tokens, known))
+            wrong = list(wrong_measures(body, tokens, known))
             diagnostics += wrong
         if unresolved:
-            unresolved = tuple(without_units(wrong, unresolved, statement.tokens))
+            unresolved = tuple(without_units(wrong, unresolved, tokens))
         if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.by_robot:

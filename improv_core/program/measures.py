@@ -68,11 +68,11 @@ def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) 
         if isinstance(node, MeasuredWord):
             for number in (node.measure, node.radius):
                 if number and number.tokens[-1].text:
-                    at = next((at for at, each in enumerate(tokens) if each.start >= number.span.end), len(tokens))
-                    if at < len(tokens) and not unit_meant(tokens[at].text) and number_meant(tokens, at):
+                    bare = () if number.units else enumerate(tokens)
+                    at, after = next((each for each in bare if each[1].start >= number.span.end), (0, None))
+                    if after and not unit_meant(after.text) and number_meant(tokens, at):
                         continue  # it is one number with what follows: `1½`
-                    written = _Written(node, number, tokens[at] if at < len(tokens) else None, id(node) in counted)
-                    if wrong := written.wrong(known):
+                    if wrong := _Written(node, number, after, id(node) in counted).wrong(known):
                         yield wrong
 
 

@@ -50,8 +50,10 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Ru
     page.wait_for_function("([sent, period]) => Date.now() - sent > 1000 * period", arg=[sent, PERIOD])
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.locator("#handed-in")).to_contain_text("Sent at")
-    for width, height in ((1280, 800), (390, 844)):
+    for width, height in ((1280, 800), (768, 1024), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
+        tops = [page.get_by_role("button", name=name, exact=True).bounding_box() for name in ("Share", "Send")]
+        assert len({top and top["y"] for top in tops}) == 1, width
         expect(page.get_by_role("button", name="Save and play")).to_be_in_viewport(ratio=1)
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         keep(page, f"class-child-{width}.png")

@@ -47,6 +47,10 @@ def test_each_body_part_in_use_has_a_row_and_its_words_are_lit(still: Callable[.
     names = page.locator("#robots-list li .name")
     expect(names).to_have_text(["ada", "head", "left arm", "bo"])
     expect(page.locator("#score-text .lit.moving")).to_have_text(["left", "to", "high", "forward"])
+    small = box(page, "#bodies .puppet")
+    page.get_by_role("button", name="Present").click()
+    expect(page.locator("#bodies .gauges")).to_be_hidden()
+    wait(page, f"document.querySelector('#bodies .puppet').clientHeight > {1.3 * small['height']}")
 
 
 @pytest.mark.slow("a browser on a busy machine")

@@ -30,13 +30,14 @@ def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) 
 
 
 def stood(state: SessionState, last: TransportMessage | None, now: Now) -> Takeover | None:
-    """Return where the last stage that played was in the score when it died; None if all had been stopped, or an
-    emergency stop is on."""
-    if not last or last["state"] not in ("playing", "paused") or now.pressed["topics"]:
+    """Return where the score was when its last stage died, by the `last` report of that one, or of all that played it
+    together; None if it didn't play, or an emergency stop is on."""
+    if now.pressed["topics"] or (state.is_spread and state.mode not in ("playing", "paused")):
         return None
-    if state.is_spread and state.mode == "stopped":
-        return None
-    return entry_at(last, beat_at(last, now.at), now.at)
+    reports = [stage.transport for stage in state.robots.values()] if state.is_spread else [last]
+    seen = [each for each in reports if each and each["state"] in ("playing", "paused")]
+    latest = max(seen, key=lambda each: each["monotonic"], default=None)
+    return entry_at(latest, beat_at(latest, now.at), now.at) if latest else None
 
 
 def stand(state: SessionState, key: StageKey, now: Now) -> list[Act]:

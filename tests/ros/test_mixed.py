@@ -53,7 +53,7 @@ def test_both_play_on_the_beat_until_one_stop(
         (tmp_path / "improv.toml").write_text(TOML.format(address))
         with Terminal("play", tmp_path / "dance.improv", env, PROGRAM):
             bus = Bus.join(address)
-            bus.listen(bus.find("", 1), lambda words: targets.put((time.monotonic(), words[2])))
+            bus.listen(bus.find("", 1), lambda words: targets.put((time.monotonic(), words[4])))
             direction = 0
             for _ in range(4):
                 at, direction = turn(direction)

@@ -131,8 +131,9 @@ def test_a_person_has_all_resume_after_all_stages_have_died(host: Host, listen: 
         await show.until(lambda _: all(map(plays, show.playback.state.robots.values())))
         stage = show.playback._stages[StageKey(HERE, "ros")]
         assert isinstance(stage, Stage)
-        for pid in (process_of(str(host.cache), "--sink"), stage.pid):
-            os.kill(pid, signal.SIGKILL)
+        os.kill(process_of(str(host.cache), "--sink"), signal.SIGKILL)
+        await show.until(lambda message: message.get("message", "").startswith(f"{NAME}: "))
+        os.kill(stage.pid, signal.SIGKILL)  # before another one there could play
         for robot in (here, there):
             await asyncio.to_thread(robot.wait, still)
             robot.heard.clear()

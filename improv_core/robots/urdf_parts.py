@@ -44,7 +44,7 @@ _WORDS = {
 _BASE = re.compile("wheel|cast[eo]r|steer|rotor|propell", re.IGNORECASE)
 """Names of joints that drive a base: velocities move these, and no body part."""
 _SIDES = {"left": "right", "l": "r"}
-_SIDE = re.compile(r"(?<![a-z])(left|right|l|r)(?![a-z])|^(left|right|l|r)(?=(?-i:[A-Z]))", re.IGNORECASE)
+_SIDE = re.compile(r"(?<![a-z])(left|right|l|r)(?![a-z0-9])|^(left|right|l|r)(?=(?-i:[A-Z]))", re.IGNORECASE)
 _CORNER = re.compile(r"(?<![a-z])([fhr][lr]|[lr][fh])(?![a-z])", re.IGNORECASE)
 """A leg of four: front, hind, or rear; left or right."""
 _PAIRS = _SIDES | {other: side for side, other in _SIDES.items()}
@@ -97,24 +97,25 @@ class UrdfBody:
     def found(self) -> tuple[list[UrdfPart], dict[str, list[str]]]:
         """Return the parts that people would name, and groups of those that make up one limb or one hand."""
         parts, groups, taken = list[UrdfPart](), dict[str, list[str]](), set[str]()
-        hands: dict[str, list[str]] = {}  # the fingers that each joint carries
+        palms = {joint.child: joint for joint in self.urdf.joints}
+        hands: dict[UrdfJoint, list[str]] = {}  # the parts of the fingers on each palm
 
         def free(name: str) -> str:
             taken.add(name := free_name(name, taken))
             return name
 
-        for carrier, chain in self._chains():
+        for chain in self._chains():
             whole, tip = free(_named_after(chain)), self._end(chain[-1].child)
             cuts = [*_cuts(chain)] if len(chain) > MOST_JOINTS else [(whole, tuple(chain))]
             own = [UrdfPart(free(name) if cuts[1:] else whole, tip, joints) for name, joints in cuts]
             parts += own
             if own[1:]:
                 groups[whole] = [part.name for part in own]
-            if carrier and _word_in(carrier) != "hand" and {*map(_word_in, chain)} == {"hand"}:
-                hands.setdefault(f"{_side(carrier)}hand", []).extend(part.name for part in own)
-        return parts, groups | {
-            free(hand): own for hand, own in hands.items() if own[1:] and own not in groups.values()
-        }
+            palm = palms.get(chain[0].parent)
+            if palm and {*map(_word_in, chain)} == {"hand"} and not (dances(palm) and _word_in(palm) == "hand"):
+                hands.setdefault(palm, []).extend(part.name for part in own)
+        made = [(palm, names) for palm, names in hands.items() if names[1:] and names not in groups.values()]
+        return parts, groups | {free(f"{_side(palm)}hand"): names for palm, names in made}
 
     def directions(self, part: UrdfPart) -> dict[str, UrdfDirection]:
         """Return the directions of the joints of a part, by the names of these; none beyond the fourth. A joint that
@@ -130,8 +131,8 @@ class UrdfBody:
                 found[name] = free[0]._replace(is_clear=False)
         return found
 
-    def _chains(self) -> Iterator[tuple[UrdfJoint | None, list[UrdfJoint]]]:
-        """Yield the joints that dance, from each fork to the next one or to the end of a limb, after their carrier."""
+    def _chains(self) -> Iterator[list[UrdfJoint]]:
+        """Yield the joints that dance, from each fork to the next one or to the end of a limb."""
         above: dict[str, UrdfJoint | None] = {self.urdf.root: None}  # the joint that carries a link
         below: dict[str, int] = {}
         chains: dict[str, list[UrdfJoint]] = {}
@@ -146,9 +147,9 @@ class UrdfBody:
             chain.append(joint)
             chains[joint.name] = chain
         for name, chain in chains.items():
-            rolls = not (carrier := above[chain[0].parent]) and all(joint.kind == "continuous" for joint in chain)
+            rolls = not above[chain[0].parent] and all(joint.kind == "continuous" for joint in chain)
             if name == chain[0].name and not (rolls and abs(self._frames[chain[-1].child].axis[2]) < _ALONG):
-                yield carrier, chain
+                yield chain
 
     def _end(self, link: str) -> str:
         """Return the link that is fixed to this one and farthest from it."""

@@ -172,6 +172,13 @@ INDUSTRIAL = "revolute:z:j1 revolute:y:j2 revolute:y:j3 revolute:x:j4 revolute:y
             """,
         ),
         (
+            "revolute:y:r2/left_elbow |base revolute:y:r2/right_elbow",
+            """
+            left_elbow: up r2/left_elbow
+            right_elbow: up r2/right_elbow
+            """,
+        ),
+        (
             "revolute:z:arm_1 revolute:y:arm_2 prismatic:y:left_finger |arm_2 prismatic:y:right_finger",
             """
             arm: left arm_1 up arm_2

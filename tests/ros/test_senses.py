@@ -156,7 +156,7 @@ def test_a_stage_that_is_killed_takes_its_reader_along(publish: Publish, start: 
         (BuiltIn("near"), "no topic provides `sense` for real robots: add [senses.sense] to improv.toml"),
         (
             Topic("/anna/other", "std_msgs/Bool"),
-            "/anna/other carries std_msgs/msg/Float32, not std_msgs/Bool, so anna stands still where it reads `sense`",
+            "/anna/other carries std_msgs/msg/Float32, not std_msgs/msg/Bool, so anna stands still where it reads",
         ),
     ],
 )

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Collection
 from typing import Any
 
-from improv_core.outputs.ros.nodes import is_published, subscribe
+from improv_core.outputs.ros.nodes import is_published, subscribe, unpublished
 from improv_core.outputs.ros.topic import Now
 from improv_core.protocol.limits import DEADMAN_LIMIT
 from improv_core.protocol.output import Edge, StopButton
@@ -90,12 +90,8 @@ class Buttons:
             wanted.append((self._safety.deadman.topic, "sensor_msgs/msg/Joy", "robots wait for it"))
         found = {}
         for topic, kind, so in wanted:
-            if topic and not is_published(self._node, topic):
-                found[topic] = f"nobody publishes on {topic}, so {so}"
-            elif topic:
-                kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(topic)}
-                if kind not in kinds:
-                    found[topic] = f"{topic} carries {', '.join(sorted(kinds))}, not {kind}, so {so}"
+            if topic and (why := unpublished(self._node, topic, kind)):
+                found[topic] = f"{why}, so {so}"
         return found
 
     def _hold(self, what: str, value: bool | None) -> None:

@@ -113,6 +113,14 @@ def is_published(node: Any, topic: str) -> bool:
     return bool(node.count_publishers(node.resolve_topic_name(topic)))
 
 
+def unpublished(node: Any, topic: str, kind: str) -> str | None:
+    """Return the reason why no message of a type comes on a topic; None if somebody publishes such messages."""
+    kinds = {info.topic_type for info in node.get_publishers_info_by_topic(topic)}
+    if not kinds:
+        return f"nobody publishes on {topic}"
+    return None if kind in kinds else f"{topic} carries {', '.join(sorted(kinds))}, not {kind}"
+
+
 def is_latched(publisher: Any) -> bool:
     """Return whether a publisher keeps messages for later subscriptions: those that ask for that get them."""
     qos = publisher.qos_profile

@@ -11,7 +11,7 @@ from typing import Any
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.joints.channels import joint_states_of
-from improv_core.outputs.ros.nodes import is_published
+from improv_core.outputs.ros.nodes import is_published, unpublished
 from improv_core.outputs.ros.sensors.process import PROMPT as URGENT
 from improv_core.plain import message as in_plain_text
 from improv_core.protocol.limits import helper_command
@@ -281,9 +281,5 @@ def silence(part: Part, moves_since: float | None, reader: RosReader, node: Any)
 
 
 def _unheard(source: Topic, node: Any) -> str:
-    kinds = {info.topic_type for info in node.get_publishers_info_by_topic(source.topic)}
-    if not kinds:
-        return f"nobody publishes on {source.topic}"
-    if source.message.replace("/", "/msg/") not in kinds:
-        return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
-    return f"nothing usable comes on {source.topic}"
+    kind = source.message.replace("/", "/msg/")
+    return unpublished(node, source.topic, kind) or f"nothing usable comes on {source.topic}"

@@ -192,7 +192,8 @@ def _apart(text: str, edit: Edit) -> Edit:
         return edit  # nothing visible kept the parts of a word, or a unit and its number, apart
     before, after = text[start - 1 : start] if start else "", text[end : end + 1]
     if not written:
-        return Edit(edit.span, " ") if _is_in_word(before) and _is_in_word(after) else edit
+        joins = all(char == "." or _is_in_word(char) for char in (before, after))
+        return Edit(edit.span, " ") if joins else edit
     opens = _is_in_word(before) and _is_in_word(written[0]) and not (_is_in_word(gone[0]) or gone[0].isspace())
     last = gone[-1]  # after a digit, a name may follow at once: `0ft`
     ends = not (_is_in_word(last) or last.isspace()) or (last.isdigit() and not written[-1].isdigit())

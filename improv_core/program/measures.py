@@ -61,9 +61,8 @@ def wrong_measures(body: Node, tokens: Sequence[Token], known: Collection[str]) 
     `tokens` are those of the statement, and `known` the names that have a meaning in it: they are no units.
     """
     inside = list(nodes.nodes(body))
-    counted = {
-        id(each.body) for each in inside if isinstance(each, nodes.Apply) and not each.numbers and _repeats(each)
-    }
+    applied = (each for each in inside if isinstance(each, nodes.Apply) and not each.numbers)
+    counted = {id(each.body) for each in applied if each.word.text == "repeat"}
     for node in inside:
         if isinstance(node, MeasuredWord):
             for number in (node.measure, node.radius):
@@ -88,10 +87,6 @@ def without_units(
             is_word = before.start in undefined and (before.text.lower() in MEANT or nearest_word(before.text))
             spans += [unit.span] if is_word or before.type == "STRAY" else []
     return [name for name in names if not any(span.start <= name.span.start < span.end for span in spans)]
-
-
-def _repeats(node: nodes.Apply) -> bool:
-    return node.word.text == "repeat"
 
 
 class _Written:

@@ -271,10 +271,7 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     if end == start + 1 or end == len(tokens) or tokens[end].text != ")":
         return None
     number = "".join(token.text for token in tokens[start + 1 : end])
-    is_apart = start > 0 and tokens[start - 1].end < tokens[start].start
-    touches = [token for token in tokens[end + 1 : end + 2] if token.start == tokens[end].end]
-    is_joined = any(token.type not in ("BAR", *_OPENERS, *_OPENERS.values()) for token in touches)
-    edits = (Edit(tokens[start].span, "" if is_apart else " "), Edit(tokens[end].span, " " if is_joined else ""))
+    edits = (Edit(tokens[start].span, ""), Edit(tokens[end].span, ""))
     message = f"write `{number}` without brackets: only movements can stand in them"
     span = Span(tokens[start].start, tokens[end].end)
     return Diagnostic("syntax", span, message, (Fix("Remove the brackets", edits, safe=True),))

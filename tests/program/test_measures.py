@@ -201,6 +201,7 @@ def made_by_fixes(program: str) -> list[str]:
         ("r $ forward 1m*1cm", ["r $ forward 1m*1"]),
         ("r $ forward-1in", ["r $ backward 1in"]),
         ("r $ rest 0ft", ["r $ rest ft"]),
+        ("r $ ramp 2(.5)up", ["r $ ramp 2 .5 up"]),
         ("x = up\nr $ forward 3x", ["x = up\nr $ forward 3m x", "x = up\nr $ repeat 3 forward x"]),
         ("radius = up\nr $ radius 2m", ["radius = up\nr $ repeat 2 radius m", "radius = up\nr $ scale 2 radius m"]),
     ],

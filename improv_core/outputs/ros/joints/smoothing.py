@@ -12,14 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 SOONEST, FIRST = 0.02, 0.05
 """Seconds until the first point: at least, and if joints stand. A controller gets there from where it is, so a point
 for the present would make a joint that lags jump."""
-EXACT = 1e-9
-"""Radians or meters by which a cubic may be off."""
+EXACT = 1e-6
+"""Radians or meters that make no difference."""
 BLEND = 0.1
 """Seconds in which a joint returns to its smoothed positions, whose acceleration has changed before the first point."""
 CLOSEST = 0.001
@@ -89,11 +89,10 @@ def points(
     """
     ends = [now + SOONEST, now + BLEND] if any(blend.back for blend in blends) else []
     *times, last = _spread(sorted([*_bends(ways, window, brakes), *ends]), now)
-    none = [None] * len(ways)
     for time in times:
         found = [
-            brake.at(time) if brake and time < brake.until else blended(way, window, blend, time)
-            for way, brake, blend in zip(ways, brakes or none, blends or [Blend()] * len(ways), strict=True)
+            brake.at(time) if brake and time < brake.until else blended(way, window, blend or Blend(), time)
+            for way, brake, blend in zip_longest(ways, brakes, blends)
         ]
         yield TrajectoryPoint(time - now, [each for each, _ in found], [each for _, each in found])
     # Exactly at rest: controllers refuse a trajectory that ends in motion, even by rounding.

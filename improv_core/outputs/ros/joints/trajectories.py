@@ -14,6 +14,7 @@ from typing import NamedTuple
 from improv_core.outputs.cdr import numbers_message, trajectory_message
 from improv_core.outputs.ros.joints.channels import HOMING, WINDOW, Channel
 from improv_core.outputs.ros.joints.smoothing import (
+    EXACT,
     SOONEST,
     Blend,
     Brake,
@@ -34,8 +35,6 @@ LAG, LAST_LAG = 0.5, 0.2
 that distance."""
 HURRY = 0.5
 """A joint that is behind the program catches up faster or slower than the program by this share of its speed."""
-EXACT = 1e-6
-"""Radians or meters from the program at which a joint counts as being there."""
 SLACK = 0.01
 """Seconds by which a command may seem to come before the last one: how late it is isn't known while nothing plays."""
 SOONEST_STOP = 0.05
@@ -55,7 +54,7 @@ class Course:
 
     `legs` are those that were sent and still smooth it, the present one, and those with which joints that catch up
     join the `program`, which has them there at this time. It moves them on `until` another time. Joints with a brake
-    have been stopped, at where they come to rest.
+    have been stopped, at where they come to rest; the others may have a blend.
     """
 
     motions: tuple[JointMotion, ...]

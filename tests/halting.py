@@ -4,8 +4,8 @@ python -m tests.halting [arguments of pytest]
 
 It finds tests, and code, that count on other processes being fast. Each halt is written to `.cache/halts.txt`, with the
 time at which it ended. Improv's own processes are halted for less time than they allow each other: any longer, and the
-robots would stop, as they should. A stage with a standby is not halted at all, since its standby would kill it. A test
-that halts a process itself may fail, because this may continue it. Linux only.
+robots would stop, as they should. A test that halts a process itself may fail, because this may continue it. Linux
+only.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ HALT, OWN_HALT, REST = 2.5, 0.4, 0.3
 """Seconds: the longest halt of a process, of one of Improv's, and the longest rest between two halts."""
 OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py")
 """Parts of the commands that start Improv's processes, and a base that drives a robot."""
-STANDBY = b"outputs.ros.standby.process"
-"""Part of the command that starts a standby, which is a child of its stage."""
 HALTS = Path(__file__).parents[1] / ".cache" / "halts.txt"
 
 
@@ -53,12 +51,11 @@ def halt(pid: int, seconds: float) -> None:
 
 
 def below(pid: int) -> Iterator[int]:
-    """Yield the processes below this one that may be halted, and aren't, also those of browsers."""
+    """Yield the processes below this one that aren't halted, also those of browsers."""
     for child in children(pid):
         yield from below(child)
         with suppress(OSError):  # it has ended meanwhile
-            is_watched = any(STANDBY in command_of(each) for each in children(child))
-            if stat_of(child)[0] in "RSD" and not is_watched:
+            if stat_of(child)[0] in "RSD":
                 yield child
 
 

@@ -48,8 +48,13 @@ class JointMotion(NamedTuple):
     velocity: float
 
     def after(self, seconds: float, joint: Joint) -> float:
-        """Return its position later. It stops at its limits."""
-        return joint.within(self.position + self.velocity * seconds)
+        """Return its position later. It stops at its limits; a joint beyond a limit doesn't jump back."""
+        later = self.position + self.velocity * seconds
+        if self.velocity > 0 and joint.max is not None:
+            return min(later, max(self.position, joint.max))
+        if self.velocity < 0 and joint.min is not None:
+            return max(later, min(self.position, joint.min))
+        return later
 
 
 @dataclass(slots=True)

@@ -141,13 +141,13 @@ def turned(
     (since, last), passed = legs[-1], now - before.since
     program, motions, joins, brakes = [], list[JointMotion](), list[float](), list[Brake | None]()
     for number, joint in enumerate(channel.joints):
-        here = JointMotion(_after(now - since, joint, last[number]), last[number].velocity)
+        here = JointMotion(last[number].after(now - since, joint), last[number].velocity)
         brake, command = before.brakes[number] if before.brakes else None, told.get(joint.name)
         if command:
-            goal = JointMotion(_after(now - at, joint, command), command.velocity)
+            goal = JointMotion(command.after(now - at, joint), command.velocity)
         else:
             goal = before.program[number] if before.program else before.motions[number]
-            goal = JointMotion(_after(passed, joint, goal), goal.velocity)
+            goal = JointMotion(goal.after(passed, joint), goal.velocity)
         if brake and brake.until > now:
             here = JointMotion(here.position, 0.0)
         elif command and until <= at:
@@ -187,7 +187,7 @@ def _passed(channel: Channel, before: Course, now: float) -> list[_Leg]:
     since, motions = legs[-1]
     if channel.needs_positions and now > before.end and any(velocity for _, velocity in motions):
         pairs = zip(channel.joints, motions, strict=True)
-        rest = (JointMotion(_after(before.end - since, joint, motion), 0.0) for joint, motion in pairs)
+        rest = (JointMotion(motion.after(before.end - since, joint), 0.0) for joint, motion in pairs)
         legs.append(_Leg(before.end, tuple(rest)))
     return legs
 
@@ -219,9 +219,9 @@ def _joined(channel: Channel, course: Course, joins: Sequence[float], time: floa
     return _Leg(
         time,
         tuple(
-            JointMotion(_after(time - course.since, joint, goal), _within(joint, goal.velocity))
+            JointMotion(goal.after(time - course.since, joint), _within(joint, goal.velocity))
             if join <= time
-            else JointMotion(_after(time - course.since, joint, motion), motion.velocity)
+            else JointMotion(motion.after(time - course.since, joint), motion.velocity)
             for joint, motion, goal, join in found
         ),
     )
@@ -352,17 +352,6 @@ def _within(joint: Joint, velocity: float) -> float:
     return velocity if joint.max_velocity is None else max(-joint.max_velocity, min(velocity, joint.max_velocity))
 
 
-def _after(seconds: float, joint: Joint, motion: JointMotion) -> float:
-    """The position of a joint after some seconds. It stops at its limits; a joint beyond a limit doesn't jump back."""
-    position, velocity = motion
-    later = position + velocity * seconds
-    if velocity > 0 and joint.max is not None:
-        return min(later, max(position, joint.max))
-    if velocity < 0 and joint.min is not None:
-        return max(later, min(position, joint.min))
-    return later
-
-
 def _ways(channel: Channel, course: Course) -> list[list[Stretch]]:
     return [[*_way(joint, course.sent, number, course.end)] for number, joint in enumerate(channel.joints)]
 
@@ -372,7 +361,7 @@ def _way(joint: Joint, legs: Sequence[_Leg], number: int, end: float) -> Iterato
     way = [Stretch(since, *motions[number]) for since, motions in legs]
     for stretch, later in zip(way, [*(each.since for each in way[1:]), end], strict=True):
         since, position, velocity = stretch
-        stop = _after(later - since, joint, JointMotion(position, velocity))
+        stop = JointMotion(position, velocity).after(later - since, joint)
         yield stretch
         if velocity and stop != position + velocity * (later - since):
             yield Stretch(since + (stop - position) / velocity, stop, 0.0)

@@ -42,7 +42,7 @@ ROWS: dict[str, Sequence[str]] = {
     "outputs.devices": ["ipc", *PLAYING, "plain"],
     "outputs.thymio": ["outputs.devices", "score"],
     "outputs.ros": ["outputs.cdr", "ipc", "preview", *PLAYING, "plain"],
-    "transcription": ["outputs.cdr", "robots.formation", "score"],
+    "transcription": ["outputs.cdr", "robots", "score"],
     "stage": ["outputs", "ipc", "player", *PLAYING, "plain", "slices"],
     "page": [
         "stage",

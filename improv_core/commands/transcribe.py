@@ -17,7 +17,7 @@ from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import exists_already, write_new
 from improv_core.program.files import robots_near
-from improv_core.score.profiles import Profile
+from improv_core.robots.config import Robots
 from improv_core.storage.atomic_write import why
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.transcription.reading import read_source
@@ -75,9 +75,8 @@ def command(
     if output and os.path.lexists(output):  # before a long search
         raise exists_already(output)
     recorded = _only(_recorded(files, seconds, scale), robot)
-    robots = robots_near(Path.cwd())
-    profiles = {name: robots.profile_of(name) for name in recorded}
-    made = _searched(recorded, profiles, Tolerance(tolerance), tempo)
+    robots = robots_near(output.absolute().parent if output else Path.cwd())
+    made = _searched(recorded, robots, Tolerance(tolerance), tempo)
     if output is None:
         echo_text(made.text)
     else:
@@ -92,7 +91,7 @@ def command(
 
 def _searched(
     recorded: Mapping[str, Sequence[TimedPlace]],
-    profiles: Mapping[str, Profile],
+    robots: Robots,
     tolerance: Tolerance,
     tempo: int | None,
 ) -> Transcription:
@@ -107,7 +106,7 @@ def _searched(
     waits = threading.Timer(_SLOW, lambda: echo("improv: still searching; Ctrl-C takes the best so far", err=True))
     waits.start()
     try:
-        return transcribe(recorded, profiles, tolerance, tempo, ends.is_set)
+        return transcribe(recorded, robots, tolerance, tempo, ends.is_set)
     finally:
         waits.cancel()
         signal.signal(signal.SIGINT, before)

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from improv_core.robots.formation import Formation, on_circle
 from improv_core.score.motion import Pose
-from improv_core.transcription.wording import REST, Move, Node, Rounding
+from improv_core.transcription.wording import REST, Node, Rounding, is_rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +54,6 @@ def _without_end(part: Sequence[Node]) -> tuple[Node, ...]:
     while end and is_rest(part[end - 1]):
         end -= 1
     return tuple(part[:end])
-
-
-def is_rest(node: Node) -> bool:
-    return isinstance(node, Move) and node.voices == REST.voices
 
 
 def _unison(parts: Mapping[str, tuple[Node, ...]]) -> SharedLine:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from itertools import groupby
 
 from improv_core.transcription.wording import (
+    TURNS,
     Bracketed,
     Move,
     Named,
@@ -18,9 +19,8 @@ from improv_core.transcription.wording import (
     around,
     cost,
     cost_of_text,
-    mirrored,
-    retraced,
     series_text,
+    turned,
 )
 
 _LONGEST_PERIOD = 64
@@ -152,13 +152,6 @@ def _in_order(names: Mapping[str, Node]) -> dict[str, Node]:
 
 
 Window = tuple[Node, ...]
-FORMS: Sequence[Callable[[Window], Window]] = (
-    lambda window: window,
-    lambda window: tuple(mirrored(each) for each in window),
-    lambda window: tuple(retraced(each) for each in reversed(window)),
-    lambda window: tuple(mirrored(retraced(each)) for each in reversed(window)),
-)
-"""The forms in which a phrase may come back: plain, mirrored, retraced, or both; in the order of `TURNS`."""
 
 
 def _best_phrase(nodes: Sequence[Node]) -> Window | None:
@@ -167,14 +160,14 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
     places: dict[tuple[int, ...], list[tuple[int, int, int]]] = defaultdict(list)  # of each canonical form
     lists = [items for node in nodes for items in _lists(node)]
     for number, items in enumerate(lists):
-        forms = [[kinds.setdefault(each, len(kinds)) for each in form(tuple(items))] for form in FORMS]
+        forms = [[kinds.setdefault(each, len(kinds)) for each in _turned(turns, items)] for turns in range(len(TURNS))]
         count = len(items)
         for size in range(1, min(count, _LONGEST_PERIOD) + 1):
             for place in range(count - size + 1):
                 back = count - place - size
-                firsts = (place, place, back, back)
+                firsts = (place, place, back, back, back, back, place, place)
                 windows = [tuple(form[first : first + size]) for form, first in zip(forms, firsts, strict=True)]
-                turns = min(range(4), key=windows.__getitem__)
+                turns = min(range(len(TURNS)), key=windows.__getitem__)
                 places[windows[turns]].append((number, place, turns))
     best, saved = None, _LEAST_SAVED
     for key, found in places.items():
@@ -192,7 +185,14 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
     return best
 
 
-_TURN_COSTS = (0.0, 2.0, 1.0, 3.0)
+_TURN_COSTS = [cost_of_text(each) for each in TURNS]
+
+
+def _turned(turns: int, window: Window) -> Window:
+    """Return the form in which a phrase comes back if it is turned so."""
+    made = turned(turns, NodeSeries(window))
+    assert isinstance(made, NodeSeries)
+    return made.items
 
 
 def _apart(found: Sequence[tuple[int, int, int]], size: int) -> list[tuple[int, int, int]]:
@@ -218,7 +218,7 @@ def _lists(node: Node) -> Iterator[tuple[Node, ...]]:
 
 def _inner_lists(node: Node) -> Iterator[tuple[Node, ...]]:
     match node:
-        case Shaped(by, _, body) if by not in ("retrograde", "reflect sagittal", "retrograde reflect sagittal"):
+        case Shaped(by, _, body) if by not in TURNS:
             yield from _lists(body)
         case NodeSeries():
             yield from _lists(node)
@@ -226,7 +226,7 @@ def _inner_lists(node: Node) -> Iterator[tuple[Node, ...]]:
 
 def _replacing(phrase: Window, name: str) -> Callable[[Node], Node]:
     """Return a function that puts a name in the place of a phrase, in each of its forms."""
-    forms = {form(phrase): turns for turns, form in reversed(list(enumerate(FORMS)))}
+    forms = {_turned(turns, phrase): turns for turns in reversed(range(len(TURNS)))}
     size = len(phrase)
 
     def replaced(node: Node) -> Node:

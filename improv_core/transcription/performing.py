@@ -25,7 +25,7 @@ _WINDOW = 2
 """Noisy poses are compared in means of so many,"""
 _NOISY = 1e-3
 """if their noise is at least this, in meters."""
-_SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
+SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 """Shares of the seconds by which a robot may be early or late."""
 _STEPS = 2
 """The number of times that amounts are improved: each step nearly ends the error that is left."""
@@ -93,7 +93,7 @@ def deviation_of(
     window = window_of(track, noise)
     meters, radians, seconds = allowed
     best: list[tuple[float, float]] = []
-    for shift in _SHIFTS:
+    for shift in SHIFTS:
         misses = []
         for sample in track:
             pose = performed.pose((sample.time - origin + shift * seconds) * tempo / 60)
@@ -124,7 +124,7 @@ class FittedGroups:
         self._groups, self._starts = groups, starts
         begun: list[_Unknown] = [(robot, at) for robot in robots for at in range(4)]
         amounts = [(group, at) for at in (3, 0, 1, 2) for group, each in enumerate(groups.amounts) if each[at]]
-        self._unknowns = [*begun, *amounts]
+        self._unknowns = [*amounts, *begun]
         self._factors: list[list[float]] = []
         self._variances: list[float] = []
         if len(self._unknowns) > _MOST_UNKNOWNS:

@@ -30,10 +30,13 @@ def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
         for tempo in range(SLOWEST, FASTEST + 1)
     }
     ranked = sorted(costs, key=lambda tempo: (round(costs[tempo], 6), tempo != USUAL, tempo))
-    doubled = [tempo * 2 for tempo in ranked[:most] if tempo * 2 <= FASTEST]
-    doubled += [tempo // 2 for tempo in ranked[:most] if tempo // 2 >= SLOWEST and not tempo % 2]
-    usual = costs[USUAL] <= costs[ranked[0]] + len(changes)
-    return list(dict.fromkeys([*ranked[:most], *doubled, *([USUAL] if usual else [])]))
+    return ranked[:most]
+
+
+def multiples(tempo: int, most: int) -> list[int]:
+    """Return the tempi of which so many beats, at most, take as long as so many of this tempo."""
+    times = [Fraction(tempo * times, parts) for times in range(1, most + 1) for parts in range(1, most + 1)]
+    return [int(each) for each in times if each.denominator == 1 and SLOWEST <= each <= FASTEST]
 
 
 def rareness(tempo: int) -> float:

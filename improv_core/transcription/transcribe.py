@@ -5,24 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import dropwhile, pairwise
 from typing import NamedTuple
 
+from improv_core.robots.config import Robots
+from improv_core.robots.start_poses import start_poses
 from improv_core.score.motion import Pose
-from improv_core.score.profiles import DEFAULT, Profile
-from improv_core.transcription.ensemble import SharedLine, formation_of, is_rest, lines_of
+from improv_core.transcription.ensemble import SharedLine, formation_of, lines_of
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.grouping import grouped
 from improv_core.transcription.performing import FittedGroups, deviation_of, window_of
 from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
-from improv_core.transcription.tempo import USUAL, rareness, tempi
+from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
 from improv_core.transcription.wording import (
     Node,
     Rounding,
     cost,
+    is_rest,
     number_text,
     series_text,
     term_text,
@@ -44,9 +47,7 @@ _CLOSELY = 3
 _CLOSER = 0.2
 """The share of a tolerance that rounding may take where noise takes the rest."""
 _NATS = 4.0
-"""Natural units of information that a misfit costs for each word,"""
-_WORSE = 1.3
-"""and how many times the cost of the best tempo another one may have that has fewer words."""
+"""Natural units of information that a misfit costs for each word."""
 
 
 class Tolerance(NamedTuple):
@@ -67,7 +68,7 @@ class Transcription:
 
 def transcribe(
     recorded: Mapping[str, Sequence[TimedPlace]],
-    profiles: Mapping[str, Profile] = {},
+    robots: Robots = Robots(),  # noqa: B008
     tolerance: Tolerance = Tolerance(),  # noqa: B008
     tempo: int | None = None,
     stops: Callable[[], bool] = lambda: False,
@@ -82,13 +83,13 @@ def transcribe(
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}
     noises = {robot: noise_of(track) for robot, track in tracks.items()}
     best: _Draft | None = None
-    for each in _drafts(tracks, noises, profiles, tolerance, tempo, stops):
+    for each in _drafts(tracks, noises, robots, tolerance, tempo, stops):
         if best is None or _misses(each, tolerance) < _misses(best, tolerance):
             best = each
         if stops() or not _misses(best, tolerance):
             break
     assert best
-    return Transcription(_program(best), best.deviations)
+    return Transcription(_program(best, robots), best.deviations)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,20 +106,20 @@ class _Draft:
 def _drafts(
     tracks: Mapping[str, Track],
     noises: Mapping[str, Noise],
-    profiles: Mapping[str, Profile],
+    robots: Robots,
     tolerance: Tolerance,
     tempo: int | None,
     stops: Callable[[], bool],
 ) -> Iterator[_Draft]:
     """Yield the likeliest draft, then those that stay nearer to the tracks in more words."""
     tracked = {robot: _tracked(track, noises[robot], tolerance) for robot, track in tracks.items()}
-    found = tempo or _tempo(tracked, profiles, tolerance, stops)
+    found = tempo or _tempo(tracked, robots, tolerance, stops)
     simple = {robot: items_of(each, found, stops)[1] for robot, each in tracked.items()}
     for guided in (False, True):
-        yield _draft(tracked, simple, found, profiles, tolerance, guided, stops)
+        yield _draft(tracked, simple, found, robots, tolerance, guided, stops)
     for nearest in (False, True):
         items = {robot: near_items_of(each, found, nearest) for robot, each in tracked.items()}
-        yield _draft(tracked, items, found, profiles, tolerance, True, stops)
+        yield _draft(tracked, items, found, robots, tolerance, True, stops)
 
 
 def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
@@ -132,35 +133,29 @@ def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
 
 def _tempo(
     tracked: Mapping[str, TrackedRobot],
-    profiles: Mapping[str, Profile],
+    robots: Robots,
     tolerance: Tolerance,
     stops: Callable[[], bool],
 ) -> int:
-    """Return the tempo at which the part of the busiest robot costs the least."""
+    """Return the tempo at which the part of the busiest robot costs the least: a likely one or a simple multiple."""
     changes = [time for each in tracked.values() for time in _changes(each.stretches)]
-    likely = tempi(changes, max(each.allowed for each in tracked.values()))
+    found = tempi(changes, max(each.allowed for each in tracked.values()))
+    likely = list(dict.fromkeys(other for each in found for other in multiples(each, 2)))
     busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
-    robot = tracked[busiest]
-    if len(likely) > _CLOSELY:
-        rough = []
-        for tempo in likely:
-            rough.append((items_of(robot, tempo, stops, roughly=True)[0], tempo))
-            if stops():
-                break
-        likely = [tempo for _, tempo in sorted(rough, key=lambda each: each[0])[:_CLOSELY]]
-    told: list[tuple[float, Sequence[Item], int]] = []
-    for tempo in likely:
-        told.append((*items_of(robot, tempo, stops), tempo))
-        if stops():
-            break
-    least = min(misfit for misfit, _, _ in told)
+    profile = robots.profile_of(busiest)
 
-    def price(misfit: float, items: Sequence[Item], tempo: int) -> float:
-        nodes = written(Pose(), items, profiles.get(busiest, DEFAULT), exact=Rounding(*tolerance[:2]))
+    @lru_cache
+    def price(tempo: int, roughly: bool = True) -> float:
+        if stops():
+            return math.inf
+        misfit, items = items_of(tracked[busiest], tempo, stops, roughly)
+        nodes = written(Pose(), items, profile, exact=Rounding(*tolerance[:2]))
         words = list(dropwhile(is_rest, (node for node, _ in nodes)))
         return misfit / _NATS + cost(folded(bracketed(words))) + rareness(tempo)
 
-    return min((each for each in told if each[0] <= _WORSE * least + 100), key=lambda each: price(*each))[2]
+    best = min(likely, key=price)
+    closest = sorted(dict.fromkeys([*likely, *multiples(best, 4)]), key=price)[:_CLOSELY]
+    return min(closest, key=lambda tempo: price(tempo, False))
 
 
 def _misses(found: _Draft, tolerance: Tolerance) -> float:
@@ -189,7 +184,7 @@ def _draft(
     tracked: Mapping[str, TrackedRobot],
     items: Mapping[str, Sequence[Item]],
     tempo: int,
-    profiles: Mapping[str, Profile],
+    robots: Robots,
     tolerance: Tolerance,
     guided: bool,
     stops: Callable[[], bool],
@@ -197,7 +192,7 @@ def _draft(
     """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
     groups = grouped(items, tracked, tempo)
     fitted = FittedGroups(groups, {robot: each.track[0].pose for robot, each in tracked.items()}, tracked, tempo)
-    profile = profiles.get(next(iter(tracked)), DEFAULT)
+    profile = robots.profile_of(next(iter(tracked)))
     best: _Draft | None = None
     for step in range(_STRICTER):
         rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
@@ -205,7 +200,7 @@ def _draft(
         parts, deviations = {}, {}
         for robot, (track, noise, *_) in tracked.items():
             guide = Guide(track, tempo, window_of(track, noise), rounding.times(_CLOSER)) if guided else None
-            words = list(written(placed[robot], groups.items(robot), profiles.get(robot, DEFAULT), guide))
+            words = list(written(placed[robot], groups.items(robot), robots.profile_of(robot), guide))
             parts[robot], made = [node for node, _ in words], [item for _, item in words]
             deviations[robot] = deviation_of(track, placed[robot], made, tempo, noise, tolerance)
         found = _Draft(tempo, placed, parts, rounding, deviations)
@@ -217,13 +212,13 @@ def _draft(
     return best
 
 
-def _program(draft: _Draft) -> str:
+def _program(draft: _Draft, robots: Robots) -> str:
     """Return the text of a program."""
     lines = [line for line in lines_of(draft.parts) if line.items]
     bodies = [[folded(bracketed(part)) for part in line.parts] for line in lines]
     names, named = with_names([body for each in bodies for body in each], list(draft.parts))
     text = [f"beat {draft.tempo}"] if draft.tempo != USUAL else []
-    text += _opening(draft.starts, draft.rounding)
+    text += _opening(draft, list(dict.fromkeys(robot for line in lines for robot in line.robots)), robots)
     text += [""] if text else []
     text += [*(f"{name} = {series_text(body)}" for name, body in names.items()), ""] if names else []
     used = iter(named)
@@ -241,14 +236,15 @@ def _line_text(line: SharedLine, bodies: Sequence[Node]) -> str:
     return " ".join(words)
 
 
-def _opening(starts: Mapping[str, Pose], rounding: Rounding) -> list[str]:
-    """Return the lines that say where robots start; none for a single robot at the origin."""
-    if len(starts) == 1 and next(iter(starts.values())) == Pose():
+def _opening(draft: _Draft, order: Sequence[str], robots: Robots) -> list[str]:
+    """Return the lines that say where robots start; none if they start where Improv places robots in this order."""
+    usual = start_poses({robot: robots.robot(robot) for robot in order}, robots.world.size, robots.formation)
+    if usual.keys() == draft.starts.keys() and all(max(usual[each].apart(draft.starts[each])) < 1e-6 for each in order):
         return []
-    if found := formation_of(starts, rounding):
-        robots, words = found
-        return [f"{' '.join(robots)} at {words}"]
-    return [f"{robot} at {_pose_text(pose)}" for robot, pose in starts.items()]
+    if found := formation_of(draft.starts, draft.rounding):
+        names, words = found
+        return [f"{' '.join(names)} at {words}"]
+    return [f"{robot} at {_pose_text(pose)}" for robot, pose in draft.starts.items()]
 
 
 def _pose_text(pose: Pose) -> str:

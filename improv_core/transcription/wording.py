@@ -20,10 +20,18 @@ _NEGATED = {one: other for pair in (*_WAYS, _TURNS, _HALVES) for one, other in (
 """Each word that `retrograde` changes, and what it becomes."""
 _MIRRORED = {one: other for one, other in _NEGATED.items() if one.endswith(("left", "right"))}
 """Each word that `reflect sagittal` changes, and what it becomes."""
+_MIRROR, _RETROGRADE, _REVERSE = 1, 2, 4
+TURNS = tuple(
+    " ".join(word for bit, word in ((4, "reverse"), (2, "retrograde"), (1, "reflect sagittal")) if turns & bit)
+    for turns in range(8)
+)
+"""The words that turn a phrase: each is the sum of a mirror image (1), of the way back (2), and of its reverse (4)."""
 LENGTHS = tuple(Fraction(1, parts) for parts in (10, 20, 100, 1000, 10_000))
 """Meters to which a length is rounded, as people would: the coarsest that is near enough."""
 ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000))
 """Degrees to which an angle is rounded."""
+_REPEAT_COST = 2.5
+"""A `repeat` costs more than a `slow`, which motions beside each other can share."""
 _MOST_COPIES = 24
 """A motion of more beats is one slow word, not so many words of one beat."""
 
@@ -174,37 +182,25 @@ class Rounding(NamedTuple):
 
 
 def moves_for(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[Move, ...]:
-    """Return the cheapest moves that make this motion, within what rounding allows."""
-    options = [*_copies(beats, amounts, profile, rounding), *_whole(beats, amounts, profile, rounding)]
-    return min(options, key=_cost_of_copies)
+    """Return the cheapest moves that make this motion, within what rounding allows: one, or one in each beat."""
+    whole = [(each,) for each in _moves(beats, amounts, profile, rounding)]
+    count = beats.numerator
+    if beats.denominator > 1 or not 1 < count <= _MOST_COPIES:
+        return min(whole, key=_cost_of_copies)
+    one, near = amounts.times(1 / count), rounding.times(1 / count)
+    copies = [(each,) * count for each in _moves(Fraction(1), one, profile, near)]
+    return copies[0] if is_rest(copies[0][0]) else min(whole + copies, key=_cost_of_copies)
 
 
 def _cost_of_copies(moves: Sequence[Move]) -> float:
-    one = cost(moves[0])
-    return one if len(moves) == 1 else min(one * len(moves), one + 2.0)
+    """Return what moves cost there and back, the cheaper one mostly: a way back has the words of the way there."""
+    less, more = sorted((cost(moves[0]), cost(turned(_RETROGRADE, moves[0]))))
+    one = 0.8 * less + 0.2 * more
+    return one if len(moves) == 1 else min(one * len(moves), one + _REPEAT_COST)
 
 
-def _copies(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[Move, ...]]:
-    """Yield as many words of the profile as there are beats, if the motion is made of them."""
-    count = beats.numerator
-    if beats.denominator > 1 or not 1 <= count <= _MOST_COPIES:
-        return
-    one = Amounts(*(amount / count for amount in amounts))
-    if voices := _plain(one, profile, rounding.times(1 / count)):
-        yield (Move(Fraction(1), voices),) * count
-
-
-def _plain(amounts: Amounts, profile: Profile, rounding: Rounding) -> tuple[WordedVoice, ...] | None:
-    """Return the words of the profile that make a motion in one beat; None if there are none."""
-    voices = []
-    for value, word, unit, allowed in _components(amounts, profile, rounding):
-        if abs(abs(value) - unit) <= allowed:
-            voices.append(WordedVoice(word))
-        elif word in _TURNS and abs(abs(value) - unit / 2) <= allowed:
-            voices.append(WordedVoice(f"half{word}"))
-        else:
-            return None
-    return tuple(voices) or (WordedVoice("rest"),)
+def is_rest(node: Node) -> bool:
+    return isinstance(node, Move) and node.voices == REST.voices
 
 
 def _components(amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[float, str, float, float]]:
@@ -216,24 +212,15 @@ def _components(amounts: Amounts, profile: Profile, rounding: Rounding) -> Itera
         yield amounts.yaw, _TURNS[amounts.yaw < 0], profile.quarter_turn, rounding.radians
 
 
-def _whole(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[tuple[Move, ...]]:
-    """Yield one move that makes the motion in all its beats."""
+def _moves(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rounding) -> Iterator[Move]:
+    """Yield moves that each make the motion in all its beats."""
     voices = [_measured(*component) for component in _components(amounts, profile, rounding)]
-    yield (Move(beats, tuple(voices) or (WordedVoice("rest"),)),)
+    yield Move(beats, tuple(voices) or (WordedVoice("rest"),))
     if abs(amounts.x) > rounding.meters and abs(amounts.yaw) > rounding.radians:
         turn, ahead = abs(amounts.yaw), abs(amounts.x)
-        for voice in _turns(amounts.yaw, profile, rounding):
-            radius = _rounded(ahead / turn, LENGTHS, rounding.meters / turn)
-            arc = voice._replace(radius=radius, frontal=amounts.x < 0)
-            others = amounts._replace(x=0.0, yaw=0.0)
-            beside = [_measured(*component) for component in _components(others, profile, rounding)]
-            yield (Move(beats, (arc, *beside)),)
-
-
-def _turns(yaw: float, profile: Profile, rounding: Rounding) -> Iterator[WordedVoice]:
-    if plain := _plain(Amounts(0, 0, 0, yaw), profile, rounding):
-        yield plain[0]
-    yield WordedVoice(_TURNS[yaw < 0], _rounded(math.degrees(abs(yaw)), ANGLES, math.degrees(rounding.radians)))
+        *beside, arc = (_measured(*each) for each in _components(amounts._replace(x=0.0), profile, rounding))
+        radius = _rounded(ahead / turn, LENGTHS, rounding.meters / turn)
+        yield Move(beats, (arc._replace(radius=radius, frontal=amounts.x < 0), *beside))
 
 
 def _measured(value: float, word: str, unit: float, allowed: float) -> WordedVoice:
@@ -283,51 +270,36 @@ def _amounts(voice: WordedVoice, profile: Profile) -> Amounts:
     return Amounts(x, y, z, 0.0)
 
 
-def mirrored(node: Node) -> Node:
-    """Return what `reflect sagittal` makes of a node."""
-    return _turned(node, _MIRRORED, backward=False)
-
-
-def retraced(node: Node) -> Node:
-    """Return what `retrograde` makes of a node."""
-    return _turned(node, _NEGATED, backward=True)
+def turned(turns: int, node: Node) -> Node:
+    """Return what `around` makes of a node: the same, without these words."""
+    order = -1 if turns & (_RETROGRADE | _REVERSE) in (_RETROGRADE, _REVERSE) else 1
+    match node:
+        case Move():
+            return _turned_move(node, turns)
+        case NodeSeries(items):
+            return NodeSeries(tuple(turned(turns, each) for each in items[::order]))
+        case Bracketed(items):
+            return Bracketed(tuple(turned(turns, each) for each in items[::order]))
+        case Shaped(by, numbers, body):
+            if by in TURNS:
+                return around(TURNS.index(by) ^ turns, body)
+            return Shaped(by, numbers[::order], turned(turns, body))
+        case Named():
+            return around(turns, node)
 
 
 @lru_cache(maxsize=20_000)
-def _turned_move(node: Move, backward: bool) -> Move:
-    words = _NEGATED if backward else _MIRRORED
-    voices = [
-        each._replace(
-            word=words.get(each.word, each.word), frontal=each.frontal != (backward and each.radius is not None)
-        )
-        for each in node.voices
-    ]
+def _turned_move(node: Move, turns: int) -> Move:
+    voices = []
+    for word, measure, radius, frontal in node.voices:
+        if turns & _MIRROR:
+            word = _MIRRORED.get(word, word)
+        if turns & _RETROGRADE:
+            word, frontal = _NEGATED.get(word, word), frontal != (radius is not None)
+        voices.append(WordedVoice(word, measure, radius, frontal))
     return replace(node, voices=tuple(voices))
 
 
-def _turned(node: Node, words: dict[str, str], backward: bool) -> Node:
-    order = -1 if backward else 1
-    match node:
-        case Move():
-            return _turned_move(node, backward)
-        case NodeSeries(items):
-            return NodeSeries(tuple(_turned(each, words, backward) for each in items[::order]))
-        case Bracketed(items):
-            return Bracketed(tuple(_turned(each, words, backward) for each in items[::order]))
-        case Shaped("ramp", numbers, body):
-            return Shaped("ramp", numbers[::order], _turned(body, words, backward))
-        case Shaped(by, numbers, body):
-            if by in TURNS:
-                return around(TURNS[by] ^ (2 if backward else 1), body)
-            return Shaped(by, numbers, _turned(body, words, backward))
-        case Named():
-            return around(2 if backward else 1, node)
-
-
-TURNS = {"reflect sagittal": 1, "retrograde": 2, "retrograde reflect sagittal": 3}
-
-
 def around(turns: int, node: Node) -> Node:
-    """Return a node under `reflect sagittal` (1), `retrograde` (2), both (3), or neither (0)."""
-    by = next((name for name, each in TURNS.items() if each == turns), None)
-    return Shaped(by, (), node) if by else node
+    """Return a node with the words before it that turn it so; none for 0."""
+    return Shaped(TURNS[turns], (), node) if turns else node

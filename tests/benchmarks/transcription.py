@@ -18,6 +18,7 @@ from improv_core.program.files import analyze_file
 from improv_core.score.movement import ENDLESS
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
+from improv_core.transcription.performing import SHIFTS
 from improv_core.transcription.track import TimedPlace
 from improv_core.transcription.transcribe import Tolerance, transcribe
 from tests.benchmarks.tables import machine, p99, print_head, print_row
@@ -126,8 +127,8 @@ def _off(exact: list[TimedPlace], again: Score, robot: str, early: float) -> flo
     part, worst = again.parts[robot], 0.0
     for place in exact:
         far = math.inf
-        for shift in (0.0, -early, early) if early else (0.0,):
-            beat = Fraction(max(place.time + shift, 0.0)) * again.tempo / 60
+        for shift in SHIFTS if early else (0.0,):
+            beat = Fraction(max(place.time + shift * early, 0.0)) * again.tempo / 60
             pose = pose_at(part, beat.limit_denominator(10_000))
             assert pose
             far = min(far, math.dist((place.x, place.y, place.z), (pose.x, pose.y, pose.z)))

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
 from improv_core.transcription.track import TimedPlace
@@ -75,12 +76,14 @@ def check(before: str, after: str | None = None, noise: tuple[float, float] = (0
         "a $ repeat 4 (forward left)",
         "a $ forward 1.5m left 60deg forward 40cm",
         "beat 100\n\na $ repeat 3 (forward (forward || halfright))",
-        "a $ slow 4 left 180deg radius 60cm",
+        "a $ repeat 4 halfleft radius 60cm",
         "a $ repeat 2 [forward left] backward strafeleft rest up",
         "beat 90\n\na $ ease slow 2 forward ease repeat 4 (forward || left)",
         "a $ ramp 1/2 3/2 repeat 4 forward",
-        "beat 100\na b c d at line 3 around 0 -4.5\n\na b c d $ canon 2 repeat 3 (forward halfleft)",
+        "beat 100\n\na b c d $ canon 2 repeat 3 (forward halfleft)",
         "a b c at circle 2\n\na b c $ repeat 3 (forward right)",
+        "a b c at line 1\n\na b c $ repeat 3 (forward right)",
+        "a $ left radius 40cm forward left radius 40cm backward",
     ],
 )
 def test_a_program_comes_back_from_its_path(program: str) -> None:
@@ -90,18 +93,12 @@ def test_a_program_comes_back_from_its_path(program: str) -> None:
 def test_a_mirror_image_gets_the_phrase_by_its_name() -> None:
     check(
         """
-        a at 0 0
-        b at 0 -3
-
         steps = forward left 60deg forward 1m right forward (forward || halfleft)
 
         a $ steps
         b $ reflect sagittal steps
         """,
         """
-        a at 0 0
-        b at 0 -3
-
         phrase = forward left 60deg forward 1m right forward (forward || halfleft)
 
         a $ phrase
@@ -110,15 +107,18 @@ def test_a_mirror_image_gets_the_phrase_by_its_name() -> None:
     )
 
 
-def test_a_way_back_is_retrograde() -> None:
-    check(
-        "x = forward left 60deg forward 1m right forward\na $ x rest retrograde x",
-        """
-        phrase = forward left 60deg forward 1m right forward
+@pytest.mark.parametrize("turned", ["retrograde", "reverse", "reverse retrograde", "reverse reflect sagittal"])
+def test_a_phrase_that_comes_back_turned_gets_its_name(turned: str) -> None:
+    before = f"phrase = forward left 60deg forward 1m right radius 40cm forward\n\na $ phrase rest {turned} phrase"
+    check(before)
 
-        a $ phrase rest retrograde phrase
-        """,
-    )
+
+def test_starts_are_left_out_if_robots_start_there_anyway() -> None:
+    lines = "b $ forward forward\na $ forward left\n"
+    robots = read_robots("[robots.a]\nstart = { x = 1, y = -3 }")
+    check(lines)
+    check(f"a at 1 -3\nb at 0 0\n\n{lines}", f"b at 0 0\na at 1 -3\n\n{lines}")
+    assert transcribe(path_of(f"a at 1 -3\n{lines}"), robots, CLEAN).text == lines
 
 
 @pytest.mark.parametrize(

@@ -194,7 +194,7 @@ class Analysis(Program):
         if not self.waiting or self.waiting[0] > last:
             return self
         meanings, waiting, infeasible = list(self.meanings), list(self.waiting), dict(self.infeasible)
-        known = set(waiting)  # that they wait
+        waits: set[int] = set()  # the same statements; made when it is needed, because each slice would pay for it
         done: list[int] = []
         while waiting and waiting[0] <= last and not (done and enough and enough()):
             checkpoint()
@@ -204,9 +204,11 @@ class Analysis(Program):
             if not before.is_known or before.scope != tuple(scope.values()):
                 now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
                 for name in {each.name for each in (before.definition, now.definition) if each}:
-                    for user in self.bindings.users(name, index):
-                        if user not in known:
-                            known.add(user)
+                    users = [each for each in self.bindings.users(name, index) if meanings[each].is_known]
+                    waits = waits or set(waiting if users else ())  # the users that aren't known wait anyway
+                    for user in users:
+                        if user not in waits:
+                            waits.add(user)
                             heappush(waiting, user)
             if problems := self._problems(index, meanings[index]):
                 infeasible[index] = problems

@@ -154,7 +154,7 @@ def test_a_connection_that_takes_no_more_is_lost_for_all_who_use_it() -> None:
 
     number = bus.find("ada", 5)
     wire.send = send  # type: ignore[method-assign]
-    lost = r"the connection to tcp:x:1 is lost \(\[Errno 32\] Broken pipe\)"
+    lost = r"the connection to tcp:x:1 is lost \(Broken pipe\)"
     with pytest.raises(OSError, match=lost):
         bus.set(number, (0, (0, 0)))
     with pytest.raises(OSError, match=lost):

@@ -193,7 +193,8 @@ class Bus:
 
     def _lose(self, why: Exception) -> None:
         with self._changed:
-            self._problem = self._problem or f"the connection to {self._address} is lost ({why})"
+            reason = why.strerror if isinstance(why, OSError) and why.strerror else why
+            self._problem = self._problem or f"the connection to {self._address} is lost ({reason})"
             self._changed.notify_all()
 
     def _take(self, source: int, kind: int, content: bytes) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
-from tests.page.conftest import Keep, at, next_frame, wait
+from tests.page.conftest import Keep, at, box, next_frame, wait
 from tests.page.editing import Edit
 from tests.page.looks import COUNT
 
@@ -119,6 +119,7 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     page.set_viewport_size(PHONE)
     wait(page, "improv.toScreen(0, 2).y > " + LOWER_END.format("gesture"))
     page.set_viewport_size({"width": 1280, "height": 800})
+    page.locator("#fit").click()  # room that the drawing used would be kept for a while
     wait(page, AT_REST)
     shown = page.evaluate(COUNT, ORANGE)
     page.locator("#trail").select_option("off")
@@ -150,8 +151,10 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
 
 
 @pytest.mark.slow("draws in a browser")
-def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: Callable[[str], Edit]) -> None:
-    page = edit("ada at 2 0\nbo $ (left)\n").page()
+def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_that_is_dragged(
+    edit: Callable[[str], Edit],
+) -> None:
+    page = edit("ada at 1 0\nbo $ (left)\n").page()
     page.set_viewport_size(PHONE)
     wait(page, "improv.previewed")  # so the page knows the robots of the text
     page.locator("#draw").click()
@@ -159,17 +162,34 @@ def test_a_drawing_moves_a_robot_of_the_text_and_may_begin_below_the_bar(edit: C
     expect(page.locator("#gesture-line")).to_contain_text("the words replace the robot's line")
     page.locator("#gesture-robot").select_option("ada")
     page.locator("#gesture-parts").select_option("0")
-    drag(page, [(2, 0), (2.5, 0), (3, 0)])
-    expect(page.locator("#text")).to_have_value("ada at 2 0\nbo $ (left)\nada $ forward 1m\n")
+    bar = box(page, "#gesture-line")
+    view = page.evaluate("improv.view")
+    assert view["scale"] >= 80, "60 cm is too small for a finger"
+    touch, (x, y) = page.context.new_cdp_session(page), at(page, 1, 0)
+    for kind, fingers in (("Start", [-100]), ("Move", [-50]), ("Start", [-50, 0]), ("Move", [-55, 5]), ("End", [])):
+        points = [{"x": x + place, "y": y, "id": finger} for finger, place in enumerate(fingers)]
+        touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
+    wait(page, f"improv.view.scale > {view['scale']}")  # two fingers have zoomed, and drawn nothing
+    drag(page, [(1, 0), (1.5, 0), (2, 0)])
+    drawn = "ada at 1 0\nbo $ (left)\nada $ forward 1m\n"
+    expect(page.locator("#text")).to_have_value(drawn)
+    assert box(page, "#gesture-line")["height"] < bar["height"]
 
     for robot, line in (("bo", "Draw anywhere"), ("ada", "continues at the dot")):
         page.locator("#gesture-robot").focus()
         page.locator("#gesture-robot").select_option(robot)
         expect(page.locator("#gesture-line")).to_contain_text(line)
-    bar = page.locator("#gesture-line").bounding_box()
-    assert bar
+    bar = box(page, "#gesture-line")
     page.mouse.move(bar["x"] + 20, bar["y"] + bar["height"] / 2)  # a narrow page has it where people begin to draw
     page.mouse.down()
     page.mouse.move(bar["x"] + 80, bar["y"] + bar["height"] / 2 + 100)
     page.mouse.up()
-    expect(page.locator("#text")).to_have_value(re.compile(r"ada at 2 0\nbo \$ \(left\)\nada \$ forward 1m .+\n"))
+    expect(page.locator("#text")).to_have_value(re.compile(r"ada at 1 0\nbo \$ \(left\)\nada \$ forward 1m .+\n"))
+
+    page.locator("#text").fill(drawn)
+    page.locator("#write").click()
+    wait(page, "improv.transport.state === 'ended'")
+    page.locator("#perform").click()
+    page.locator("#gesture-robot").select_option("ada")
+    drag(page, [(0, 0), (0, -0.5), (0, -1)])
+    expect(page.locator("#gesture-robot")).to_have_value("bo")

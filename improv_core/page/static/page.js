@@ -77,7 +77,7 @@ const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
 const panels = new Panels(floor.camera)
 const { preview, handle } = editor
-const gesturing = new Gesturing(editor, (transport) => sound.clickFor(transport))
+const gesturing = new Gesturing(editor, floor, (transport) => sound.clickFor(transport))
 const parts = { preview, handle, gesturing, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
 /** @typedef {typeof parts} Parts */
 const view = new View(parts)
@@ -319,7 +319,7 @@ if (isClass) joinClass(editor.saving)
 
 /** @param {Point} point @param {() => boolean} freely whether Alt is pressed */
 const grab = (point, freely) =>
-  gesturing.grab(point, floor.camera) ?? handle.grab(point, floor.camera, freely) ?? startPoses.grab(point, floor.camera)
+  gesturing.grab(point) ?? handle.grab(point, floor.camera, freely) ?? startPoses.grab(point, floor.camera)
 listenForGestures(stage, floor.camera, grab, () => panels.showFit())
 listenForPointing(
   stage,

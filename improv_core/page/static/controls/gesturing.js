@@ -13,8 +13,9 @@ import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
 
-/** @import { Camera, Point } from "../floor/camera.js" */
+/** @import { Point } from "../floor/camera.js" */
 /** @import { Editor } from "../editor/editor.js" */
+/** @import { Floor } from "../floor/floor.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Transport } from "../score/clock.js" */
@@ -24,21 +25,24 @@ const PEN_STEP = 0.1 // meters that an arrow key moves the pen
 const LEAST_STEP = 0.01 // meters between two points that are kept
 const LONGEST_FRAME = 0.1 // seconds by which the robot moves at once
 const REACH = 0.02 // meters from a finger at which a robot stands
-const GRAB_RADIUS = 40 // pixels around the robot that performs
+const GRAB_RADIUS = 40 // pixels around a robot
+const FINE = 80 // pixels per meter, at least, to draw: 60 cm are as wide as a fingertip
 const MOST = 4_900 // points or keys of a gesture
 const WIDTH = 3 // pixels
 /** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
 const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
 const LINES = {
-  draw: ["Draw anywhere: the words replace the robot's line.", "By keyboard: arrow keys, Enter, Esc to end."],
-  "draw on": ["The path continues at the dot: its words go to the cursor.", "By keyboard: arrow keys, Enter, Esc to end."],
-  perform: ["Drag the robot; real ones stay. Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
+  draw: ["Draw anywhere: the words replace the robot's line.", "", "By keyboard: arrow keys, Enter, Esc to end."],
+  "draw on": ["The path continues at the dot: its words go to the cursor.", "", "By keyboard: arrow keys, Enter, Esc to end."],
+  perform: ["Drag a robot; real ones stay.", "Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
 }
 
 export class Gesturing {
+  #bar = find("gesture")
   #robot = findA("gesture-robot", HTMLSelectElement)
   #parts = findA("gesture-parts", HTMLSelectElement)
   #editor
+  #floor
   #click
   /** @type {Mode | null} */
   #mode = null
@@ -62,10 +66,12 @@ export class Gesturing {
 
   /**
    * @param {Editor} editor
+   * @param {Floor} floor
    * @param {(transport: Transport | null) => void} click clicks on each beat while somebody performs
    */
-  constructor(editor, click) {
+  constructor(editor, floor, click) {
     this.#editor = editor
+    this.#floor = floor
     this.#click = click
     for (const mode of /** @type {Mode[]} */ (["draw", "perform"])) {
       find(mode).addEventListener("click", () => (this.#mode === mode ? this.finish() : this.#begin(mode)))
@@ -77,6 +83,7 @@ export class Gesturing {
     addEventListener("keyup", (event) => this.#hold(event.key, false), true)
     addEventListener("blur", () => Object.keys(ARROWS).forEach((key) => this.#hold(key, false)))
     for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
+    addEventListener("pointerdown", ({ isPrimary }) => !isPrimary && this.#mode === "draw" && this.#put()) // two fingers zoom
   }
 
   /** True while a robot is moved by hand. */
@@ -100,7 +107,8 @@ export class Gesturing {
     this.#seen = now
     if (!this.performs || !this.#pose) return false
     const [far, turn] = program.current?.score.robots[this.#robot.value]?.speeds ?? [0, 0]
-    const way = this.#finger ? this.#toFinger(this.#finger, far * beats, turn * beats) : this.#byKeys(far * beats, turn * beats)
+    const [ahead, around] = this.#directions
+    const way = this.#finger ? this.#toFinger(this.#finger, far * beats, turn * beats) : [ahead * far * beats, around * turn * beats]
     this.#pose = poseAfter(this.#pose, { x: way[0], y: 0, z: 0, yaw: way[1] }, 1)
     if (way.some(Boolean)) this.#note(this.#pose)
     redraw()
@@ -108,16 +116,20 @@ export class Gesturing {
   }
 
   /**
-   * Grabs the robot that performs, or puts the pen down. Returns a function that moves it, or null.
+   * Grabs a robot that performs from then on, or puts the pen down. Returns a function that moves it, or null.
    * @param {Point} point
-   * @param {Camera} camera
    * @returns {((to: Point) => void) | null}
    */
-  grab(point, camera) {
+  grab(point) {
     if (!this.#mode) return null
-    const place = this.#pose && camera.toScreen(this.#pose)
-    const isNear = place && Math.hypot(point.x - place.x, point.y - place.y) < GRAB_RADIUS
+    const { camera, poses } = this.#floor
+    const far = (/** @type {Point} */ place) => {
+      const { x, y } = camera.toScreen(place)
+      return Math.hypot(point.x - x, point.y - y)
+    }
     if (this.#mode === "draw") {
+      const isNear = this.#pose && far(this.#pose) < GRAB_RADIUS
+      this.#bar.className = "held"
       const at = camera.toWorld(point)
       this.#restart(this.#pen ?? { ...at, z: 0, heading: 0 })
       const [x, y] = this.#pen && isNear ? [this.#pen.x - at.x, this.#pen.y - at.y] : [0, 0]
@@ -127,7 +139,15 @@ export class Gesturing {
         this.#note({ x: here.x + x, y: here.y + y })
       }
     }
-    if (!isNear) return null
+    const names = [...this.#robot.options].map(({ value }) => value).filter((name) => poses[name])
+    const [name] = names.sort((one, other) => far(poses[one]) - far(poses[other]))
+    if (!name || far(poses[name]) > GRAB_RADIUS) return null
+    if (name !== this.#robot.value) {
+      this.#write()
+      this.#robot.value = name
+      this.#begin("perform", false)
+    }
+    this.#bar.className = "held"
     this.#drags = true
     this.#startClock()
     return (to) => (this.#finger = camera.toWorld(to))
@@ -141,9 +161,10 @@ export class Gesturing {
     if (mode) announce(mode === "draw" ? "Drawing is off" : "Performing is off")
   }
 
-  /** @param {Pen} pen @param {Camera} camera */
-  draw(pen, camera) {
+  /** @param {Pen} pen */
+  draw(pen) {
     if (!this.#mode) return
+    const { camera } = this.#floor
     pen.strokeStyle = robotList.colorOf(this.#robot.value)
     pen.lineWidth = WIDTH
     pen.beginPath()
@@ -185,6 +206,7 @@ export class Gesturing {
     if (mode === "perform" && this.#parts.value === "0") this.#parts.value = "2"
     const parts = Number(this.#parts.value)
     this.#from = mode === "perform" && !clock.atStart ? Math.round(clock.beat() * parts) / parts : 0
+    this.#floor.camera.stays = mode === "draw"
     this.#put()
     this.#show()
     find("stage").focus()
@@ -196,9 +218,12 @@ export class Gesturing {
     const [x, y, z, heading] = program.current?.score.robots[name]?.start_pose ?? [0, 0, 0, 0]
     const start = Object.assign({ x, y, z, heading }, this.performs ? {} : startPoses.written[name])
     const left = this.#from ? program.current?.poseAt(name, this.#from) : null
-    this.#restart(this.#pen ?? left ?? start)
-    const [line, keys] = LINES[this.#pen ? "draw on" : (this.#mode ?? "draw")]
-    find("gesture-line").replaceChildren(line, element("span", { className: "by-key", textContent: ` ${keys}` }))
+    const pose = this.#pen ?? left ?? start
+    this.#restart(pose)
+    this.#floor.camera.look(pose, FINE)
+    const [before, line, keys] = LINES[this.#pen ? "draw on" : (this.#mode ?? "draw")]
+    const span = (/** @type {string} */ className, /** @type {string} */ textContent) => element("span", { className, textContent })
+    find("gesture-line").replaceChildren(span("before", `${before} `), line, span("by-key", ` ${keys}`))
     redraw()
   }
 
@@ -210,6 +235,8 @@ export class Gesturing {
 
   #end() {
     this.#mode = null
+    this.#bar.className = ""
+    this.#floor.camera.stays = false
     this.#click(null)
     this.#points = []
     this.#keys = []
@@ -222,7 +249,7 @@ export class Gesturing {
   #show() {
     this.#editor.handle.draws = this.#mode === "draw"
     for (const mode of ["draw", "perform"]) find(mode).setAttribute("aria-pressed", String(this.#mode === mode))
-    find("gesture").hidden = !this.#mode
+    this.#bar.hidden = !this.#mode
     redraw()
   }
 
@@ -267,6 +294,7 @@ export class Gesturing {
 
   #release() {
     if (this.#mode === "draw") this.#write()
+    if (this.#bar.className) this.#bar.className = "used"
     this.#finger = null
   }
 
@@ -324,12 +352,6 @@ export class Gesturing {
   get #directions() {
     const sums = [0, 1].map((axis) => [...this.#held].reduce((sum, key) => sum + ARROWS[key][axis], 0))
     return [sums[0], sums[1]]
-  }
-
-  /** @param {number} far @param {number} turn @returns {[far: number, turn: number]} */
-  #byKeys(far, turn) {
-    const [ahead, around] = this.#directions
-    return [ahead * far, around * turn]
   }
 
   /**

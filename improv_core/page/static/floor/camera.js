@@ -20,7 +20,8 @@ export class Camera {
   view = null
   size = { width: 0, height: 0 }
   insets = { top: 0, bottom: 0, left: 0 } // pixels that are covered
-  held = false // whether it stays where it is: something is under a hand
+  held = false // whether it stays where it is: something is under a hand,
+  stays = false // or somebody draws
   fits = true // whether it follows the robots and paths
 
   /** The shorter side of the stage, in pixels. */
@@ -45,7 +46,7 @@ export class Camera {
     const isUsed = room.every(({ x, y }, corner) => x === used[corner].x && y === used[corner].y)
     this.#spare = isUsed ? 0 : this.#spare + seconds
     const [low, high] = (this.#room = this.#spare < SPARE_TIME ? room : used)
-    if ((this.held || !this.fits) && this.view) return false
+    if ((this.held || this.stays || !this.fits) && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
     const least = LEAST_VIEW * radius
@@ -78,7 +79,14 @@ export class Camera {
   /** Forgets the room that was used: the next view fits what there is now. */
   fit() {
     this.fits = true
+    this.stays = false
     this.#room = null
+  }
+
+  /** Shows a point at least this large, if it stays there and nobody has moved the view. @param {Point} point @param {number} scale */
+  look({ x, y }, scale) {
+    if (!this.view || !this.stays || !this.fits || this.held) return
+    if (this.view.scale < scale || !this.#shows({ x, y }, { x, y })) this.view = { x, y, scale: Math.max(this.view.scale, scale) }
   }
 
   /** Zooms around a point of the screen. @param {number} factor @param {Point} [at] the middle, if nothing is given */

@@ -101,7 +101,7 @@ export class Floor {
     for (const robot of robots) this.#drawRobot(robot)
     const rings = placeRings(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring)
-    scene.gesturing.draw(pen, camera)
+    scene.gesturing.draw(pen)
     for (const path of scene.returnPaths) {
       drawReturnPath(pen, path, camera, robots.find(({ name }) => name === path.name)?.color ?? colors().ink)
     }

@@ -103,25 +103,14 @@ def formation_of(starts: Mapping[str, Pose], rounding: Rounding) -> tuple[Sequen
     """Return the robots in the order of a formation, and its words after `at`; None if they stand in none."""
     if len(starts) < 3:
         return None
-    middle = Pose(
-        math.fsum(pose.x for pose in starts.values()) / len(starts),
-        math.fsum(pose.y for pose in starts.values()) / len(starts),
-    )
-    for center in dict.fromkeys([_coarse(middle), _fine(middle)]):
+    x, y = (math.fsum(values) / len(starts) for values in zip(*((p.x, p.y) for p in starts.values()), strict=True))
+    for center in dict.fromkeys((round(x, digits) + 0.0, round(y, digits) + 0.0) for digits in (1, 3)):
         moved = {robot: Pose(p.x - center[0], p.y - center[1], p.z, p.heading) for robot, p in starts.items()}
         around = "" if center == (0, 0) else f" around {center[0]:g} {center[1]:g}"
         for words, poses in _shapes(moved):
             if order := _order(moved, poses, rounding):
                 return order, words + around
     return None
-
-
-def _coarse(pose: Pose) -> tuple[float, float]:
-    return round(pose.x, 1) + 0.0, round(pose.y, 1) + 0.0
-
-
-def _fine(pose: Pose) -> tuple[float, float]:
-    return round(pose.x, 3) + 0.0, round(pose.y, 3) + 0.0
 
 
 def _shapes(starts: Mapping[str, Pose]) -> list[tuple[str, list[Pose]]]:

@@ -48,7 +48,7 @@ def bracketed(items: Sequence[Node]) -> list[Node]:
         moves = list(group)
         if beats is None or beats == 1 or len(moves) < 2:
             found.extend(moves)
-            beat += sum((length(each) for each in moves), Fraction(0))
+            beat += sum((_length(each) for each in moves), Fraction(0))
             continue
         count = beats.denominator
         if beats.numerator == 1 and count > 1:
@@ -65,24 +65,22 @@ def bracketed(items: Sequence[Node]) -> list[Node]:
     return found
 
 
-def length(node: Node, names: Mapping[str, Node] = {}) -> Fraction:
-    """Return the beats of a node."""
+def _length(node: Node) -> Fraction:
+    """Return the beats of a node without names."""
     match node:
         case Move(beats, _):
             return beats
         case NodeSeries(items):
-            return sum((length(each, names) for each in items), Fraction(0))
-        case Bracketed():
-            return Fraction(1)
-        case Named(name):
-            return length(names[name], names)
+            return sum((_length(each) for each in items), Fraction(0))
         case Shaped(by, numbers, body):
-            inner = length(body, names)
+            inner = _length(body)
             if by in ("repeat", "slow"):
                 return inner * numbers[0]
             if by == "fast":
                 return inner / numbers[0]
             return 2 * inner / sum(numbers) if by == "ramp" else inner
+        case _:
+            return Fraction(1)
 
 
 def folded(items: Sequence[Node]) -> Node:

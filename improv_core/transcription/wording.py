@@ -235,17 +235,13 @@ def _measured(value: float, word: str, unit: float, allowed: float) -> WordedVoi
 
 
 def _rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
-    """Round to the coarsest level that is near enough; never to zero."""
-    return rounded(value, [level for level in levels if round(value / level)], allowed) or levels[-1]
-
-
-def rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fraction:
-    """Round to the coarsest level that is near enough, or else to the finest one."""
-    found = Fraction(0)
+    """Round to the coarsest level that is near enough, or else to the finest one; never to zero."""
+    found = levels[-1]
     for level in levels:
-        found = round(value / level) * level
-        if abs(float(found) - value) <= allowed:
-            break
+        if count := round(value / level):
+            found = count * level
+            if abs(float(found) - value) <= allowed:
+                break
     return found
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
-from tests.page.conftest import Keep, at, box, next_frame, wait
+from tests.page.conftest import Keep, at, box, wait
 from tests.page.editing import Edit
 from tests.page.looks import COUNT
 
@@ -90,8 +90,7 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("ArrowLeft")
     wait(page, "improv.handle.text === 'left 90deg'")
-    next_frame(page)
-    assert page.evaluate(COUNT, BLUE) > 100  # bo's color, although bo doesn't play yet
+    wait(page, f"({COUNT})({BLUE}) > 100")  # bo's color, although bo doesn't play yet
     for key, angle in (("Up", 105), ("Up", 120), ("Down", 105), ("Down", 90), ("Up", 105)):
         page.keyboard.press(f"Alt+Arrow{key}")
         expect(text).to_have_value(written.replace("90", str(angle)))

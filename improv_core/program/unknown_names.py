@@ -51,6 +51,10 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
     if name.lower() in MEANT:
         message, fixes = meant_instead(tokens, at)
         return Diagnostic("unknown-name", node.span, message, fixes)
+    if name.lower() == "circle" and (size := _length_after(tokens, at)):
+        text = f"left 360deg radius {size[0].text}{size[1].text}"
+        fixes = replace(f"Change to {text}", Span(node.span.start, size[1].end), text)
+        return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: write `{text}`", fixes)
     parameters = [each.name for each in statement.parameters]
     near = program.bindings.nearest(name) or closest(name, program.config.part_words)
     figure = _FIGURES.get(name)
@@ -76,6 +80,15 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
     above = f"{name} = {figure or 'rest'}{program.lines.ending(program.offsets[index])}"
     fixes = replace(f"Define {name}{'' if figure else ' as rest'} above", Span(0, 0), above, guess=True)
     return Diagnostic("unknown-name", node.span, message, fixes)
+
+
+def _length_after(tokens: Sequence[Token], at: int) -> tuple[Token, Token] | None:
+    """Return the number and the unit of a length that follows a name; None if none does."""
+    number, unit = [*tokens[at + 1 : at + 3], None, None][:2]
+    is_length = (
+        number and unit and number.type == "NUMBER" and unit.text in UNITS and UNITS[unit.text].field == "meters"
+    )
+    return (number, unit) if number and unit and is_length else None
 
 
 def _is_known(program: Program, name: str) -> bool:

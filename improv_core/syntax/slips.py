@@ -32,7 +32,8 @@ MEANT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("mirror", "flip"), ("reflect sagittal",)),
     **dict.fromkeys(("strafe", "sideways"), ("strafeleft", "straferight")),
     **dict.fromkeys(("climb", "rise"), ("up",)),
-    **dict.fromkeys(("random", "pick"), ("choose",)),
+    **dict.fromkeys(("random", "pick", "rand", "dice"), ("choose",)),
+    **dict.fromkeys(("accelerate", "speedup"), ("ramp 1/2 2",)),
 }
 """Words that people try, in lowercase, and the words of the language that mean the same."""
 

@@ -169,7 +169,7 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
         points = [{"x": x + place, "y": y, "id": finger} for finger, place in enumerate(fingers)]
         touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
     wait(page, f"improv.view.scale > {view['scale']}")  # two fingers have zoomed, and drawn nothing
-    drag(page, [(1, 0), (1.5, 0), (2, 0)])
+    drag(page, [(1, 0), (2, 0)])
     drawn = "ada at 1 0\nbo $ (left)\nada $ forward 1m\n"
     expect(page.locator("#text")).to_have_value(drawn)
     assert box(page, "#gesture-line")["height"] < bar["height"]

@@ -98,6 +98,8 @@ def test_slips_have_advice() -> None:
         ("r $ mirror left", ["r $ reflect sagittal left"]),
         ("r $ reflect left", ["r $ reflect sagittal left"]),
         ("r $ fast left", ["r $ fast 2 left"]),
+        ("r $ accelerate (left up)", ["r $ ramp 1/2 2 (left up)"]),
+        ("r $ circle 60cm left", ["r $ left 360deg radius 60cm left"]),
         ("r $ star", ["star = repeat 5 (forward left 144deg)\nr $ star"]),
         ("r $ stop", ["r $ rest"]),
         ("r $ turn", ["r $ left", "r $ right"]),

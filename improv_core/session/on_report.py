@@ -144,9 +144,10 @@ def _followed(state: SessionState, output: Output, transport: TransportMessage) 
         return state, []
     mode, waited, latest = transport["state"], state.waits_for, state.latest
     state, acts = _explained(state, _why_still(state, transport), transport.get("resumes"))
+    offers_all = "resumes" in transport and all(each.alive and not each.died_moving for each in state.robots.values())
     state = replace(
         state.with_stage(StageKey(HERE, output), transport=transport) if not state.is_spread else state,
-        stood=None if "resumes" in transport and not state.awaits else state.stood,
+        stood=None if offers_all else state.stood,
         is_on=mode in ("waiting", "playing", "paused"),
         waits_for=transport.get("waits_for", transport.get("too_near", ())),
         editions=state.editions.plays(transport["generation"]),

@@ -288,11 +288,6 @@ class SessionState:
         return bool(self.alive) and self.still
 
     @property
-    def awaits(self) -> bool:
-        """True while a stage of real robots is dead, or has yet to stop the robots of a dead one."""
-        return any(not stage.alive or stage.died_moving for stage in self.robots.values())
-
-    @property
     def is_open(self) -> bool:
         """True if all stages run that are needed to play."""
         return self.leader is not None and not any(self.is_gone(key.output) for key in self.stages)

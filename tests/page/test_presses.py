@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
 from tests.page.conftest import next_frame, wait
 from tests.page.editing import PLAYING, Edit
@@ -32,8 +33,10 @@ CONTROLS = """[...document.querySelectorAll("button, summary, [role=slider]")].f
 
 
 @pytest.mark.slow("presses every control at four sizes")
-def test_no_control_moves_while_it_is_pressed(edit: Callable[[str], Edit]) -> None:
-    page = edit(PROGRAM).page()
+def test_no_control_moves_while_it_is_pressed(tmp_path: Path, browser: Browser) -> None:
+    (tmp_path / "dance.improv").write_text(PROGRAM)
+    edit = Edit(tmp_path / "dance.improv", browser.new_context())  # its pages draw at once: each press waits for frames
+    page = edit.page()
     page.evaluate(LISTEN)
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
@@ -41,6 +44,7 @@ def test_no_control_moves_while_it_is_pressed(edit: Callable[[str], Edit]) -> No
             _write(page)
             if index < _count(page):
                 assert _places(page, index) == "same", f"{width}×{height}"
+    edit.close()
 
 
 def test_the_first_press_of_save_and_play_plays_while_a_phone_has_its_keyboard_open(

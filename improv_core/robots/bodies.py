@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from improv_core.robots.ros_names import ros_name
+from improv_core.robots.schema_robots import DRIVE
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.score.body import (
@@ -19,7 +20,6 @@ from improv_core.score.body import (
     BodyPose,
     Controller,
     Drive,
-    Home,
     Interface,
     Joint,
 )
@@ -35,9 +35,10 @@ _SLACK = 1e-9
 
 
 def read_body(
-    reading: TomlReading, keys: Keys, table: Mapping[str, Any], home: Home | None, base: Body | None
+    reading: TomlReading, keys: Keys, table: Mapping[str, Any], values: Mapping[str, Any], base: Body | None
 ) -> Body | None:
-    """Read the body of a profile, in which the file's values replace those of `base`. Errors are reported."""
+    """Read the body of a profile, in which the file's `values` and sections replace those of `base`. Errors are
+    reported."""
     if not table.keys() & {"body", "joints", "controllers", "joint_states", "home", "urdf"}:
         return base
     base = base or Body()
@@ -48,9 +49,8 @@ def read_body(
     joints = made.joints(reading.table((*keys, "joints"), table.get("joints", {})), slides, base)
     parts = {name: made.posed(part, joints) for name, part in parts.items()}
     controllers = made.controllers(reading.table((*keys, "controllers"), table.get("controllers", {})), joints, base)
-    states = ros_name(reading, (*keys, "joint_states"), table, "") and table["joint_states"]
-    home = home or base.home
-    states = states or base.joint_states
+    states, home = values["joint_states"], values["home"] or base.home
+    states = states if ros_name(reading, (*keys, "joint_states"), states, "") else base.joint_states
     if home == "move":
         made.can_move_home((*keys, "home") if "home" in table else keys, states, controllers, joints)
     return Body(
@@ -60,7 +60,7 @@ def read_body(
         tuple(controllers),
         states,
         home,
-        reading.text((*keys, "urdf"), table) or base.urdf,
+        values["urdf"] or base.urdf,
     )
 
 
@@ -104,11 +104,11 @@ class _Bodies:
                 filter(None, (self._drive((*keys, name, each), table[each]) for each in table if each in DIRECTIONS))
             )
             if isinstance(tables[name], dict) and tables[name].keys() <= {"mirror", "poses"}:
-                message = f"`{name}` moves nothing: add a direction, such as `{_EXAMPLE}`"
+                message = f"`{name}` moves nothing: add a direction, such as `left = {DRIVE}`"
                 reading.at_key((*keys, name), message, whole=True)
             parts[name] = BodyPart(name, drives)
         for name, table in self.own.items():
-            if mirror := reading.text((*keys, name, "mirror"), table):
+            if mirror := reading.text((*keys, name, "mirror"), table.get("mirror")):
                 self._mirror((*keys, name, "mirror"), name, mirror, parts)
         for name in named:
             if "parts" in own[name]:
@@ -127,15 +127,10 @@ class _Bodies:
     def _drive(self, keys: Keys, value: Any) -> Drive | None:
         reading, direction = self.reading, str(keys[-1])
         if not isinstance(value, dict) or "joint" not in value or len(value.keys() & {"degrees", "meters"}) != 1:
-            reading.at_value(keys, f"write `{direction}` as a joint and degrees, or meters: `{_VALUE}`", whole=True)
+            reading.at_value(keys, f"write `{direction}` as a joint and degrees, or meters: `{DRIVE}`", whole=True)
             return None
-        table = reading.table(keys, value)
-        joint = reading.text((*keys, "joint"), table)
-        unit = "meters" if "meters" in table else "degrees"
-        amount = reading.number((*keys, unit), table[unit])
-        if joint is not None and not (joint and joint.isprintable()):
-            reading.at_value((*keys, "joint"), f"write the name of a joint: `{_VALUE}`")
-            return None
+        values, unit = reading.values(keys, reading.table(keys, value)), "meters" if "meters" in value else "degrees"
+        joint, amount = values.get("joint"), values.get(unit)
         if joint is None or amount is None:
             return None
         if not amount:
@@ -166,14 +161,9 @@ class _Bodies:
                 self.reading.at_key(
                     (*keys, key), f"`{keys[-1]}` is a group of body parts, so it has no `{key}`: remove it"
                 )
-        value = table["parts"]
-        if not isinstance(value, list) or not value:
-            self.reading.at_value(
-                (*keys, "parts"), 'write `parts` as a list of body parts: `["left_arm", "right_arm"]`'
-            )
-            return ()
+        value = table["parts"] if self.reading.value((*keys, "parts"), table["parts"]) else ()
         for place, each in enumerate(value):
-            if not isinstance(each, str) or each not in parts:
+            if isinstance(each, str) and each not in parts:
                 message = f"a group stands for body parts, not for groups: write one of {listed(list(parts))}"
                 self.reading.at_value((*keys, "parts", place), message, whole=True)
         return tuple(dict.fromkeys(each for each in value if isinstance(each, str) and each in parts))
@@ -222,16 +212,13 @@ class _Bodies:
     def _pose(self, keys: Keys, value: Any, part: BodyPart, joints: Mapping[str, Joint]) -> BodyPose | None:
         if not self._is_free(keys, str(keys[-1]), "pose"):
             return None
-        table, steps = self.reading.table(keys, value), {}
-        for name in table:
+        steps = {}
+        for name, amount in self.reading.values(keys, self.reading.table(keys, value)).items():
             drive = part.drive(DIRECTIONS[name])
             if not drive:
                 self.reading.at_key(
                     (*keys, name), f"`{part.name}` has no direction `{name}`: remove this or declare it"
                 )
-                continue
-            amount = self.reading.number((*keys, name), table[name])
-            if amount is None:
                 continue
             joint = joints[drive.joint]
             own = amount if joint.slides else math.radians(amount)
@@ -284,13 +271,13 @@ class _Bodies:
                     reading.at_value(
                         (*keys, name, "joints", place), f"`{taken[joint]}` already moves `{joint}`: remove one"
                     )
-            interface = reading.one_of((*keys, name, "interface"), table) or "trajectory"
-            ros_name(reading, (*keys, name, "topic"), table, "")
-            topic = table.get("topic")
-            if topic is None and not _CONTROLLER_NAME.fullmatch(name):
+            interface = reading.text((*keys, name, "interface"), table.get("interface")) or "trajectory"
+            topic = reading.text((*keys, name, "topic"), table.get("topic"))
+            ros_name(reading, (*keys, name, "topic"), topic, "")
+            if "topic" not in table and not _CONTROLLER_NAME.fullmatch(name):
                 reading.at_key((*keys, name), f"`{name}` can't be part of a topic: use a to z, digits, and `_`")
             used = tuple(dict.fromkeys(each for each in found if isinstance(each, str)))
-            made.append(Controller(name, used, cast(Interface, interface), topic if isinstance(topic, str) else None))
+            made.append(Controller(name, used, cast(Interface, interface), topic))
         if made and len(reading.diagnostics) == before and (left := [joint for joint in joints if joint not in taken]):
             reading.at_key(keys, f"no controller moves `{left[0]}`: add it to the `joints` of one", whole=True)
         return made or [each for each in base.controllers if not set(joints).isdisjoint(each.joints)]
@@ -321,7 +308,3 @@ def _limits(joint: Joint) -> str:
 
 def _shown(position: float | None, joint: Joint) -> str:
     return "anywhere" if position is None else f"{position if joint.slides else math.degrees(position):.6g}"
-
-
-_VALUE = '{ joint = "head_yaw", degrees = 30 }'
-_EXAMPLE = f"left = {_VALUE}"

@@ -18,7 +18,7 @@ from improv_core.robots.hosts import device_of, host_of, read_hosts
 from improv_core.robots.music import read_music
 from improv_core.robots.osc import read_osc
 from improv_core.robots.profiles import read_profiles
-from improv_core.robots.ros_names import frame_id, node_name, ros_name
+from improv_core.robots.ros_names import ros_name
 from improv_core.robots.safety import read_safety
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
@@ -185,8 +185,8 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
 
     profiles = read_profiles(reading, section("profiles"))
     in_ros = reading.values(("ros",), section("ros"))
-    namespace = ros_name(reading, ("ros", "namespace"), section("ros"), "") or ""
-    safety = read_safety(reading, section("ros"), in_ros, namespace, section("on"), section("preflight"))
+    namespace = ros_name(reading, ("ros", "namespace"), in_ros.get("namespace"), "") or ""
+    safety = read_safety(reading, in_ros, namespace, section("on"), section("preflight"))
     world = read_world(reading, section("world"))
     hosts = read_hosts(reading, section("hosts"))
     listed = _Listed(reading, profiles, hosts, world, namespace, in_ros.get("odom_frame", "own"))
@@ -209,7 +209,7 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
         use_sim_time=in_ros.get("use_sim_time", False),
         world=world,
         safety=safety,
-        node=node_name(reading, ("ros", "node"), section("ros")),
+        node=in_ros.get("node"),
         senses=read_senses(reading, section("senses")),
         formation=formation,
         publish=in_ros.get("publish", False),
@@ -343,14 +343,18 @@ class _Listed:
 
     def robot(self, keys: Keys, table: Mapping[str, Any]) -> Robot:
         reading, namespace, values = self.reading, self.namespace, self.reading.values(keys, table)
-        kind = reading.one_of((*keys, "profile"), table, self.profiles, whole=True)
+        kind = reading.one_of((*keys, "profile"), table.get("profile"), self.profiles, whole=True)
         profile = self.profiles[kind] if kind else DEFAULT
         if "joints" in table:
             body = with_offsets(reading, (*keys, "joints"), table["joints"], profile.body)
             profile = replace(profile, body=body)
-        own = ros_name(reading, (*keys, "namespace"), table, namespace)
+
+        def name(key: str, inside: str) -> str | None:
+            return ros_name(reading, (*keys, key), values.get(key), inside)
+
+        own = name("namespace", namespace)
         inside = own or f"{namespace}/{keys[-1]}"
-        odom = ros_name(reading, (*keys, "odom"), table, inside)
+        odom = name("odom", inside)
         by_default = in_namespace("battery_state", inside) if odom else None
         follow = values.get("follow", False)
         if follow and not odom and profile.dynamics != "motors":
@@ -363,32 +367,28 @@ class _Listed:
             reading.at_key((*keys, "odom_frame"), message, whole=True)
         return Robot(
             profile,
-            _start(reading, (*keys, "start"), table["start"]) if "start" in table else None,
-            ros_name(reading, (*keys, "topic"), table, namespace) or _topic(inside),
+            _start(values["start"]) if "start" in values else None,
+            name("topic", namespace) or _topic(inside),
             values.get("message", profile.message),
-            reset=ros_name(reading, (*keys, "reset"), table, namespace),
+            reset=name("reset", namespace),
             odom=odom,
-            frame=frame_id(reading, (*keys, "frame"), table) or BASE_FRAME,
+            frame=values.get("frame", BASE_FRAME),
             follow=follow,
             odom_frame=values.get("odom_frame", self.odom_frame),
-            battery=ros_name(reading, (*keys, "battery"), table, inside) or by_default,
+            battery=name("battery", inside) or by_default,
             namespace=own,
-            host=host_of(reading, keys, table, self.hosts, values.get("link_patience")),
-            device=device_of(reading, keys, table, values.get("node")),
+            host=host_of(reading, keys, values, self.hosts),
+            device=device_of(reading, keys, table, values),
         )
 
 
-def _start(reading: TomlReading, keys: Keys, value: Any) -> Pose | None:
-    if not isinstance(value, dict):
-        reading.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
-        return None
-    found = reading.values(keys, reading.table(keys, value))
-    return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
+def _start(start: Mapping[str, float]) -> Pose:
+    return Pose(start.get("x", 0.0), start.get("y", 0.0), heading=math.radians(start.get("heading", 0.0)))
 
 
 def _clock(reading: TomlReading, table: Mapping[str, Any]) -> OutsideClock | None:
-    follow = reading.values(("clock",), table).get("follow")
-    port = reading.text(("clock", "port"), table) or ""
+    values = reading.values(("clock",), table)
+    follow, port = values.get("follow"), values.get("port", "")
     if port and follow != "midi":
         message = '`port` is a MIDI input: it works only with `follow = "midi"`'
         reading.at_key(("clock", "port"), message, whole=True)

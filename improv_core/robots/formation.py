@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from improv_core.robots.schema import known
-from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.motion import Pose, wrapped
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.world import World
@@ -73,10 +73,8 @@ def read_formation(
 
     `robots` are those without a `start` that the file lists. If it lists none, a program may have any robots.
     """
-    values = reading.values(_SECTION, table)
+    values = reading.entries(_SECTION, table) or {}
     shape, facing, distance = (values.get(name) for name in ("shape", "facing", "distance"))
-    if "shape" not in table:
-        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}", whole=True)
     if shape and shape != "circle" and "facing" in table:
         reading.at_key((*_SECTION, "facing"), '`facing` works only with `shape = "circle"`: remove it')
     if not shape or ("distance" in table and distance is None):

@@ -7,12 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from improv_core.diagnostics import likely
+from improv_core.robots.schema_robots import PLAIN_HOST
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.installed import Value, outputs_installed, settings_of
 from improv_core.score.score import DeviceAddress, Host, is_address, is_host
-
-_PLAIN = "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
 
 
 def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Host]:
@@ -22,50 +21,46 @@ def read_hosts(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Hos
         keys = ("hosts", name)
         table = reading.table(keys, value)
         if not is_host(name):
-            reading.at_key(keys, f"`{name}` can't be a host: {_PLAIN}")
+            reading.at_key(keys, f"`{name}` can't be a host: {PLAIN_HOST}")
             continue
         values = reading.values(keys, table)
         made[name] = Host(name, values.get("domain"), values.get("rmw"))
     return made
 
 
-def host_of(
-    reading: TomlReading, keys: Keys, table: Mapping[str, Any], hosts: Mapping[str, Host], patience: float | None
-) -> Host | None:
+def host_of(reading: TomlReading, keys: Keys, values: Mapping[str, Any], hosts: Mapping[str, Host]) -> Host | None:
     """Return the machine whose stage moves a robot; None if that is this one."""
-    name = reading.text((*keys, "host"), table)
-    if output := reading.text((*keys, "output"), table):
+    name, patience = values.get("host"), values.get("link_patience")
+    if output := values.get("output"):
         if name is not None:
             reading.at_key((*keys, "host"), "`output` moves this robot from here: remove one of the two")
         return _output(reading, keys, output)
     if name is None:
-        if "link_patience" in table:
-            reading.at_key(
-                (*keys, "link_patience"), "`link_patience` is about a robot with a `host`: add it", whole=True
-            )
-        return None
-    if not is_host(name):
-        reading.at_value((*keys, "host"), _PLAIN)
+        if patience is not None:
+            message = "`link_patience` is about a robot with a `host`: add it"
+            reading.at_key((*keys, "link_patience"), message, whole=True)
         return None
     host = hosts.get(name, Host(name))
     return host if patience is None else replace(host, patience=patience)
 
 
-def device_of(reading: TomlReading, keys: Keys, table: Mapping[str, Any], node: int | None) -> DeviceAddress | None:
-    """Return the place where a robot's output finds it; None if it has no output."""
+def device_of(
+    reading: TomlReading, keys: Keys, table: Mapping[str, Any], values: Mapping[str, Any]
+) -> DeviceAddress | None:
+    """Return the place where a robot's output finds it; None if it has no output. `values` are the valid ones."""
     for name in ("address", "node", "settings"):
         if name in table and "output" not in table:
             reading.at_key((*keys, name), f"`{name}` is about a robot with an `output`: add it", whole=True)
     if "output" not in table:
         return None
-    address = reading.text((*keys, "address"), table)
+    address = values.get("address")
     if address is None or not is_address(address):
         message = "an `output` needs an `address`, such as `serial:/dev/ttyACM0` or `tcp:localhost:33333`"
         (reading.at_key if address is None else reading.at_value)(
             (*keys, "output" if address is None else "address"), message, whole=True
         )
         return None
-    return DeviceAddress(address, node, _settings(reading, (*keys, "settings"), table))
+    return DeviceAddress(address, values.get("node"), _settings(reading, (*keys, "settings"), table))
 
 
 def _settings(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> dict[str, Value]:

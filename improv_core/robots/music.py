@@ -14,7 +14,7 @@ def read_music(reading: TomlReading, table: Mapping[str, Any], path: Path | None
     """Read the section in the file at `path`. Without a valid `file`, there is no song: a dance plays without its song,
     so this is only a warning."""
     values = reading.values(("music",), table)
-    file = reading.text(("music", "file"), table) or ""
+    file = values.get("file", "")
     if file and not is_song(file):
         reading.warn_value(("music", "file"), f"pages can't play this: write a file that ends in {_endings()}")
         file = ""

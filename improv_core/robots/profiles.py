@@ -8,9 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from improv_core.robots.bodies import read_body
-from improv_core.robots.schema import known as known_key
-from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 
 MOST_SCALE = 2.0
@@ -47,7 +45,7 @@ def _base(reading: TomlReading, name: str, table: Mapping[str, Any], known: Coll
     if "base" not in table and "step" not in table:
         message = "add `step`, in meters, or `base`, the profile to take all other values from"
         reading.at_key(("profiles", name), message, whole=True)
-    return reading.one_of(("profiles", name, "base"), table, known, whole=True)
+    return reading.one_of(("profiles", name, "base"), table.get("base"), known, whole=True)
 
 
 def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
@@ -62,10 +60,12 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
             if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
                 message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
                 reading.at_value((*keys, f"commanded_{key}"), message, whole=True)
-    motions = _motions(reading, (*keys, "motions"), table["motions"]) if "motions" in table else ()
-    if "wheel_error" in table:
-        changes["wheel_error"] = _wheel_error(reading, (*keys, "wheel_error"), table["wheel_error"])
-    body = read_body(reading, keys, table, changes.pop("home", None), base.body)
+    chosen = changes.pop("motions", ())
+    motions = tuple(motion for motion in MOTIONS if motion in chosen)
+    if "wheel_error" in changes:
+        changes["wheel_error"] = tuple(changes["wheel_error"])
+    of_body: dict[str, Any] = {key: changes.pop(key, None) for key in ("joint_states", "home", "urdf")}
+    body = read_body(reading, keys, table, of_body, base.body)
     profile = replace(base, name=name, motions=motions or base.motions, body=body, **changes)
     if profile.dynamics != "motors":
         for key in _MOTORS_ONLY:
@@ -74,28 +74,6 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
                     (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', whole=True
                 )
     return profile
-
-
-def _wheel_error(reading: TomlReading, keys: Keys, value: Any) -> tuple[float, float]:
-    key = known_key(keys)
-    least, most = key.least, key.most
-    if isinstance(value, list) and len(value) == 2:
-        left, right = value
-        if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):
-            return float(left), float(right)
-    message = f"write `wheel_error` as two numbers from {least} to {most}, left and right: `[0.98, 1.0]`"
-    reading.at_value(keys, message)
-    return 1.0, 1.0
-
-
-def _motions(reading: TomlReading, keys: Keys, value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or not value:
-        reading.at_value(keys, f"write `motions` as a list of one or more of {listed(MOTIONS)}")
-        return ()
-    for place, item in enumerate(value):
-        if item not in MOTIONS:
-            reading.at_value((*keys, place), f"write one of {listed(MOTIONS)} here")
-    return tuple(motion for motion in MOTIONS if motion in value)
 
 
 SOURCES: Mapping[str, str] = {

@@ -14,16 +14,17 @@ from improv_core.score.score import Deadman, Preflight, Safety
 
 def read_safety(
     reading: TomlReading,
-    ros: Mapping[str, Any],
     values: Mapping[str, Any],
     namespace: str,
     on: Mapping[str, Any],
     preflight: Mapping[str, Any],
 ) -> Safety:
-    """Read `[ros]`, whose numbers, flags, and choices are in `values`, `[on]`, and `[preflight]`. Topics are in the
-    namespace unless they begin with `/`."""
-    deadman = _deadman(reading, ros["deadman"], namespace) if "deadman" in ros else None
-    stop = ros_name(reading, ("ros", "stop"), ros, namespace)
+    """Read `[ros]`, whose valid values are given, `[on]`, and `[preflight]`. Topics are in the namespace unless they
+    begin with `/`."""
+    deadman, held = None, values.get("deadman")
+    if held and (topic := ros_name(reading, ("ros", "deadman", "topic"), held["topic"], namespace)):
+        deadman = Deadman(topic, held["button"])
+    stop = ros_name(reading, ("ros", "stop"), values.get("stop"), namespace)
     if stop and deadman and stop == deadman.topic:
         message = "the deadman button is on this topic: the emergency stop needs one of its own"
         reading.at_value(("ros", "stop"), message)
@@ -48,14 +49,3 @@ def _preflight(values: Mapping[str, Any]) -> Preflight:
     default = Preflight()
     turn = math.radians(values["degrees"]) if "degrees" in values else default.turn
     return Preflight(values.get("distance", default.distance), turn)
-
-
-def _deadman(reading: TomlReading, value: Any, namespace: str) -> Deadman | None:
-    keys = ("ros", "deadman")
-    if not isinstance(value, dict) or not value.keys() >= {"topic", "button"}:
-        reading.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`', whole=True)
-        return None
-    table = reading.table(keys, value)
-    topic = ros_name(reading, (*keys, "topic"), table, namespace)
-    button = reading.integer((*keys, "button"), table["button"])
-    return Deadman(topic, button) if topic and button is not None else None

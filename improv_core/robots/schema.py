@@ -5,6 +5,7 @@ The reader of the file, the editor's help, the tables in the docs, and the JSON 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, get_args
 
@@ -12,6 +13,7 @@ from improv_core.robots.schema_key import Key, flag, number, table
 from improv_core.robots.schema_robots import HEADING, PROFILE, ROBOT, place
 from improv_core.robots.toml_positions import Keys
 from improv_core.score.faults import Fault, Response
+from improv_core.score.osc import LAST_PORT, is_own, peer_of
 from improv_core.score.score import Follow, OdomFrame, Rejoin
 from improv_core.score.senses import Message
 
@@ -50,6 +52,10 @@ _ROS = {
         "the name of Improv's node, for its services and parameters",
         default="`improv_HOST_PID`",
         example='"conductor"',
+        form=(
+            re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}").fullmatch,  # as in rmw, where names of services come after it
+            "use the letters a to z, digits, and `_`, not starting with a digit, without `/`",
+        ),
     ),
     "publish": flag(
         "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics"
@@ -122,7 +128,13 @@ _WORLD = {
         "more walls: lines in meters, each from x, y to x, y",
         "array",
         default="none",
-        items=Key("a wall: from x, y to x, y", "array", items=place("a coordinate"), count=4, example="[0, 0, 2, 0]"),
+        items=Key(
+            "a wall: 4 numbers in meters, from x, y to x, y",
+            "array",
+            items=place("a coordinate"),
+            count=4,
+            example="[0, 0, 2, 0]",
+        ),
         example="[[0, 0, 2, 0]]",
     ),
     "circles": Key(
@@ -197,10 +209,18 @@ _SENSE = {
         60,
         "1",
     ),
-    "key": Key("a letter or a digit, instead of a topic", example='"d"'),
+    "key": Key(
+        "a letter or a digit, instead of a topic",
+        example='"d"',
+        form=(re.compile("[a-z0-9]").fullmatch, "write `key` as one letter, a to z, or one digit"),
+    ),
     "osc": Key(
         "the word that stands for it in OSC messages, `/improv/sense WORD ROBOT 1`, instead of a topic",
         example='"kick"',
+        form=(
+            re.compile(r"[\w-]{1,100}").fullmatch,
+            "write `osc` as one word of letters, digits, `_`, and `-`",
+        ),
     ),
 }
 _PREFLIGHT = {
@@ -253,20 +273,26 @@ _OSC = {
         "integer",
         default="none: it hears no messages",
         least=1,
-        most=65535,
+        most=LAST_PORT,
         example="7000",
     ),
     "host": Key(
         "the IPv4 address of this machine on which it hears them; other machines reach it only with"
         " `--osc-network` or the setting `osc.network`",
         default='`"127.0.0.1"`: only programs on this machine are heard',
+        form=(is_own, 'write `host` as an IPv4 address of this machine, such as `"127.0.0.1"`'),
     ),
     "send": Key(
         'where what plays is sent: each `"HOST:PORT"`; other machines get it only with `--osc-network` or the setting'
         " `osc.network`",
         "array",
         default="nowhere",
-        items=Key("a program that hears OSC: its host and its UDP port", example='"127.0.0.1:9000"'),
+        least=1,
+        items=Key(
+            "a program that hears OSC: its host and its UDP port",
+            example='"127.0.0.1:9000"',
+            form=(peer_of, 'write a host and a port: `"127.0.0.1:9000"`'),
+        ),
         example='["127.0.0.1:9000"]',
     ),
     "time_tags": flag(

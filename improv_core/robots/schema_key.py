@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 
@@ -11,9 +11,10 @@ class Key:
     """One key: what it sets, as Markdown, and what its value may be.
 
     `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
-    with `profile`, one of the profiles. `keys` are those of a table, `required` those it must have, `named` what a
-    table has under names that people choose, and `items` what a list has, `count` of them. People see the `default`;
-    `example` is a value to start from.
+    with `profile`, one of the profiles; with a `form`, one for which that function is true, or else people get its
+    advice. `keys` are those of a table, `required` those it must have, `named` what a table has under names that people
+    choose, and `items` what a list has: `count` of them, or at least `least`. People see the `default`; `example` is a
+    value to start from.
     """
 
     about: str
@@ -30,6 +31,7 @@ class Key:
     items: Key | None = None
     count: int = 0
     example: str = ""
+    form: tuple[Callable[[str], object], str] | None = None
 
     @property
     def range(self) -> str:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import get_args
 
 from improv_core.robots.schema_key import Key, flag, number, table
 from improv_core.score.body import Home, Interface
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
-from improv_core.score.score import OdomFrame
+from improv_core.score.score import OdomFrame, is_host
 
 MOST_DEGREES, MOST_METERS = 720, 10
+DRIVE = '{ joint = "head_yaw", degrees = 30 }'
+PLAIN_HOST = (
+    "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
+)
 
 
 def place(about: str) -> Key:
@@ -23,11 +28,19 @@ def _amount(about: str) -> Key:
 
 def _direction(about: str) -> Key:
     keys = {
-        "joint": Key("the joint that it moves; no other direction may move it", example='"head_yaw"'),
+        "joint": Key(
+            "the joint that it moves; no other direction may move it",
+            example='"head_yaw"',
+            form=(_is_visible, f"write the name of a joint: `{DRIVE}`"),
+        ),
         "degrees": number("how far that turns in a beat", "degrees", -MOST_DEGREES, MOST_DEGREES),
         "meters": number("how far that slides in a beat, if it is a slider", "meters", -MOST_METERS, MOST_METERS),
     }
-    return table(about, keys, '{ joint = "head_yaw", degrees = 30 }', ("joint",))
+    return table(about, keys, DRIVE, ("joint",))
+
+
+def _is_visible(name: str) -> bool:
+    return name != "" and name.isprintable()
 
 
 _DIRECTIONS = {
@@ -45,6 +58,7 @@ _BODY_PART = {
         "the body parts that this word stands for, instead of directions",
         "array",
         items=Key("a body part"),
+        least=1,
         example='["left_arm", "right_arm"]',
     ),
 }
@@ -137,7 +151,15 @@ ROBOT = {
         default="the profile's",
         choices=MESSAGES,
     ),
-    "frame": Key("the `frame_id` of its `TwistStamped` messages", default='`"base_link"`', example='"anna/base_link"'),
+    "frame": Key(
+        "the `frame_id` of its `TwistStamped` messages",
+        default='`"base_link"`',
+        example='"anna/base_link"',
+        form=(
+            re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./-]{0,199}").fullmatch,  # tf2 refuses a leading `/`
+            "use the letters a to z, digits, `_`, `.`, `-`, and `/`, but no `/` at the start",
+        ),
+    ),
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),
@@ -162,6 +184,7 @@ ROBOT = {
         "the machine whose own stage moves it, as ssh calls it; `improv hosts allow` has to approve it once",
         default="this machine",
         example='"pi@anna.local"',
+        form=(is_host, PLAIN_HOST),
     ),
     "output": Key(
         "the output that moves it without ROS 2: `thymio`, or that of a package which you have installed",
@@ -231,6 +254,7 @@ PROFILE = {
         'some of `"forward"`, `"turn"`, `"strafe"`, `"climb"`',
         "array",
         default="all four",
+        least=1,
         items=Key("a motion that it can make, in both directions", choices=MOTIONS),
         example='["forward", "turn"]',
     ),

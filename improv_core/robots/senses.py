@@ -15,7 +15,11 @@ from improv_core.score.senses import CUE, Key, Message, OscName, Source, Topic
 from improv_core.syntax.vocabulary import WORDS
 
 _NAME = re.compile(r"[^\W\d]\w*")
-_OSC_NAME = re.compile(r"[\w-]{1,100}")
+_ALONE: Mapping[str, tuple[str, type[Key | OscName]]] = {
+    "key": ("this sense has a key", Key),
+    "osc": ("OSC messages decide this sense", OscName),
+}
+"""Keys beside which a sense has no others, and the source that each stands for."""
 _LIMITS: Mapping[str, Range] = {
     "sensor_msgs/LaserScan": ("meters", 0, 1000),
     "sensor_msgs/Range": ("meters", 0, 1000),
@@ -50,39 +54,21 @@ def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, So
 
 
 def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Source | None:
-    if "key" in table:
-        for other in [name for name in table if name != "key"]:
-            reading.at_key((*keys, other), f"this sense has a key, so `{other}` has no effect: remove it")
-        return _key(reading, keys, table)
-    if "osc" in table:
-        for other in [name for name in table if name != "osc"]:
-            reading.at_key((*keys, other), f"OSC messages decide this sense, so `{other}` has no effect: remove it")
-        return _osc(reading, keys, table)
+    for only, (decides, made) in _ALONE.items():
+        if only in table:
+            for other in [name for name in table if name != only]:
+                reading.at_key((*keys, other), f"{decides}, so `{other}` has no effect: remove it")
+            value = reading.text((*keys, only), table[only])
+            return made(value) if value else None
     if "topic" not in table:
         reading.at_key(keys, "add `topic` and `message`, `key`, or `osc`", whole=True)
         return None
     if "message" not in table:
         reading.at_key((*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`", whole=True)
         return None
-    topic = ros_name(reading, (*keys, "topic"), table, "")
-    message = reading.one_of((*keys, "message"), table)
+    topic = ros_name(reading, (*keys, "topic"), reading.text((*keys, "topic"), table["topic"]), "")
+    message = reading.text((*keys, "message"), table["message"])
     return _topic(reading, keys, table, cast(Message, message)) if topic and message else None
-
-
-def _key(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Key | None:
-    key = reading.text((*keys, "key"), table)
-    if key is None or re.fullmatch("[a-z0-9]", key):
-        return Key(key) if key else None
-    reading.at_value((*keys, "key"), "write `key` as one letter, a to z, or one digit")
-    return None
-
-
-def _osc(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> OscName | None:
-    name = reading.text((*keys, "osc"), table)
-    if name is None or _OSC_NAME.fullmatch(name):
-        return OscName(name) if name else None
-    reading.at_value((*keys, "osc"), "write `osc` as one word of letters, digits, `_`, and `-`")
-    return None
 
 
 def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: Message) -> Topic | None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from improv_core.diagnostics import Diagnostic, Fix, likely, replace
-from improv_core.robots.schema import find, known
+from improv_core.robots.schema import known
+from improv_core.robots.schema_key import Key
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_text import TomlText
 from improv_core.text import Span
@@ -28,56 +29,88 @@ class TomlReading:
     diagnostics: list[Diagnostic]
 
     def values(self, keys: Keys, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Read the valid numbers, flags, and words with choices in a table: all that only the schema decides."""
-        found = {name: self._value((*keys, name), table) for name in table}
+        """Read the valid values in a table: all that only the schema decides, so no profiles and no chosen names."""
+        found = {name: self.value((*keys, name), value) for name, value in table.items()}
         return {name: value for name, value in found.items() if value is not None}
 
-    def _value(self, keys: Keys, table: Mapping[str, Any]) -> float | bool | str | None:
-        key, value = find(keys), table[str(keys[-1])]
-        if not key or key.type == "number":
-            return self.number(keys, value) if key else None
+    def value(self, keys: Keys, value: Any) -> Any:
+        """Read a value as the schema describes it; None if it is wrong, or if more than the schema decides."""
+        key = known(keys)
+        if key.type == "number":
+            return self.number(keys, value)
         if key.type == "integer":
             return self.integer(keys, value)
-        if key.type == "boolean" and not isinstance(value, bool):
-            self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
-        elif key.type == "boolean":
-            return bool(value)
-        return self.one_of(keys, table) if key.choices else None
+        if key.type == "boolean":
+            if isinstance(value, bool):
+                return value
+            self._refuse(keys, "as `true` or `false`")
+            return None
+        if key.items:
+            return self._list(keys, key, value)
+        if key.keys:
+            return self.entries(keys, value)
+        return None if key.named or key.profile else self.text(keys, value)
 
     def number(self, keys: Keys, value: Any, allowed: Range | None = None) -> float | None:
         """Read a number in the range that is `allowed`, by default the schema's."""
         unit, least, most = allowed or _range(keys)
         if isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most:
             return float(value)
-        what = "this" if isinstance(keys[-1], int) else f"`{keys[-1]}`"
-        self.at_value(keys, f"write {what} in {unit}, from {least} to {most}")
+        self._refuse(keys, f"{f'in {unit},' if unit else 'as a number'} from {least} to {most}")
         return None
 
     def integer(self, keys: Keys, value: Any) -> int | None:
         _, least, most = _range(keys)
         if type(value) is int and least <= value <= most:
             return value
-        self.at_value(keys, f"write `{keys[-1]}` as a whole number from {least} to {most}")
+        self._refuse(keys, f"as a whole number from {least} to {most}")
         return None
 
-    def one_of(
-        self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = (), whole: bool = False
-    ) -> str | None:
-        """Read one of these words, by default one of the schema's choices."""
-        word = self.text(keys, table)
-        words = among or known(keys).choices
-        if word is None or word in words:
+    def text(self, keys: Keys, value: Any) -> str | None:
+        """Read a text, if there is one, as the schema describes it."""
+        key = known(keys)
+        if key.choices or not isinstance(value, str):
+            return self.one_of(keys, value, key.choices)
+        if key.form and not key.form[0](value):
+            self.at_value(keys, key.form[1])
+            return None
+        return value
+
+    def one_of(self, keys: Keys, word: Any, words: Collection[str], whole: bool = False) -> str | None:
+        """Read one of these words, if there is a word."""
+        if word is not None and not isinstance(word, str):
+            self._refuse(keys, "as text, in quotes")
+        elif word is None or word in words:
             return word
-        message, near = _unknown(word, words)
-        self.at_value(keys, message, near and f'"{near}"', whole)
+        else:
+            message, near = _unknown(word, words)
+            self.at_value(keys, message, near and f'"{near}"', whole)
         return None
 
-    def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
-        value = table.get(str(keys[-1]))
-        if value is None or isinstance(value, str):
-            return value
-        self.at_value(keys, f"write `{keys[-1]}` as text, in quotes")
-        return None
+    def _list(self, keys: Keys, key: Key, value: Any) -> list[Any] | None:
+        assert key.items
+        if not isinstance(value, list) or len(value) < key.least or key.count not in (0, len(value)):
+            unit = f" in {key.items.unit}" if key.items.unit else ""
+            self._refuse_form(keys, key, f"{key.count} numbers{unit}" if key.count else "a list")
+            return None
+        found = [self.value((*keys, place), item) for place, item in enumerate(value)]
+        right = [each for each in found if each is not None]
+        return None if key.count and len(right) < key.count else right
+
+    def entries(self, keys: Keys, value: Any) -> dict[str, Any] | None:
+        """Read the values in a table that the schema has; None if it lacks one that it must have."""
+        key = known(keys)
+        if not isinstance(value, dict):
+            self._refuse_form(keys, key, "a table")
+            return None
+        table = self.table(keys, value)
+        if missing := next((name for name in key.required if name not in table), None):
+            lacks = key.keys[missing]
+            how = f", in {lacks.unit}" if lacks.unit else f": {listed(lacks.choices)}" if lacks.choices else ""
+            self.at_value(keys, f"add `{missing}`{how}", whole=True)
+            return None
+        found = self.values(keys, table)
+        return found if found.keys() >= {*key.required} else None
 
     def table(self, keys: Keys, value: Any) -> dict[str, Any]:
         """Read the entries of a table that the schema has, or all of them if people choose the names."""
@@ -108,6 +141,14 @@ class TomlReading:
         """Warn of a value without which everything can play."""
         span = self.toml.positions.nearest(keys).value
         self.diagnostics.append(Diagnostic("robots", span, message, warns=True))
+
+    def _refuse_form(self, keys: Keys, key: Key, usual: str) -> None:
+        form = key.about if isinstance(keys[-1], int) else usual
+        self._refuse(keys, f"as {form}, such as `{key.example}`")
+
+    def _refuse(self, keys: Keys, how: str) -> None:
+        """Report a value that has to be written in another way."""
+        self.at_value(keys, f"write {'this' if isinstance(keys[-1], int) else f'`{keys[-1]}`'} {how}")
 
     def _report(self, span: Span, message: str, fixed: str) -> None:
         fixes: tuple[Fix, ...] = replace(f"Change to {fixed}", span, fixed) if fixed else ()

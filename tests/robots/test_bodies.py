@@ -44,7 +44,7 @@ ARMS = (
             "has another mirror already",
         ),
         (HEAD + '[profiles.a.body.g]\nparts = ["h"]\n[profiles.a.body.gg]\nparts = ["g"]', '"g"', "not for groups"),
-        (HEAD + "[profiles.a.body.g]\nparts = []", "[]", "write `parts` as a list of body parts"),
+        (HEAD + "[profiles.a.body.g]\nparts = []", "[]", "write `parts` as a list, such as"),
         (HEAD + '[profiles.a.body.g]\nparts = ["h"]\nmirror = "h"', "mirror", "is a group of body parts"),
         (LIMITS + "min = 3\nmax = 1", "3", "`min` is greater than `max`: swap them"),
         (LIMITS + "max = nan", "nan", "write `max`"),

@@ -131,14 +131,15 @@ def test_drift_that_makes_no_sense() -> None:
         base = "turtlebot4"
         dynamics = "motors"
         wheel_error = [0.96]
-                      ^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+                      ^^^^^^ robots: write `wheel_error` as 2 numbers, such as `[0.98, 1.0]`
         noise = 1
                 ^ robots: write `noise` in shares of the speed, from 0 to 0.5
 
         [profiles.b]
         base = "a"
         wheel_error = [0, true]
-                      ^^^^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+                       ^ robots: write this as a number from 0.5 to 1.5
+                          ^^^^ robots: write this as a number from 0.5 to 1.5
 
         [profiles.c]
         base = "turtlebot4"
@@ -161,7 +162,7 @@ def test_wrong_types() -> None:
         topic = ["/a"]  # one is enough
                 ^^^^^^ robots: write `topic` as text, in quotes
         start = [1, 2]
-                ^^^^^^ robots: write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`
+                ^^^^^^ robots: write `start` as a table, such as `{ x = 0, y = 0, heading = 0 }`
         [[profiles]]
           ^^^^^^^^ robots: write `profiles` as a section: `[profiles]`
     """)
@@ -243,14 +244,14 @@ def test_motions() -> None:
         motions = [
             "turn",
             "fly",  # no such thing
-            ^^^^^ robots: write one of `forward`, `turn`, `strafe`, `climb` here
+            ^^^^^ robots: `fly` is not valid here: write one of `forward`, `turn`, `strafe`, `climb`
             3,
-            ^ robots: write one of `forward`, `turn`, `strafe`, `climb` here
+            ^ robots: write this as text, in quotes
         ]
         [profiles.b]
         step = 1
         motions = []
-                  ^^ robots: write `motions` as a list of one or more of `forward`, `turn`, `strafe`, `climb`
+                  ^^ robots: write `motions` as a list, such as `["forward", "turn"]`
     """)
     assert found.profiles["a"].motions == ("turn",)
     assert found.profiles["b"].motions == MOTIONS

@@ -56,7 +56,7 @@ def test_wrong_values() -> None:
         send = ["127.0.0.1:7000", "127.0.0.1", 9000, "a:0"]
                 ^^^^^^^^^^^^^^^^ robots: Improv itself listens on this port: send to another one
                                   ^^^^^^^^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
-                                               ^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
+                                               ^^^^ robots: write this as text, in quotes
                                                      ^^^^^ robots: write a host and a port: `"127.0.0.1:9000"`
     """)
     check("""
@@ -64,7 +64,7 @@ def test_wrong_values() -> None:
         host = "127.0.0.1"
         ^^^^ robots: `host` sets where Improv listens: add `listen`, a port
         send = "127.0.0.1:9000"
-               ^^^^^^^^^^^^^^^^ robots: write `send` as a list of addresses: `["127.0.0.1:9000"]`
+               ^^^^^^^^^^^^^^^^ robots: write `send` as a list, such as `["127.0.0.1:9000"]`
         [senses.kick]
         osc = "a kick"
               ^^^^^^^^ robots: write `osc` as one word of letters, digits, `_`, and `-`

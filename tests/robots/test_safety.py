@@ -29,16 +29,15 @@ def test_errors_in_the_stop_and_deadman_settings() -> None:
         [ros]
         stop = "e-stop"
                ^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
-        deadman = 4
-                  ^ robots: write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`
+        deadman = { topic = "/joy", button = -1 }
+                                             ^^ robots: write `button` as a whole number from 0 to 99
         rejoin = "contnue"
                  ^^^^^^^^^ robots: `contnue` is not valid here: did you mean `continue`?
     """)
     check("""
         [ros]
-        deadman = { topic = "joy/", button = -1 }
+        deadman = { topic = "joy/", button = 4 }
                             ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
-                                             ^^ robots: write `button` as a whole number from 0 to 99
     """)
     check("""
         [ros]

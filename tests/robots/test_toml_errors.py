@@ -97,11 +97,11 @@ def test_syntax_errors(drawn: str) -> None:
         ^^^^^ robots: `topik` is not valid here: did you mean `topic`?
         [world]
         size = [6]
-               ^^^ robots: write 2 numbers in meters, such as [6, 4]
+               ^^^ robots: write `size` as 2 numbers in meters, such as `[6, 4]`
         walls = [[0, 0, 1, 1]
                              ^ syntax: close the list with `]`
         circles = 3
-                  ^ robots: write `circles` as a list, in `[` and `]`
+                  ^ robots: write `circles` as a list, such as `[{ x = 1, y = 0, radius = 0.3 }]`
         """,
         """
         robts = 1

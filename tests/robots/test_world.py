@@ -30,13 +30,11 @@ def test_wrong_parts_of_a_world_are_left_out() -> None:
         size = [6, 0]
                    ^ robots: write this in meters, from 0.001 to 1000
         walls = [[0, 0, 1], [0, 0, 1, 1]]
-                 ^^^^^^^^^ robots: write 4 numbers in meters, such as [0, 0, 2, 0]: from x, y to x, y
+                 ^^^^^^^^^ robots: write this as a wall: 4 numbers in meters, from x, y to x, y, such as `[0, 0, 2, 0]`
         circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
                    ^^^^^^^^^ robots: add `radius`, in meters
-                              ^ robots: write it in meters: `{ x = 1, y = 0, radius = 0.3 }`
+                              ^ robots: write this as a round obstacle, such as `{ x = 1, y = 0, radius = 0.3 }`
                                                  ^^^^ robots: `tint` is not valid here: write one of `x`, `y`, `radius`
-        boxes = { width = 1, height = "2" }
-                ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
         lake = 1
         ^^^^ robots: `lake` is not valid here: write one of `size`, `walls`, `circles`, `boxes`, `margin`, `keep_apart`
     """)

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Severity
+from improv_core.preview.window import look_of
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.room import prediction_of
@@ -98,4 +99,5 @@ def _shown(score: Score, part: Part, assumed: Movement, goes_on: bool = False) -
             for each in path.strokes
         ],
         "certain": path.certain,
+        "look": look_of(part, score),
     }

@@ -7,7 +7,8 @@ from fractions import Fraction
 from itertools import islice, takewhile
 from typing import Any, cast
 
-from improv_core.protocol.page_messages import RobotWindow, ShownBodyPart, ShownBone, ShownJoint, ShownScore
+from improv_core.protocol.page_messages import RobotWindow, ShownBone, ShownScore
+from improv_core.protocol.robot_messages import RobotLook, ShownBodyPart, ShownJoint
 from improv_core.score.fits import as_json
 from improv_core.score.joints import limbs_of
 from improv_core.score.measured import in_si
@@ -47,17 +48,14 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         else None,
         "robots": {
             name: {
-                "profile": part.profile.name,
+                **look_of(part, score),
                 "dynamics": part.profile.dynamics,
-                "radius": part.profile.radius,
                 "speeds": [speeds.x, speeds.yaw],
-                "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
                 "begins": float(part.begins),
                 "ends": None if part.ends == ENDLESS else float(part.ends),
                 "senses": as_json(part.senses),
                 "near": part.profile.reach,
-                "body": body_of(part, score),
             }
             for name, part in score.parts.items()
             for speeds in (speeds_of(part.profile, score.tempo),)
@@ -81,6 +79,17 @@ def _world(world: World) -> dict[str, Any] | None:
         "boxes": [box._asdict() for box in world.boxes],
         "margin": world.margin,
         "keep_apart": world.keep_apart,
+    }
+
+
+def look_of(part: Part, score: Score) -> RobotLook:
+    """Return the looks of a robot, also for a program that doesn't play yet."""
+    profile = part.profile
+    return {
+        "profile": profile.name,
+        "radius": profile.radius,
+        "motions": list(profile.motions),
+        "body": body_of(part, score),
     }
 
 

@@ -22,6 +22,7 @@ from improv_core.protocol.fields import (
     Steps,
     Text,
 )
+from improv_core.protocol.robot_messages import RobotLook
 from improv_core.score.fits import NotRequired
 
 
@@ -256,11 +257,12 @@ class ShownHandle(TypedDict):
 
 class PreviewedPath(TypedDict):
     """Starts at a pose (x, y, heading). Each stroke has the poses at its two ends, which a line or one arc joins. From
-    stroke `certain` on, senses may decide otherwise."""
+    stroke `certain` on, senses may decide otherwise. `look` is the robot's own."""
 
     start: Sequence[float]
     strokes: Sequence[Sequence[float]]
     certain: int
+    look: RobotLook
 
 
 class Preview(TypedDict):

@@ -23,7 +23,7 @@ from improv_core.protocol.messages import (
     Stopped,
     TransportMessage,
 )
-from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Measured, Vitals, WhyStill
+from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Measured, RobotLook, Vitals, WhyStill
 
 
 class ServerTime(TypedDict):
@@ -86,19 +86,6 @@ class DrawnMeasured(TypedDict):
     robots: Mapping[str, DrawnTrail]
 
 
-class ShownJoint(TypedDict):
-    """A joint, in radians, or in meters if it `slides`. A velocity along `axis` moves it, to greater positions if
-    `sign` is 1, and to smaller ones if it is -1."""
-
-    name: str
-    axis: str
-    sign: int
-    slides: bool
-    min: float | None
-    max: float | None
-    start: float
-
-
 class ShownBone(TypedDict):
     """A joint in a skeleton, as in `improv_core/score/body.py`: meters and radians."""
 
@@ -114,15 +101,7 @@ class ShownBone(TypedDict):
     shift: float
 
 
-class ShownBodyPart(TypedDict):
-    """A body part of a robot, and whether the score moves it."""
-
-    name: str
-    joints: Sequence[ShownJoint]
-    moves: bool
-
-
-class ShownRobot(TypedDict):
+class ShownRobot(RobotLook):
     """A robot of a score.
 
     `start_pose` is x, y, z, and heading; `near` is the reach of that sense in meters. `speeds` are
@@ -130,17 +109,13 @@ class ShownRobot(TypedDict):
     beat. `senses` are those that its part reads, with their sources as in a score.
     """
 
-    profile: str
     dynamics: str
-    radius: float
     speeds: Sequence[float]
-    motions: Sequence[str]
     start_pose: Sequence[float]
     begins: float
     ends: float | None
     senses: Mapping[str, Mapping[str, Any]]
     near: float
-    body: Sequence[ShownBodyPart]
 
 
 class ShownDeadman(TypedDict):

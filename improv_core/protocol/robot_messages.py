@@ -34,6 +34,36 @@ class JointPositions(RobotInstant):
     positions: Mapping[str, float]
 
 
+class ShownJoint(TypedDict):
+    """A joint, in radians, or in meters if it `slides`. A velocity along `axis` moves it, to greater positions if
+    `sign` is 1, and to smaller ones if it is -1."""
+
+    name: str
+    axis: str
+    sign: int
+    slides: bool
+    min: float | None
+    max: float | None
+    start: float
+
+
+class ShownBodyPart(TypedDict):
+    """A body part of a robot, and whether the score moves it."""
+
+    name: str
+    joints: Sequence[ShownJoint]
+    moves: bool
+
+
+class RobotLook(TypedDict):
+    """The looks of a robot: its profile's name, its `radius` in meters, its `motions`, and the parts of its body."""
+
+    profile: str
+    radius: float
+    motions: Sequence[str]
+    body: Sequence[ShownBodyPart]
+
+
 class WorstJson(TypedDict, total=False):
     """The largest extent of a fault: meters and radians off or jumped, and seconds of its duration, or of a command's
     delay."""

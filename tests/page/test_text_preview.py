@@ -30,13 +30,16 @@ def check(text: str, *robots: str, problem: str = "") -> None:
 
 def test_the_path_of_a_text_has_its_start_and_its_strokes() -> None:
     (preview,) = previews("ada at 1 0\nada $ forward 50cm left 90deg radius 1m")
+    look = preview["robots"]["ada"]["look"]
     assert preview["robots"] == {
         "ada": {
             "start": [1, 0, 0],
             "strokes": [[1, 0, 0, 1.5, 0, 0], [1.5, 0, 0, 2.5, 1, 1.571]],
             "certain": 2,
+            "look": look,
         }
     }
+    assert (look["profile"], look["radius"], look["body"]) == ("turtlesim", 0.3, [])
 
 
 def test_an_endless_path_has_a_beginning() -> None:

@@ -165,7 +165,7 @@ export class Floor {
   }
 
   /** @param {Drawn} robot */
-  #drawRobot({ kind, figure, pose, place, size, color, silent, lost }) {
+  #drawRobot({ kind, figure, pose, place, size, color, faint, lost }) {
     const pen = this.#pen
     const shade = mix(color, colors().shadow, 0.28)
     const made = robotPicture(kind, color, shade, Math.round(size), this.#ratio)
@@ -173,10 +173,10 @@ export class Floor {
     const lift = Math.max(height, 0) * size * 0.8
     const scale = 1 + height * 0.12
     const reach = size * 1.35 * Math.max(scale, 1)
-    pen.globalAlpha = silent || lost ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
+    pen.globalAlpha = faint ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
     const { below } = colors() // in the dark theme a light, as no shadow would be visible
     pen.drawImage(picture(`shadow ${below}`, () => shadow(below)), place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
-    pen.globalAlpha = silent || lost ? 0.4 : 1
+    pen.globalAlpha = faint ? 0.4 : 1
     pen.save()
     pen.translate(place.x, place.y)
     pen.rotate(-pose.heading)

@@ -8,7 +8,9 @@ import { pointsAlong, trace, velocityBetween } from "../base/path.js"
 import { setting } from "../base/setting.js"
 import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
+import { figureOf } from "../bodies/body.js"
 import { bounds } from "./camera.js"
+import { kindOf } from "./robots.js"
 
 /** @import { Point } from "./camera.js" */
 /** @import { Pose } from "../base/path.js" */
@@ -74,6 +76,18 @@ export class Preview {
         lines.at(-1)?.push(...pointsAlong(from, velocityBetween(from, to), 1))
       }
       return lines
+    })
+  }
+
+  /** The robots that are not on the stage yet, at their starts, as the floor draws robots. */
+  get waiting() {
+    const there = robotList.names
+    return [...(this.isShown ? this.#paths : [])].flatMap(([name, { start, sent }]) => {
+      if (there.includes(name)) return []
+      const { profile, radius, motions, body } = sent.look
+      const look = { kind: kindOf(profile, motions, body), figure: body.length ? figureOf(body) : null, color: robotList.colorOf(name), radius, body }
+      const unknown = { seen: Infinity, moved: undefined, ideal: undefined, off: "", fields: [], silent: false, lost: false, path: null }
+      return [{ name, label: name, pose: start, faint: program.current !== null, ...look, ...unknown }]
     })
   }
 

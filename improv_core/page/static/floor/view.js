@@ -139,6 +139,7 @@ export class View {
         moved: program.anchor.of(name),
         fields: lost ? [] : senses.fields(name),
         silent,
+        faint: silent || lost,
         lost: lost !== "",
         path: silent || lost ? null : robot.path,
       }
@@ -162,7 +163,7 @@ export class View {
       returnPaths: misplaced.returnPaths,
       still: this.still,
       key: [this.#known, placed, panels.trail, panels.ahead, preview.isShown && preview.version, !clock.playing && beat, gesturing.performs, muted, "|", soloed, "|", [...this.#lost.keys()]].join(),
-      robots,
+      robots: [...robots, ...preview.waiting],
     }
   }
 

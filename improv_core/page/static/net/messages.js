@@ -54,13 +54,6 @@ const problem = shape({
   fixes: listOf(shape({ title: text, kind: text, edits: listOf(edit) })),
 })
 
-const paths = shape({
-  number: count,
-  robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count })),
-  problem: text,
-  waits_for: listOf(text),
-})
-
 const joint = shape({
   name: text,
   axis: oneOf("x", "y", "z", "yaw"),
@@ -69,6 +62,20 @@ const joint = shape({
   min: nullOr(number),
   max: nullOr(number),
   start: number,
+})
+
+const look = {
+  profile: text,
+  radius: number,
+  motions: listOf(text),
+  body: listOf(shape({ name: text, joints: listOf(joint), moves: flag })),
+}
+
+const paths = shape({
+  number: count,
+  robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count, look: shape(look) })),
+  problem: text,
+  waits_for: listOf(text),
 })
 
 const bone = shape({
@@ -129,17 +136,14 @@ const MESSAGES = {
     words: mapOf(numbers(4)),
     robots: mapOf(
       shape({
-        profile: text,
+        ...look,
         dynamics: text,
-        radius: number,
         speeds: numbers(2),
-        motions: listOf(text),
         start_pose: numbers(4),
         begins: number,
         ends: nullOr(number),
         senses: mapOf(object),
         near: number,
-        body: listOf(shape({ name: text, joints: listOf(joint), moves: flag })),
       }),
     ),
     skeletons: mapOf(listOf(bone)),

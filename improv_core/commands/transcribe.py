@@ -76,7 +76,7 @@ def command(
         raise exists_already(output)
     recorded = _only(_recorded(files, seconds, scale), robot)
     robots = robots_near(output.absolute().parent if output else Path.cwd())
-    made = _searched(recorded, robots, Tolerance(tolerance), tempo)
+    made = _searched(recorded, robots, Tolerance(tolerance), tempo, output is not None)
     if output is None:
         echo_text(made.text)
     else:
@@ -94,6 +94,7 @@ def _searched(
     robots: Robots,
     tolerance: Tolerance,
     tempo: int | None,
+    is_whole: bool,
 ) -> Transcription:
     """Return the program that was found. Ctrl-C ends the search, and a second one the command."""
     ends = threading.Event()
@@ -106,7 +107,7 @@ def _searched(
     waits = threading.Timer(_SLOW, lambda: echo("improv: still searching; Ctrl-C takes the best so far", err=True))
     waits.start()
     try:
-        return transcribe(recorded, robots, tolerance, tempo, ends.is_set)
+        return transcribe(recorded, robots, tolerance, tempo, ends.is_set, is_whole)
     finally:
         waits.cancel()
         signal.signal(signal.SIGINT, before)

@@ -72,11 +72,12 @@ def transcribe(
     tolerance: Tolerance = Tolerance(),  # noqa: B008
     tempo: int | None = None,
     stops: Callable[[], bool] = lambda: False,
+    is_whole: bool = True,
 ) -> Transcription:
     """Return the shortest program found whose paths stay within a tolerance of the recorded places.
 
     Each robot has at least two places, in the order of their times (s). `stops` ends the search: what was found so far
-    counts.
+    counts. A program that isn't `is_whole`, but is put beside other robots, says where each of its own starts.
     """
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
     begin = min(track[0].time for track in tracks.values())
@@ -89,7 +90,7 @@ def transcribe(
         if stops() or not _misses(best, tolerance):
             break
     assert best
-    return Transcription(_program(best, robots), best.deviations)
+    return Transcription(_program(best, robots, is_whole), best.deviations)
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,13 +213,14 @@ def _draft(
     return best
 
 
-def _program(draft: _Draft, robots: Robots) -> str:
+def _program(draft: _Draft, robots: Robots, is_whole: bool) -> str:
     """Return the text of a program."""
     lines = [line for line in lines_of(draft.parts) if line.items]
     bodies = [[folded(bracketed(part)) for part in line.parts] for line in lines]
     names, named = with_names([body for each in bodies for body in each], list(draft.parts))
     text = [f"beat {draft.tempo}"] if draft.tempo != USUAL else []
-    text += _opening(draft, list(dict.fromkeys(robot for line in lines for robot in line.robots)), robots)
+    order = list(dict.fromkeys(robot for line in lines for robot in line.robots))
+    text += [] if is_whole and _start_there(draft.starts, order, robots) else _opening(draft)
     text += [""] if text else []
     text += [*(f"{name} = {series_text(body)}" for name, body in names.items()), ""] if names else []
     used = iter(named)
@@ -236,11 +238,14 @@ def _line_text(line: SharedLine, bodies: Sequence[Node]) -> str:
     return " ".join(words)
 
 
-def _opening(draft: _Draft, order: Sequence[str], robots: Robots) -> list[str]:
-    """Return the lines that say where robots start; none if they start where Improv places robots in this order."""
+def _start_there(starts: Mapping[str, Pose], order: Sequence[str], robots: Robots) -> bool:
+    """Return whether robots start where Improv places them in this order."""
     usual = start_poses({robot: robots.robot(robot) for robot in order}, robots.world.size, robots.formation)
-    if usual.keys() == draft.starts.keys() and all(max(usual[each].apart(draft.starts[each])) < 1e-6 for each in order):
-        return []
+    return usual.keys() == starts.keys() and all(max(usual[each].apart(starts[each])) < 1e-6 for each in order)
+
+
+def _opening(draft: _Draft) -> list[str]:
+    """Return the lines that place robots at their starts."""
     if found := formation_of(draft.starts, draft.rounding):
         names, words = found
         return [f"{' '.join(names)} at {words}"]

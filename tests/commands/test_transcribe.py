@@ -11,6 +11,9 @@ from random import Random
 
 import pytest
 
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import starts_of
+from improv_core.score.motion import Pose
 from tests.commands.command_line import IMPROV, LIMIT, run, written
 from tests.processes import lines_until
 from tests.transcription.test_transcribe import path_of
@@ -24,9 +27,11 @@ def table(tmp_path: Path) -> Path:
     return written(tmp_path, "\n".join(["t_s,x_m,y_m,yaw_rad", *rows]), "ada.csv")
 
 
-def test_a_table_becomes_a_program_that_is_right(table: Path) -> None:
+def test_a_table_becomes_words_that_keep_their_start_beside_other_robots(table: Path) -> None:
     done = run("transcribe", table)
-    assert (done.returncode, done.stdout) == (0, "ada $ repeat 4 (forward left)\n")
+    assert (done.returncode, done.stdout) == (0, "ada at 0 0\n\nada $ repeat 4 (forward left)\n")
+    beside = analyze(f"bo $ left\ncy $ left\n{done.stdout}")
+    assert starts_of(beside)["ada"] == Pose()
     assert done.stderr.splitlines()[-1] == "improv: ada is at most 0 cm and 0° off"  # it may have said that it searches
 
 

@@ -55,7 +55,7 @@ def test_a_recording_becomes_words(client: Client, tmp_path: Path) -> None:
     client.wait_for_line("improv.transcribe: expected the full paths of recordings or drawings")
     table = tmp_path / "walk.csv"
     table.write_text("t,x,y,heading\n" + "".join(f"{number / 20},{number / 10},0,0\n" for number in range(21)))
-    assert client.command("transcribe", str(table)) == "walk $ forward\n"
+    assert client.command("transcribe", str(table)) == "walk at 0 0\n\nwalk $ forward\n"
     client.wait_for_line("walk is at most 0 cm and 0° off")
     assert client.command("transcribe", str(tmp_path / "none.csv")) is None
     client.wait_for_line(f"{tmp_path / 'none.csv'}: ")

@@ -45,6 +45,11 @@ class Base(NamedTuple):
         """The oldest that a pose may be to keep robots apart, in seconds."""
         return OLDEST_ELSEWHERE if self.elsewhere else OLDEST
 
+    @property
+    def fastest(self) -> float:
+        """The highest speed that counts, in m/s: if poses show a higher one, they are wrong."""
+        return BEYOND * self.max_speed if self.max_speed else math.inf
+
 
 class Approach(NamedTuple):
     """The distance that a robot may come before it stands, if it is sent zero now, and the growth of that distance in
@@ -176,17 +181,18 @@ class Track:
             if end >= self.poses[0].at - REACTION:
                 fastest = max(fastest, wanted)
         told = Approach(far + speed * speed / 2 / slowing, times * wanted)
-        measured = [(_measured_along(way, each, base.braking), each.size) for each in self._seen()]
+        measured = [(_measured_along(way, each, base.braking), each.size) for each in self._seen(base.fastest)]
         seen, size = min(measured, default=(0.0, 0.0))
         if seen <= fastest + UNTOLD:
             return told
         return max(told, Approach(seen / size * coasting(size, base.braking, age), times * seen))
 
-    def _seen(self) -> list[_Velocity]:
+    def _seen(self, fastest: float = math.inf) -> list[_Velocity]:
         """Return its speed by two pairs of poses, so that one imprecise pose makes no robot fast; empty if unknown."""
         if len(self.poses) < 4:
             return []
-        return [_measured(self.poses[0], self.poses[-1]), _measured(self.poses[1], self.poses[-2])]
+        pairs = (self.poses[0], self.poses[-1]), (self.poses[1], self.poses[-2])
+        return [_measured(one, other, fastest) for one, other in pairs]
 
     def _turned_by(self, at: float) -> float:
         """Return the angle by which it had been sent to turn by a time."""
@@ -225,11 +231,12 @@ def _moved(speed: float, wanted: float, braking: float, seconds: float) -> tuple
     return then, (speed + then) / 2 * brakes + wanted * (seconds - brakes)
 
 
-def _measured(one: RawPose, other: RawPose) -> _Velocity:
+def _measured(one: RawPose, other: RawPose, fastest: float) -> _Velocity:
     seconds, from_, to = other.at - one.at, one.pose, other.pose
     turn = math.remainder(to.heading - from_.heading, math.tau)
-    moved = to.x - from_.x, to.y - from_.y, to.z - from_.z, turn
-    return _Velocity.of(*(each / seconds for each in moved))
+    longer = max(to.apart(from_)[0] / fastest, seconds)
+    x, y, z = to.x - from_.x, to.y - from_.y, to.z - from_.z
+    return _Velocity.of(x / longer, y / longer, z / longer, turn / seconds)
 
 
 def _measured_along(way: _Way, seen: _Velocity, braking: float) -> float:

@@ -242,3 +242,19 @@ def test_robots_that_stay_apart_are_not_paused(one: Robot, other: Robot, link: f
         a, b = (replace(robot, jumps=jumps, obeys=[]) for robot in (one, other))
         story = play({"a": a, "b": b}, link=link)
         assert not story.paused, jumps
+
+
+def test_poses_that_seem_to_approach_faster_than_a_robot_can_drive_count_as_its_highest_speed() -> None:
+    """A camera sees it 1 m to its left, so that its poses circle around it while it turns."""
+    base, late = Base(0.089, 0.22), 0.08
+    bases, proximity = {"a": base, "b": base}, Proximity().told("a", Twist(yaw=0.785), 0.0)
+    for number in range(50):
+        now = number * 0.04
+        poses = [RawPose("b", CONTINUOUS, Pose(-1.5), now), RawPose("a", CONTINUOUS, seen_left(0.785 * now), now)]
+        proximity = proximity.heard(poses, bases)
+        proximity, found, _ = proximity.looked(True, bases, KEEP_APART, now + late)
+        assert not found
+
+
+def seen_left(heading: float) -> Pose:
+    return Pose(heading=heading).then(Pose(y=1.0))

@@ -119,7 +119,7 @@ def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[Robot
     found: dict[Fault, Worst | None] = {}  # None: the fault is over; faults that aren't in it stay as they are
     for pose in known.poses:
         watch = _posed(watch, pose, found, rules)
-    if known.moves is not None and watch.anchor and watch.anchor.raw.at < known.moves:
+    if watch.anchor and (known.gone or (known.moves is not None and watch.anchor.raw.at < known.moves)):
         watch = replace(watch, anchor=watch.latest)
     _find_silence(watch, known, found)
     _find_standstill(watch, known, found)

@@ -211,6 +211,13 @@ def test_a_listener_that_is_gone_and_comes_back() -> None:
     assert watched(RobotFacts(now, gone=2 <= now < 5) for now in range(8)) == ["2.0 +gone", "5.0 -gone"]
 
 
+def test_a_robot_whose_listener_is_gone_is_not_stuck_and_may_begin_to_move_once_it_is_back() -> None:
+    """It drives again 0.3 s after it listens again."""
+    drives = driving(lambda at: Pose(SPEED * (min(at, 2.0) + max(at - 5.3, 0.0))), 8)
+    told = watched((replace(each, gone=2 <= each.now < 5) for each in drives), FaultRules(distance=9.0))
+    assert told == ["2.0 +gone", "5.0 -gone"]
+
+
 def test_the_extent_of_a_fault_is_its_maximum() -> None:
     watch, _ = look(RobotWatch(), RobotFacts(0.0, late=0.03), RULES)
     for late in (0.2, 0.1):

@@ -18,6 +18,7 @@ from improv_core.outputs.devices.opening import device_class
 from improv_core.outputs.devices.sink import COLORS, DeviceSink
 from improv_core.protocol.output import Edge, RawPose, RawPoses
 from improv_core.safety.allowed import approve
+from improv_core.safety.pending_zeros import PERIOD
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import DeviceAddress, Host, Part, Score
@@ -216,13 +217,13 @@ def test_a_zero_is_sent_until_the_robot_confirms_it(stand: Stand) -> None:
     stand.sink.send("ada", STILL, 1.0)
     assert stand.next() == STILL
     for _ in range(7):
-        stand.now += module.RETRY
+        stand.now += PERIOD
         assert stand.sink.due <= stand.now
         stand.sink.retry(stand.now)
         assert stand.next() == STILL
     assert stand.warned == ["ada may still be moving: it has not confirmed the stop; look at the robot"]
     stand.kind.deaf = False
-    stand.now += module.RETRY
+    stand.now += PERIOD
 
     def confirmed() -> bool:
         stand.sink.retry(stand.now)

@@ -10,12 +10,12 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
 
 from improv_core.outputs.devices.device import Device, DeviceRobot
 from improv_core.plain import one_line
 from improv_core.protocol.output import Edge, RawPose, RawPoses, Sink
 from improv_core.safety.allowed import HostError, is_approved, refusal
+from improv_core.safety.pending_zeros import PERIOD, PendingZero, TopicFacts, check, pending_zero
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import DeviceAddress, Part, Score
@@ -27,12 +27,8 @@ LATE = 0.25
 """Seconds after which a velocity is too old to be driven."""
 AGAIN = 1.0
 """Seconds before a device that failed is made again."""
-RETRY = 0.2
-"""Seconds between two zeros for a robot that has not confirmed one."""
 UNCONFIRMED = 1.0
 """Seconds after which a line names a robot that has not confirmed its zero."""
-GIVE_UP = 60.0
-"""Seconds after which nobody tries any more."""
 END = 1.5
 """Seconds that all devices together may take to be closed."""
 _PALETTE = (
@@ -67,7 +63,8 @@ class DeviceSink(Sink):
         self._now = now
         self._links: dict[str, DeviceLink] = {}
         self._current: list[str] = []
-        self._unconfirmed: dict[str, _PendingStop] = {}
+        self._pending: dict[str, PendingZero] = {}
+        self._named: set[str] = set()  # robots that a line has named, because their zeros are unconfirmed
         self.pending_zeros = self
 
     def preload(self, score: Score) -> Iterator[None]:
@@ -81,7 +78,7 @@ class DeviceSink(Sink):
             part, link = score.parts[name], self._links[name]
             link.take(part)
             if not part.scenes:  # an earlier stage may have moved it
-                self._unconfirmed[name] = _PendingStop(self._now(), self._now())
+                self._await_stop(name)
 
     def _meet(self, score: Score) -> Iterator[None]:
         for index, (name, part) in enumerate(score.parts.items()):
@@ -122,9 +119,9 @@ class DeviceSink(Sink):
         stands = twist == STILL or self._is_held(link)
         moved = link.command(STILL if stands else link.part.profile.told(twist), now)
         if not stands:
-            self._unconfirmed.pop(robot, None)
+            self._pending.pop(robot, None)
         elif moved:
-            self._unconfirmed[robot] = _PendingStop(now, now + RETRY)
+            self._await_stop(robot)
 
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
@@ -134,23 +131,25 @@ class DeviceSink(Sink):
     @property
     def due(self) -> float:
         """The time at which `retry` is due, in monotonic seconds."""
-        return min((each.due for each in self._unconfirmed.values()), default=math.inf)
+        return min((each.due for each in self._pending.values()), default=math.inf)
 
     def retry(self, now: float) -> None:
         """Send zeros again to robots that have not confirmed one. A robot that is gone has stopped by itself."""
-        for name, pending in [*self._unconfirmed.items()]:
+        for name, pending in [*self._pending.items()]:
             if pending.due > now:
                 continue
             link = self._links[name]
-            gone = link.problem is not None and now > pending.since + self._kind.stops_after + RETRY
-            if link.stands() or (gone and self._kind.stops_after) or now > pending.since + GIVE_UP:
-                del self._unconfirmed[name]
+            found = check(pending, now, TopicFacts(int(link.problem is None), confirmed=link.stands()))
+            if found.sends:
+                link.command(STILL, now)
+            stopped = link.problem is not None and 0 < self._kind.stops_after < now - pending.since - PERIOD
+            if stopped or not found.pending:
+                del self._pending[name]
                 continue
-            link.command(STILL, now)
-            if now > pending.since + UNCONFIRMED and not pending.told:
+            self._pending[name] = found.pending
+            if now > pending.since + UNCONFIRMED and name not in self._named:
+                self._named.add(name)
                 self._warn(f"{name} may still be moving: it has not confirmed the stop; look at the robot")
-                pending = replace(pending, told=True)
-            self._unconfirmed[name] = replace(pending, due=now + RETRY)
 
     def close(self) -> None:
         for link in self._links.values():
@@ -162,6 +161,10 @@ class DeviceSink(Sink):
     def _ours(self, robots: Collection[str] | None) -> list[str]:
         return self._current if robots is None else [name for name in robots if name in self._current]
 
+    def _await_stop(self, robot: str) -> None:
+        self._pending[robot] = pending_zero(self._now(), 1, listened=True)
+        self._named.discard(robot)
+
     def _is_held(self, link: DeviceLink) -> bool:
         return not self._kind.stops_after and not link.part.profile.accept_no_stop
 
@@ -170,13 +173,6 @@ def robot_for(name: str, at: DeviceAddress, kind: type[Device], color: tuple[flo
     """Return the robot for a device of this kind, with all its settings."""
     defaults = {each: setting.default for each, setting in kind.settings.items()}
     return DeviceRobot(name, at.address, at.node, color, {**defaults, **at.settings})
-
-
-@dataclass(frozen=True, slots=True)
-class _PendingStop:
-    since: float
-    due: float
-    told: bool = False
 
 
 class DeviceLink:

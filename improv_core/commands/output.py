@@ -12,6 +12,7 @@ from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.group import Group
 from improv_core.commands.output_check import Row, checks
 from improv_core.commands.output_subjects import Subject, subject_for
+from improv_core.commands.parameters import InRange
 from improv_core.program.files import robots_near
 
 LIMIT = 0.6
@@ -27,7 +28,7 @@ def command() -> None:
 @click.argument("name")
 @click.option("--robot", help="The robot to move; default: the first one of this output in improv.toml.")
 @click.option("--yes", "-y", is_flag=True, help="Don't ask before the robot moves.")
-@click.option("--limit", type=click.FloatRange(0.1, 60), default=LIMIT, show_default=True, help="Seconds to a stop.")
+@click.option("--limit", type=InRange(0.1, 60), default=LIMIT, show_default=True, help="Seconds to a stop.")
 def check(name: str, robot: str | None, yes: bool, limit: float) -> None:
     """Play, halt, kill, and unplug an output, and print whether its robot stops.
 

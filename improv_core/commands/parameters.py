@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -105,12 +106,13 @@ def live(command: Callable[..., None]) -> Callable[..., None]:
     return with_live
 
 
-MOST_SECONDS = 1e12
+class InRange(click.FloatRange):
+    """A number in a range, which NaN isn't."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number: float = super().convert(value, param, ctx)
+        return self.fail(f"{value!r} is no number.", param, ctx) if math.isnan(number) else number
 
 
-def seconds(value: str) -> float:
-    """Convert an option that is a duration. Raises BadParameter."""
-    with suppress(ValueError):
-        if 0 < (number := float(value)) <= MOST_SECONDS:
-            return number
-    raise click.BadParameter(f"{value!r} is not a number of seconds above 0 and up to 1e12.")
+SECONDS = InRange(0, 1e12, min_open=True)
+"""A duration."""

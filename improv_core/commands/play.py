@@ -31,7 +31,7 @@ def _time(text: str) -> datetime:
 @parameters.osc_network
 @settings.options
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
-@click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
+@click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
 @parameters.force
 @click.option(

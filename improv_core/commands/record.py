@@ -34,7 +34,7 @@ from improv_core.storage.atomic_write import replacing, why
 @click.command("record")
 @parameters.file
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .mcap file to write.")
-@click.option("--for", "seconds", type=parameters.seconds, help="Record only this many seconds.")
+@click.option("--for", "seconds", type=parameters.SECONDS, help="Record only this many seconds.")
 @click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
 @parameters.port
 @parameters.no_browser

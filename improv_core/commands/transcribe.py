@@ -15,18 +15,19 @@ import click
 
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.parameters import InRange
 from improv_core.commands.programs import exists_already, write_new
 from improv_core.program.files import robots_near
+from improv_core.program.timing import decimal
 from improv_core.robots.config import Robots
 from improv_core.storage.atomic_write import why
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.vocabulary import UNITS, WORDS
 from improv_core.transcription.reading import read_source
 from improv_core.transcription.sources import Recording, robot_name
 from improv_core.transcription.track import TimedPlace
 from improv_core.transcription.transcribe import Tolerance, Transcription, transcribe
 
 _LENGTH = re.compile(r"([0-9]*\.?[0-9]+)(m|cm|mm)")
-_METERS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _SLOW = 1.0
 """Seconds after which a line says that the search goes on."""
 
@@ -42,7 +43,7 @@ class _Length(click.ParamType):  # type: ignore[type-arg]
         form = _LENGTH.fullmatch(str(value))
         if not form or not float(form[1]):
             self.fail(f"{value} is no length above 0: write 3cm, 5mm, or 0.1m", param, ctx)
-        return float(form[1]) * _METERS[form[2]]
+        return float(form[1]) * float(UNITS[form[2]].size)
 
 
 @click.command("transcribe")
@@ -51,12 +52,8 @@ class _Length(click.ParamType):  # type: ignore[type-arg]
 @click.option("--tolerance", type=_Length(), default="3cm", show_default=True, help="How far a path may be off.")
 @click.option("--tempo", type=click.IntRange(1, 1000), help="Beats per minute; default: the likeliest.")
 @click.option("--robot", help="Transcribe only this robot, or name the only one.")
-@click.option(
-    "--seconds", type=click.FloatRange(0.1, 3600), default=20.0, show_default=True, help="How long a drawing takes."
-)
-@click.option(
-    "--scale", type=click.FloatRange(1e-6, 1e6), help="Meters for each unit of a drawing; default: 4 m in all."
-)
+@click.option("--seconds", type=InRange(0.1, 3600), default=20.0, show_default=True, help="How long a drawing takes.")
+@click.option("--scale", type=InRange(1e-6, 1e6), help="Meters for each unit of a drawing; default: 4 m in all.")
 def command(
     files: tuple[Path, ...],
     output: Path | None,
@@ -84,7 +81,7 @@ def command(
     for name, (far, turned) in made.deviations.items():
         within = "" if far <= tolerance else f", more than {100 * tolerance:.2g} cm: allow more, or record more poses"
         echo(
-            f"improv: {name} is at most {_brief(100 * far)} cm and {_brief(math.degrees(turned))}° off{within}",
+            f"improv: {name} is at most {decimal(100 * far)} cm and {decimal(math.degrees(turned))}° off{within}",
             err=True,
         )
 
@@ -111,11 +108,6 @@ def _searched(
     finally:
         waits.cancel()
         signal.signal(signal.SIGINT, before)
-
-
-def _brief(value: float) -> str:
-    """Return a number with at most two digits after the point."""
-    return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 def _recorded(files: Sequence[Path], seconds: float, scale: float | None) -> dict[str, Sequence[TimedPlace]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import islice
@@ -73,7 +72,7 @@ def about_pose(analysis: Analysis, placed: Placed, pose: str) -> tuple[str, ...]
             if part.has_pose(pose) and pose != START:
                 goal = dict(goal_of(part.name, pose, body))
                 positions = [
-                    f"{each.joint} at {_shown(goal[each.direction] * each.per_step, body.joint[each.joint].slides)}"
+                    f"{each.joint} at {body.joint[each.joint].shown(goal[each.direction] * each.per_step)}"
                     for each in part.drives
                     if each.direction in goal
                 ]
@@ -98,10 +97,6 @@ def moved_by(analysis: Analysis, placed: Placed, meaning: Movement) -> tuple[str
             for joint, position in limb.positions.items():
                 least, most = min(*ends[joint], position), max(*ends[joint], position)
                 if most > least:
-                    low, high, last = (_shown(each, body.joint[joint].slides) for each in (least, most, position))
+                    low, high, last = (body.joint[joint].shown(each) for each in (least, most, position))
                     found.append(printable(f"{joint} between {low} and {high}, ends at {last}"))
     return tuple(dict.fromkeys(found))
-
-
-def _shown(position: float, slides: bool) -> str:
-    return f"{position:.3g} m" if slides else f"{math.degrees(position):.4g}°"

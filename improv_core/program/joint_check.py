@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,9 +10,9 @@ from itertools import islice
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.timing import decimal, end_after
+from improv_core.program.timing import end_after
 from improv_core.robots.limits import fitting_by, rush
-from improv_core.score.body import Drive, Joint
+from improv_core.score.body import Drive
 from improv_core.score.joints import JointMoment, Limb, joint_moments, limbs_of
 from improv_core.score.movement import Source
 from improv_core.score.primitives import PRIMITIVES
@@ -84,13 +83,13 @@ def _wrong(each: JointMoment, limb: Limb, turn: int) -> Iterator[tuple[str, Driv
         if velocity and abs(wanted - reached) > _SLACK:
             in_turn = f", in round {turn}" if turn > 1 else ""
             goes = "slides" if joint.slides else "turns"
-            message = f"at {end_after(float(end))}{in_turn}, {name} would be at {_shown(wanted, joint)}"
+            message = f"at {end_after(float(end))}{in_turn}, {name} would be at {joint.shown(wanted)}"
             advice = "go less far"
-            yield "joint-limit", drive, f"{message}; it {goes} to {_shown(reached, joint)} at most: {advice}"
+            yield "joint-limit", drive, f"{message}; it {goes} to {joint.shown(reached)} at most: {advice}"
         if joint.max_velocity is not None and abs(velocity) > joint.max_velocity * (1 + _SLACK):
-            limit = f"{_shown(joint.max_velocity, joint)}/s"
+            limit = f"{joint.shown(joint.max_velocity)}/s"
             fitting = fitting_by(abs(velocity) / joint.max_velocity, limb.tempo).advice()
-            message = f"{_shown(abs(velocity), joint)}/s is over the limit of {name}, {limit}: {fitting}"
+            message = f"{joint.shown(abs(velocity))}/s is over the limit of {name}, {limit}: {fitting}"
             yield "too-fast", drive, message
 
 
@@ -112,13 +111,8 @@ def _sudden(each: JointMoment, limb: Limb, changes: Mapping[str, _Change]) -> It
             needs = abs(last.after - last.before) / joint.max_acceleration
             over = rush(needs, last.seconds, limb.tempo) if last.moment else None
             if over and last.moment and last.moment.sources:
-                to = f"to get from {_shown(last.before, joint)}/s to {_shown(last.after, joint)}/s"
+                to = f"to get from {joint.shown(last.before)}/s to {joint.shown(last.after)}/s"
                 message = f"this lasts {over.lasts:.3g} s, but {joint.name} needs {over.needs:.3g} s {to}"
                 yield last.moment, "too-sudden", drive, f"{message}: {over.advice()}"
             last.before, last.after, last.moment, last.seconds = last.after, velocity, each.moment, 0.0
         last.seconds += float(each.moment.duration * 60 / limb.tempo)
-
-
-def _shown(position: float, joint: Joint) -> str:
-    """`119.5°`, or `0.25 m`."""
-    return f"{decimal(position)} m" if joint.slides else f"{decimal(math.degrees(position))}°"

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, TypedDict
 
-from improv_core.score.movement import ENDLESS, Duration, Exact, near
+from improv_core.score.fits import Between, NotRequired, fits, hints_of
+from improv_core.score.movement import ENDLESS, near
 from improv_core.score.performance import SenseSpan
 
 LATEST = 10**9
 """The last beat that a script may name."""
-_KEYS = frozenset({"sense", "robot", "from", "to"})
+_Beat = Annotated[float, Between(0, LATEST)]
+_Entry = TypedDict("_Entry", {"sense": str, "robot": NotRequired[str], "from": _Beat, "to": NotRequired[_Beat]})
+_EXAMPLE = '{"sense": "near", "robot": "anna", "from": 2.3, "to": 4.1}'
 
 
 class ScriptError(Exception):
@@ -30,25 +31,15 @@ def read_script(text: str) -> list[SenseSpan]:
     except (ValueError, RecursionError) as error:
         raise ScriptError(f"this is not JSON: {error}") from None
     if not isinstance(entries, list):
-        raise ScriptError('write a list, such as [{"sense": "near", "from": 2.3, "to": 4.1}]')
+        raise ScriptError(f"write a list, such as [{_EXAMPLE}]")
     return [_sensing(number, entry) for number, entry in enumerate(entries, 1)]
 
 
-def _sensing(number: int, entry: object) -> SenseSpan:
-    if not isinstance(entry, dict) or not {"sense", "from"} <= entry.keys() <= _KEYS:
-        raise ScriptError(f"entry {number}: write `sense`, `from`, and perhaps `to` and `robot`, and nothing else")
-    for key in ("sense", "robot"):
-        if not isinstance(entry.get(key, ""), str):
-            raise ScriptError(f"entry {number}: write `{key}` in quotes")
-    start = _beat(number, entry, "from")
-    end: Duration = _beat(number, entry, "to") if "to" in entry else ENDLESS
+def _sensing(number: int, entry: _Entry) -> SenseSpan:
+    if not fits(entry, _Entry) or not entry.keys() <= hints_of(_Entry).keys():
+        form = f"`sense`, `from`, and perhaps `to` and `robot`, and nothing else, such as {_EXAMPLE}"
+        raise ScriptError(f"entry {number}: write {form}, with beats from 0 to {LATEST:,}")
+    start, end = near(entry["from"]), near(entry["to"]) if "to" in entry else ENDLESS
     if end < start:
         raise ScriptError(f"entry {number}: `to` is before `from`: swap them")
     return SenseSpan(entry["sense"], entry.get("robot"), start, end)
-
-
-def _beat(number: int, entry: Mapping[str, Any], key: str) -> Exact:
-    beat = entry[key]
-    if type(beat) not in (int, float) or not math.isfinite(beat) or not 0 <= beat <= LATEST:
-        raise ScriptError(f"entry {number}: write `{key}` as a number of beats from 0 to {LATEST:,}")
-    return near(beat)

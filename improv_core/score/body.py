@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -47,6 +48,11 @@ class Joint:
         if self.max is not None and position > self.max:
             return self.max
         return self.min if self.min is not None and position < self.min else position
+
+    def shown(self, position: float) -> str:
+        """Return a position as people read it: `119.5°`, or `0.25 m`."""
+        value = round(position if self.slides else math.degrees(position), 2) + 0.0  # never -0
+        return f"{value:,.2f}".rstrip("0").rstrip(".") + (" m" if self.slides else "°")
 
 
 @dataclass(frozen=True, slots=True)

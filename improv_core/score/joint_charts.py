@@ -94,7 +94,7 @@ def _chart(curve: Curve, color: str, beats: float, wide: float) -> str:
     named = f'<text y="{_TITLE - 5:g}" fill="{color}">{escape(f"{curve.robot} {joint.name}")}</text>'
     labels = "".join(
         f'<text x="{wide:.1f}" y="{_TITLE + (most - position) * scale + below:.1f}" fill="{_QUIET}" font-size="9"'
-        f' text-anchor="end">{_shown(position, joint)}</text>'
+        f' text-anchor="end">{joint.shown(position)}</text>'
         for position, below in ((most, 9), (least, -2))
     )
     lines = "".join(f"M{place(0.0, limit)}L{place(beats, limit)}" for limit in limits)
@@ -105,7 +105,3 @@ def _chart(curve: Curve, color: str, beats: float, wide: float) -> str:
     held = "".join(f"M{place(since, position)}L{place(until, position)}" for since, until, position in curve.held)
     marked = f'<path d="{held}" stroke="{_HELD}" stroke-width="4"/>' if held else ""
     return named + edges + start + marked + path + labels
-
-
-def _shown(position: float, joint: Joint) -> str:
-    return f"{position:.3g} m" if joint.slides else f"{math.degrees(position):.0f}°"

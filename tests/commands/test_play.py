@@ -85,7 +85,8 @@ def test_play_needs_no_standard_input(tmp_path: Path) -> None:
     ("options", "says"),
     [
         (["--fast"], "this program never ends: limit it, for example with `--for 60` (seconds)"),
-        (["--fast", "--for", "nan"], "'nan' is not a number of seconds above 0 and up to 1e12."),
+        (["--fast", "--for", "nan"], "'nan' is no number."),
+        (["--fast", "--for", "0"], "0.0 is not in the range 0<x<=1000000000000.0."),
         (["--fast", "--backend", "ros"], "--fast works only in the simulator: real robots can't be sped up"),
         (["--fast", "--armed"], "--fast begins at once"),
         (["--fast", "--at", "20:15"], "--fast begins at once"),

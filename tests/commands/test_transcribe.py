@@ -54,6 +54,7 @@ def test_a_recording_of_commands_becomes_its_program(tmp_path: Path) -> None:
     ("arguments", "line"),
     [
         (["--tolerance", "3"], "3 is no length above 0"),
+        (["--scale", "nan"], "'nan' is no number."),
         (["--robot", "zoe"], ""),
     ],
 )
@@ -78,5 +79,5 @@ def test_ctrl_c_ends_a_long_search_with_the_best_program_so_far(tmp_path: Path) 
         process.send_signal(signal.SIGINT)
         text, said = process.communicate(timeout=LIMIT)
     assert (process.returncode, "ada $ " in text) == (0, True)
-    (off,) = re.findall(r"at most ([\d.]+) cm", said)
-    assert float(off) > 100, "the search has gone on to better programs, which are less than 20 cm off"
+    (off,) = re.findall(r"at most ([\d.,]+) cm", said)
+    assert float(off.replace(",", "")) > 100, "the search has gone on to better programs, which are less than 20 cm off"

@@ -176,7 +176,8 @@ class Settling:
 
     def _show(self, uri: str) -> None:
         document = self._documents[uri]
-        if document.analysis.diagnostics:  # none would mean that nothing is wrong, which nobody knows yet
+        # None, of lines that were never understood, would mean that nothing is wrong in them, which nobody knows yet.
+        if document.analysis.diagnostics or document.analysis.is_understood:
             self._publish(document)
             self._shown[uri] = document.analysis.diagnostics
 

@@ -175,6 +175,11 @@ class Analysis(Program):
         """True if nothing waits for `settled`."""
         return not (self.waiting or self.earlier)
 
+    @property
+    def is_understood(self) -> bool:
+        """True if every statement has been understood, perhaps with older definitions of its names."""
+        return not self.earlier and all(self.meanings[index].is_known for index in self.waiting)
+
     def is_settled_to(self, offset: int) -> bool:
         """Return whether all statements that begin before an offset are up to date."""
         return not self.earlier and (not self.waiting or self.offsets[self.waiting[0]] > offset)

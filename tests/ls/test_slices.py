@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,7 @@ from improv_core.ide.formatting import format_all
 from improv_core.ide.references import plays
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.idle import find_idle
+from improv_core.program.meaning import Meaning, understand
 from improv_core.slices import checkpoint, on_checkpoint
 from improv_core.values import value
 from improv_ls import coloring, framing
@@ -26,6 +28,10 @@ from tests.ls.client import Client, place
 
 WORST, OTHER = "file:///worst.improv", "file:///other.improv"
 STEP = SLICE / 2
+
+
+def ignore(*_: object) -> None:
+    pass
 
 
 class Turns:
@@ -46,6 +52,10 @@ class Turns:
             return name
 
         return run
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._soon)
 
     def turn(self) -> None:
         soon, self._soon[:] = [*self._soon], []
@@ -200,14 +210,30 @@ def test_no_empty_list_is_published_about_a_text_that_was_not_analyzed(monkeypat
         assert [each["code"] for each in published["diagnostics"]] == ["unknown-name"]
 
 
+def test_a_fixed_error_goes_before_the_lines_that_use_the_name_are_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    turns, published = Turns(), list[tuple[bool, list[str]]]()
+
+    def slowly(*given: Any) -> Meaning:
+        turns.now += STEP
+        return understand(*given)
+
+    def publish(document: Document) -> None:
+        analysis = document.analysis
+        published.append((analysis.is_settled, [each.code for each in analysis.diagnostics]))
+
+    settling = Settling(turns.slices, Urdfs(turns.slices, ignore), {}, publish, ignore, ignore, ignore)
+    wrong = analyze("a = forwrd\nb = a\nr $ b\n")
+    monkeypatch.setattr("improv_core.program.analysis.understand", slowly)
+    settling.keep(Document(OTHER, 1, wrong.touched(4, 10, "forward")))
+    while turns.is_busy:
+        turns.turn()
+    assert published == [(False, [])]
+
+
 def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -> None:
-    turns, documents, told = Turns(), dict[str, Document](), list[str]()
-
-    def ignore(*_: object) -> None:
-        pass
-
+    turns, told = Turns(), list[str]()
     urdfs = Urdfs(turns.slices, ignore)
-    settling = Settling(turns.slices, urdfs, documents, ignore, ignore, ignore, lambda error: told.append(str(error)))
+    settling = Settling(turns.slices, urdfs, {}, ignore, ignore, ignore, lambda error: told.append(str(error)))
     plain = opened(OTHER, 1, "r $ up\n")
 
     @value(frozen=True, slots=False)

@@ -17,6 +17,7 @@ import segno
 from aiohttp import web
 
 from improv_core.classroom.messages import Command, FromDesk, read
+from improv_core.page.files import FOLDER as PAGE_FOLDER
 from improv_core.page.loop_thread import LoopThread
 from improv_core.page.outbox import PageOutbox
 from improv_core.page.own_machine import HOST
@@ -98,6 +99,7 @@ class TeacherPage:
         application.router.add_get("/dances.zip", self._save_all)
         application.router.add_get(r"/dance/{number:\d{1,9}}/{count:\d{1,9}}", self._show_dance)
         add_files(application, FOLDER)
+        add_files(application, PAGE_FOLDER, "base/")
         headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY}
         async with serving(application, self._socket, headers, END_LIMIT):
             await stop.wait()

@@ -105,9 +105,10 @@ def runner_of(application: web.Application, **more: Any) -> web.AppRunner:
     )
 
 
-def add_files(application: web.Application, folder: Path) -> None:
-    """Serve the scripts and styles in a folder. All are read at once: no path ever comes from a URL."""
-    files = {f"/{name}": path.read_bytes() for name, path in page_files(folder).items()}
+def add_files(application: web.Application, folder: Path, within: str = "") -> None:
+    """Serve the scripts and styles in a folder, or those whose paths there begin like this. All are read at once: no
+    path ever comes from a URL."""
+    files = {f"/{name}": path.read_bytes() for name, path in page_files(folder).items() if name.startswith(within)}
 
     async def show(request: web.Request) -> web.Response:
         content_type = CONTENT_TYPES[Path(request.path).suffix]

@@ -1,6 +1,9 @@
 // @ts-check
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
+import { button, element, find, findA, svgAddress } from "/base/elements.js"
+import { store, stored } from "/base/storage.js"
+
 /** @typedef {{ count: number, sent: number, ok: boolean | null, line: string, picture: string }} Sent a dance; `sent` in seconds since 1970 */
 /** @typedef {{ type: "child", number: number, name: string, here: boolean, latest: Sent | null, good: Sent | null }} Child */
 /** @typedef {Child | { type: "gone", number: number } | { type: "robots", names: string[] } | { type: "playing", line: string } | { type: "keeping", folder: string, problem: string }} Message */
@@ -15,7 +18,7 @@ const SILENT = 300 // seconds without a dance after which a child may need help
 const LOOK = 15_000 // milliseconds
 const SMALL = "<style>text { display: none } g, path { stroke-width: 6px }</style>" // no letter can be read in a small picture
 const HIDDEN = /[^\P{C}\n\t]|[^\P{Z} ]/gu // what shows nothing, or turns text
-const given = document.querySelector("#token")?.getAttribute("content") ?? ""
+const given = findA("token", HTMLMetaElement).content
 if (given) sessionStorage.setItem(KEY, given)
 const token = given || (sessionStorage.getItem(KEY) ?? "")
 if (location.search) history.replaceState(null, "", location.pathname)
@@ -34,17 +37,10 @@ let enlarged = false
 /** @type {WebSocket} */
 let socket
 
-const dialog = /** @type {HTMLDialogElement} */ (find("front"))
-const sure = /** @type {HTMLDialogElement} */ (find("sure"))
-const order = /** @type {HTMLSelectElement} */ (find("order"))
+const dialog = findA("front", HTMLDialogElement)
+const sure = findA("sure", HTMLDialogElement)
+const order = findA("order", HTMLSelectElement)
 const list = find("children")
-
-/** @param {string} id */
-function find(id) {
-  const element = document.getElementById(id)
-  if (!element) throw new Error(`the page has no ${id}`)
-  return element
-}
 
 /** @param {string} id @param {boolean} off */
 const disable = (id, off) => find(id).toggleAttribute("disabled", off)
@@ -99,16 +95,13 @@ function takeChild(child) {
 
 /** A card whose controls stay the same ones, so that no news takes a tick or a press. @param {Child} child */
 function newCard(child) {
-  const item = document.createElement("li")
-  const look = Object.assign(document.createElement("button"), { type: "button", className: "look" })
+  const look = button({ className: "look" }, () => open(card.child, card.child.latest))
   const image = new Image()
-  const [name, line, wrong, when] = ["name", "line", "wrong", "when"].map((className) => Object.assign(document.createElement("span"), { className }))
+  const [name, line, wrong, when] = ["name", "line", "wrong", "when"].map((className) => element("span", { className }))
   look.append(image, name, line, wrong, when)
-  const label = document.createElement("label")
   if (earlier.delete(child.number)) chosen.add(child.number)
-  const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: chosen.has(child.number) })
-  label.append(box, "Choose")
-  item.append(look, label)
+  const box = element("input", { type: "checkbox", checked: chosen.has(child.number) })
+  const item = element("li", {}, look, element("label", {}, box, "Choose"))
   const show = () => {
     const { latest, good } = card.child
     const shown = good ?? latest
@@ -130,7 +123,6 @@ function newCard(child) {
   }
   /** @type {Card} */
   const card = { child, since: Date.now() / 1000, item, box, show }
-  look.addEventListener("click", () => open(card.child, card.child.latest))
   box.addEventListener("change", () => {
     if (box.checked) chosen.add(card.child.number)
     else chosen.delete(card.child.number)
@@ -170,24 +162,12 @@ const ORDERS = {
 
 /** The ticks of a page of before, if it was open in this lesson: it may have been that of a class that has ended since. */
 function earlierTicks() {
-  try {
-    const { at, numbers } = JSON.parse(localStorage.getItem(TICKS) ?? "{}")
-    return /** @type {number[]} */ (Date.now() - at < SAME_LESSON ? numbers : [])
-  } catch {
-    return []
-  }
-}
-
-function keepTicks() {
-  try {
-    localStorage.setItem(TICKS, JSON.stringify({ at: Date.now(), numbers: [...chosen, ...earlier] }))
-  } catch {
-    // without storage, ticks end with this page
-  }
+  const { at = 0, numbers = [] } = stored(TICKS) ?? {}
+  return /** @type {number[]} */ (Date.now() - at < SAME_LESSON ? numbers : [])
 }
 
 function showChosen() {
-  keepTicks()
+  store(TICKS, { at: Date.now(), numbers: [...chosen, ...earlier] })
   disable("play", ![...chosen].some((number) => cards.get(number)?.child.good))
   disable("remove", chosen.size === 0)
   find("choose-all").textContent = cards.size && chosen.size === cards.size ? "Choose none" : "Choose all"
@@ -213,7 +193,7 @@ function showKept({ folder, problem }) {
 /** @param {HTMLImageElement} image @param {Sent | null} dance @param {string} alt @param {string} [style] in SVG */
 function picture(image, dance, alt, style = "") {
   const drawn = dance?.picture.replace("</svg>", `${style}</svg>`)
-  const source = drawn ? `data:image/svg+xml;charset=utf-8,${encodeURIComponent(drawn)}` : ""
+  const source = drawn ? svgAddress(drawn) : ""
   image.hidden = !source
   image.alt = alt
   if (source && image.src !== source) image.src = source
@@ -245,7 +225,7 @@ function describe(child, dance) {
   find("front-good").hidden = !child.good || child.good.count === child.latest?.count
   find("front-latest").setAttribute("aria-pressed", String(isLatest))
   find("front-good").setAttribute("aria-pressed", String(dance.count === child.good?.count))
-  picture(/** @type {HTMLImageElement} */ (find("front-picture")), dance, "The paths of the robots")
+  picture(findA("front-picture", HTMLImageElement), dance, "The paths of the robots")
   for (const id of ["front-play", "front-perform"]) disable(id, !dance.ok)
 }
 
@@ -304,7 +284,7 @@ find("front-play").addEventListener("click", () => {
   dialog.close()
 })
 find("front-perform").addEventListener("click", () => {
-  const robot = /** @type {HTMLSelectElement} */ (find("front-robot")).value
+  const robot = findA("front-robot", HTMLSelectElement).value
   send({ type: "perform", number: front?.child.number, count: front?.dance.count, robot })
   dialog.close()
 })
@@ -334,7 +314,7 @@ function askToRemove(numbers) {
 
 /** @param {Blob} content @param {string} name of the file */
 function save(content, name) {
-  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(content), download: name })
+  const link = element("a", { href: URL.createObjectURL(content), download: name })
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 }

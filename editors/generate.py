@@ -11,11 +11,13 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 EDITORS = Path(__file__).resolve().parent
 sys.path.insert(0, str(EDITORS.parent))
 
-from improv_core.robots.schema import json_schema  # noqa: E402
+from improv_core.robots.schema import SCHEMA  # noqa: E402
+from improv_core.robots.schema_key import Key  # noqa: E402
 from improv_core.syntax.vocabulary import TRANSFORMERS, UNITS, of_kind  # noqa: E402
 from improv_core.syntax.words import Kind  # noqa: E402
 
@@ -47,11 +49,38 @@ def main() -> None:
 def files() -> Iterator[tuple[Path, str]]:
     """Yield each generated file and its text."""
     yield EDITORS / "tree-sitter-improv" / "words.json", _tree_sitter()
-    yield EDITORS.parent / "docs" / "improv.schema.json", json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    yield EDITORS.parent / "docs" / "improv.schema.json", _schema()
     yield EDITORS / "emacs" / "improv-words.el", _emacs()
     yield _rewritten("vscode/syntaxes/improv.tmLanguage.json", _text_mate())
     yield _rewritten("neovim/syntax/improv.vim", _vim())
     yield _rewritten("kate/improv.xml", _kate())
+
+
+def _schema() -> str:
+    """Return the JSON schema of `improv.toml`, for TOML tools such as Taplo."""
+    head = {"$schema": "http://json-schema.org/draft-07/schema#", "title": "improv.toml"}
+    return json.dumps({**head, **_json(SCHEMA)}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _json(key: Key) -> dict[str, Any]:
+    about = f"{key.about}; in {key.unit}" if key.unit else key.about
+    made: dict[str, Any] = {"type": key.type.split() if " " in key.type else key.type, "description": about}
+    if key.choices:
+        made["enum"] = list(key.choices)
+    if key.least < key.most and key.type != "array":
+        made |= {"minimum": key.least, "maximum": key.most}
+        if key.least > 0 and key.unit == "seconds":  # 0 means something else there
+            made["minimum"] = 0
+    if key.type == "object":
+        made["properties"] = {name: _json(inner) for name, inner in key.keys.items()}
+        made["additionalProperties"] = _json(key.named) if key.named else False
+    if key.required:
+        made["required"] = list(key.required)
+    if key.items:
+        made["items"] = _json(key.items)
+    if key.count:
+        made |= {"minItems": key.count, "maxItems": key.count}
+    return made
 
 
 def _tree_sitter() -> str:

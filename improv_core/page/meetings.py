@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from improv_core.ipc.asking import Answerer
 from improv_core.page.background import Do
@@ -23,14 +23,8 @@ EXACT = 1024
 """Beats are rounded down to this part of a beat, to which whole beats can be added exactly."""
 
 
-class SensingScore(NamedTuple):
-    """A score, as JSON, in which robots sense something."""
-
-    score: Mapping[str, Any]
-    generation: int
-
-
-Predict = Answerer[SensingScore, MeetingsMessage]
+Predict = Answerer[tuple[Mapping[str, Any], int], MeetingsMessage]
+"""Finds the meetings in a score in which robots sense something: its JSON and its generation."""
 
 
 class Meetings:
@@ -72,7 +66,7 @@ class Meetings:
             number, predict = self._latest, Answerer(check_sensing)
             self._predict = predict
             try:
-                found = predict.ask(SensingScore(to_json(score), generation))
+                found = predict.ask((to_json(score), generation))
                 if number == self._latest:
                     self._publish(found)
                 return
@@ -96,17 +90,17 @@ def _decided(checked: RoomCheck, score: Score) -> RoomCheck:
     return replace(checked, meetings=meetings, hits=tuple([each for each in checked.hits if each.robot not in sensing]))
 
 
-def check_sensing(asked: SensingScore) -> MeetingsMessage:
+def check_sensing(asked: tuple[Mapping[str, Any], int]) -> MeetingsMessage:
     """Return the meetings in a score if senses decide as in the simulator."""
     from improv_core.stage import dry_run  # only in the process that needs the simulator for it
 
-    score = from_json(asked.score)
+    score, generation = from_json(asked[0]), asked[1]
     prediction = dry_run.predict(score)
     if not prediction:
-        return as_message(check_room(score, 0), asked.generation, assumes=True)
+        return as_message(check_room(score, 0), generation, assumes=True)
     checked = check_room(prediction.score, 0)
     checked = replace(checked, is_all=checked.is_all and prediction.cut is None)
-    return as_message(checked, asked.generation, assumes=bool(prediction.assuming))
+    return as_message(checked, generation, assumes=bool(prediction.assuming))
 
 
 def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> MeetingsMessage:

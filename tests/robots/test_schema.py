@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.robots.schema import SCHEMA, find, known, rows
+from improv_core.robots.schema import SCHEMA, find, known
 from improv_core.robots.schema_key import Key
 from improv_core.robots.toml_positions import Keys
 from tests.needs import need
@@ -53,7 +54,7 @@ def is_valid(text: str, folder: Path) -> bool:
 def test_the_page_has_the_tables() -> None:
     for title, keys in TABLES.items():
         section = PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0]
-        assert "\n".join(rows(known(keys).keys)) in section
+        assert "\n".join(_rows(known(keys).keys)) in section
 
 
 def test_the_schema_file_is_up_to_date() -> None:
@@ -128,3 +129,13 @@ def written(keys: Keys, value: str) -> str:
         other_key = "button = 1" if names[-1] == "topic" else "topic = '/a'"
         names, value = [*names[:-2], "deadman"], f"{{ {names[-1]} = {value}, {other_key} }}"
     return f"[{'.'.join(table)}]\n{needed}{names[-1]} = {value}\n"
+
+
+def _rows(keys: Mapping[str, Key]) -> list[str]:
+    """Format the keys of a table as lines of a Markdown table, without columns that would be empty."""
+    cells = [[f"`{name}`", key.about, key.unit, key.range, key.default] for name, key in keys.items()]
+    heads = ["key", "what it sets", "unit", "min, max", "default"]
+    used = [column for column in range(len(heads)) if any(row[column] for row in cells)]
+    lines = [[heads[column] for column in used], *([row[column] for column in used] for row in cells)]
+    made = [f"| {' | '.join(line)} |".replace("  ", " ") for line in lines]
+    return [made[0], "|" + "---|" * len(used), *made[1:]]

@@ -7,6 +7,8 @@ import inspect
 import os
 import signal
 import sys
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -65,6 +67,16 @@ _own = TemporaryDirectory(prefix="improv-tests-")
 os.environ["XDG_STATE_HOME"] = f"{_own.name}/state"
 os.environ["XDG_RUNTIME_DIR"] = f"{_own.name}/runtime"
 Path(os.environ["XDG_RUNTIME_DIR"]).mkdir(mode=0o700)
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """Have each worker import other tests first if it collects all: in a new clone, all would compile the same ones."""
+    own = getattr(session.config, "workerinput", None)
+    if own and session.config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+        tests = Path(__file__).parent
+        for path in sorted(tests.rglob("test_*.py"))[int(own["workerid"][2:]) :: own["workercount"]]:
+            with suppress(Exception, pytest.skip.Exception):  # collection reports it
+                import_module(".".join(path.relative_to(tests.parent).with_suffix("").parts))
 
 
 def pytest_collection_finish() -> None:

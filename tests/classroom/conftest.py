@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from improv_core.website.build import build
 from tests.commands.command_line import IMPROV
 from tests.page.conftest import browser, chromium, keep, page, window
-from tests.pyodide import imitate
+from tests.website.conftest import built, pyodide
 
-__all__ = ["browser", "chromium", "keep", "page", "window"]
+__all__ = ["browser", "built", "chromium", "keep", "page", "pyodide", "window"]
 
 
 class Running(NamedTuple):
@@ -29,11 +28,8 @@ class Running(NamedTuple):
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Running]:
-    pyodide, site = tmp_path / "pyodide", tmp_path / "site"
-    imitate(pyodide)  # no child plays in these tests
-    build(site, pyodide)
-    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
+def running(built: Path, tmp_path: Path) -> Iterator[Running]:
+    command = [*IMPROV, "class", str(built), "--address", "127.0.0.1", "--port", "0"]
     command += ["--folder", str(tmp_path / "dances")]
     with started(command) as running:
         yield running

@@ -11,24 +11,22 @@ from pathlib import Path
 import aiohttp
 import pytest
 
-from improv_core.website.build import build
 from tests.commands.command_line import IMPROV
 from tests.open_page import connected, heard, live_behind, stop_by
-from tests.pyodide import imitate
 from tests.ros.conftest import LIMIT, Listen
 from tests.ros.dance import moving, still
+from tests.website.conftest import built, pyodide
 
+__all__ = ["built", "pyodide"]
 pytestmark = pytest.mark.slow("starts a class with its stages, and a robot drives")
 
 
 @pytest.fixture
-def said(alone: Mapping[str, str], tmp_path: Path) -> Iterator[tuple[str, str, str]]:
+def said(alone: Mapping[str, str], built: Path, tmp_path: Path) -> Iterator[tuple[str, str, str]]:
     """The lines of a class that has a real robot: the children's address, the code, and the teacher's address."""
-    pyodide, site, robots = tmp_path / "pyodide", tmp_path / "site", tmp_path / "improv.toml"
-    imitate(pyodide)  # no child plays here
-    build(site, pyodide)
+    robots = tmp_path / "improv.toml"
     robots.write_text('[robots.turtle1]\nprofile = "turtlesim"\n')
-    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0", "--robots", str(robots)]
+    command = [*IMPROV, "class", str(built), "--address", "127.0.0.1", "--port", "0", "--robots", str(robots)]
     command += ["--folder", str(tmp_path / "dances")]
     with subprocess.Popen(command, text=True, env=alone, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as running:
         assert running.stdout

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -58,44 +58,56 @@ def as_line(analysis: Analysis, robot: str, words: str, begin: Fraction = Fracti
     """Yield the edits that have a robot play words in the last scene, instead of what it plays there from a beat on."""
     scene = len(analysis.scenes)
     first = (analysis.scenes[-1] if analysis.scenes else -1) + 1
-    lines = [analysis.placed(index) for index in range(first, len(analysis.statements))]
-    played = (each for each in lines if each.statement.kind == "DOLLAR")
-    line = next((each for each in played if robot in [head.text for head in each.statement.heads]), None)
+    below = [analysis.placed(index) for index in range(first, len(analysis.statements))]
+    played = (each for each in below if each.statement.kind == "DOLLAR")
+    lines = [each for each in played if robot in [head.text for head in each.statement.heads]]
     text, end = analysis.text, "\r\n" if "\r\n" in analysis.text else "\n"
     kept = begin - Fraction(analysis.begins[scene]) if scene < len(analysis.begins) else begin
     if kept > 0:
-        words = f"{_until(analysis, line, robot, kept)} {words}"
-    if not line:
+        words = f"{_until(analysis, lines, robot, kept)} {words}"
+    for number, line in enumerate(lines):
+        sign, code = line.statement.sign, Span(line.start, line.start + line.statement.tokens[-1].end)
+        assert sign
+        if number:
+            yield _without(analysis, line, robot)
+        elif len(line.statement.heads) == 1:
+            yield Edit(Span(line.start + sign.end, code.end), f" {words}")
+        else:
+            yield _without(analysis, line, robot)
+            newline = text.find("\n", code.end)
+            at = len(text) if newline < 0 else newline - (text[newline - 1] == "\r")
+            yield Edit(Span(at, at), f"{end}{robot} $ {words}")
+    if not lines:
         at = len(text) - len(end) * text.endswith(end)
         yield Edit(Span(at, at), f"{end if at else ''}{robot} $ {words}")
-        return
+
+
+def _without(analysis: Analysis, line: Placed, robot: str) -> Edit:
+    """Return the edit after which a robot no longer plays a line: without its name, or without the line."""
     heads = line.statement.heads
-    code = Span(line.start, line.start + line.statement.tokens[-1].end)
     if len(heads) == 1:
-        assert line.statement.sign
-        yield Edit(Span(line.start + line.statement.sign.end, code.end), f" {words}")
-        return
+        return Edit(analysis.lines.whole(line.span), "")
     index = next(index for index, each in enumerate(heads) if each.text == robot)
     is_last = index + 1 == len(heads)
     cut = heads[index - 1].end if is_last else heads[index].start
     stop = heads[index].end if is_last else heads[index + 1].start
-    yield Edit(Span(line.start + cut, line.start + stop), "")
-    below = text.find("\n", code.end)
-    at = len(text) if below < 0 else below - (text[below - 1] == "\r")
-    yield Edit(Span(at, at), f"{end}{robot} $ {words}")
+    return Edit(Span(line.start + cut, line.start + stop), "")
 
 
-def _until(analysis: Analysis, line: Placed | None, robot: str, beats: Fraction) -> str:
-    """Return the words for what a robot plays in a line until it has played for so many beats."""
-    played = analysis.played.get(line.index) if line else None
-    if not line or not played or not line.statement.sign:
-        return _rest(beats)
-    code = line.statement.text[line.statement.sign.end : line.statement.tokens[-1].end].strip()
-    part = dict(played.parts)[robot]
-    if part.open or part.duration > beats:
-        return f"({code} || {_rest(beats)})"
-    left = beats - Fraction(part.duration)
-    return (f"({code})" if "||" in code else code) + (f" {_rest(left)}" if left else "")
+def _until(analysis: Analysis, lines: Sequence[Placed], robot: str, beats: Fraction) -> str:
+    """Return the words for what a robot plays in lines until it has played for so many beats."""
+    words, left = list[str](), beats
+    for line in lines:
+        played, sign = analysis.played.get(line.index), line.statement.sign
+        if not played or not sign or not left:
+            continue
+        code = line.statement.text[sign.end : line.statement.tokens[-1].end].strip()
+        part = dict(played.parts)[robot]
+        if part.open or part.duration > left:
+            return " ".join([*words, f"({code} || {_rest(left)})"])
+        words.append(f"({code})" if "||" in code else code)
+        left -= Fraction(part.duration)
+    return " ".join([*words, *([_rest(left)] if left else [])])
 
 
 def _rest(beats: Fraction) -> str:

@@ -85,6 +85,8 @@ def test_a_drawing_that_begins_at_a_robot_leaves_its_start() -> None:
         ("bo ada $ left\r\n", "bo $ left\r\nada $ forward\r\n"),
         ("ada $ left\n---\nbo $ left\n", "ada $ left\n---\nbo $ left\nada $ forward\n"),
         ("ada $ left\n---\nada $ right\n", "ada $ left\n---\nada $ forward\n"),
+        ("ada $ left\nbo $ up\nada $ up\n", "ada $ forward\nbo $ up\n"),
+        ("ada bo $ left\nbo ada $ up\nada $ up # mine\n", "bo $ left\nada $ forward\nbo $ up\n"),
     ],
 )
 def test_a_performance_becomes_the_line_of_its_robot_in_the_last_scene(before: str, after: str) -> None:
@@ -99,6 +101,7 @@ def test_a_performance_becomes_the_line_of_its_robot_in_the_last_scene(before: s
         ("ada $ left right", 2, "ada $ left right forward"),
         ("ada bo $ left || up", 2, "bo $ left || up\nada $ (left || up) rest forward"),
         ("ada $ left\n---\nada $ right right", 2, "ada $ left\n---\nada $ (right right || rest) forward"),
+        ("ada $ left || up\nada $ repeat 4 up\n", 3, "ada $ (left || up) (repeat 4 up || slow 2 rest) forward\n"),
         ("bo $ slow 4 left\n", 3, "bo $ slow 4 left\nada $ slow 3 rest forward\n"),
     ],
 )

@@ -98,7 +98,9 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
     hidden = [*own, *(name for name in analysis.predefined if analysis.definition(name, found.statement))]
     parts = body_words.offered(bodies, hidden) if "NAME" in accepted else ()
     numbers, words = _numbers_offered(accepted, found), _words(accepted, bare)
-    return [*parameters, *offered, *numbers, *(senses if "SENSE" in accepted else ()), *parts, *words], whole
+    others = [*(senses if "SENSE" in accepted else ()), *parts, *words]
+    # Behind a word such as `forward`, another word is likelier than its measure.
+    return [*parameters, *offered, *([*others, *numbers] if found.measures else [*numbers, *others])], whole
 
 
 def _bodies(analysis: Analysis, found: BeforeCursor) -> list[Body]:

@@ -115,10 +115,10 @@ def test_units_are_offered_directly_behind_the_number_of_a_measure() -> None:
     check_nothing("r $ left 9deg forward 1m*2|>")
 
 
-def test_measures_are_offered_behind_primitives_before_the_words_of_the_language() -> None:
-    check("p n = left |>", "n*1deg", "90deg", "45deg", "radius", *MOVING)
-    check("x = up\nr $ forward |>", "x", "1m", "50cm", *MOVING)
-    check("r $ left 90deg |>", "radius", *MOVING)
+def test_measures_are_offered_behind_primitives_after_the_words_of_the_language() -> None:
+    check("p n = left |>", "n*1deg", *MOVING, "90deg", "45deg", "radius")
+    check("x = up\nr $ forward |>", "x", *MOVING, "1m", "50cm")
+    check("r $ left 90deg |>", *MOVING, "radius")
     check("r $ left radius |>", "1m", "50cm")
 
 

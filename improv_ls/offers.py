@@ -98,7 +98,7 @@ class Offers:
         """Have the editor change the program, as a page asks; what `only` plays of it may lack what is to change."""
         if only.moved:
             is_music = asked["type"] == "tune"
-            begin, change = ("beat 0", "change its song") if is_music else ("the starts", "move them")
+            begin, change = ("beat 1", "change its song") if is_music else ("the starts", "move them")
             self._editor.warn(f"this rehearsal doesn't begin at {begin}: play the program to {change}")
         elif changed := _without_ghost(asked, only):
             self._editor.soon(self._placing.offer(uri, changed))

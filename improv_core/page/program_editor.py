@@ -206,7 +206,7 @@ class PageEditor:
         """
         change = ask["change"]
         if is_first_beat(change):
-            problem = REHEARSES.format("beat 0", "the song") if rehearses else self._write_first_beat(change["value"])
+            problem = REHEARSES.format("beat 1", "the song") if rehearses else self._write_first_beat(change["value"])
             return _moved(ask["number"], (), problem)
         analysis = self._text(page, ask["number"])
         if not analysis:

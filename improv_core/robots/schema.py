@@ -264,7 +264,7 @@ _MUSIC = {
         default="none: drop one onto the page",
         example='"song.mp3"',
     ),
-    "first_beat": number("where in the song beat 0 of the dance is", "seconds", -3600, 3600, "0"),
+    "first_beat": number("where in the song beat 1 of the dance is", "seconds", -3600, 3600, "0"),
     "count_in": flag("count one bar before each dance begins, with or without a song"),
     "volume": number("how loud it is, from silent to as loud as it was recorded", "shares", 0, 1, "1"),
 }

@@ -74,7 +74,7 @@ _JOINT = {
         "no limit",
     ),
     "smooth": flag("begin and end each movement of its body part gently"),
-    "start": replace(_amount("where it is at beat 0"), default="0"),
+    "start": replace(_amount("where it is at beat 1"), default="0"),
 }
 _OFFSETS = Key(
     "how its joints differ from those of its profile, by name",
@@ -128,7 +128,7 @@ ROBOT = {
         profile=True,
     ),
     "start": Key(
-        "its pose at beat 0: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
+        "its pose at beat 1: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
         " to 0",
         "object",
         default="in the formation, or next to the other robots",
@@ -170,7 +170,7 @@ ROBOT = {
         example='"odom"',
     ),
     "odom_frame": Key(
-        'the frame of these poses: `"own"`, which Improv aligns with the world at beat 0, or `"world"`',
+        'the frame of these poses: `"own"`, which Improv aligns with the world at beat 1, or `"world"`',
         default="that of `[ros]`",
         choices=get_args(OdomFrame),
     ),

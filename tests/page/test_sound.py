@@ -80,7 +80,7 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(pa
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
     page.get_by_role("button", name="Sound").click()
     expect(page.locator("#song-name")).to_have_text("own.wav")
-    page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+    page.get_by_role("slider", name="Beat 1 in the song, in seconds").press("ArrowLeft")
     expect(page.locator("#sound-toml-lines")).to_have_text("[music]\nfirst_beat = 0.01")
     long = "can't be played: it is damaged, or so long that this browser has no room for its sound"
     for name, content, problem in (
@@ -102,7 +102,7 @@ def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, edit: Call
     robots.write_text(improv_toml(tmp_path, SONG), encoding="utf-8")
     page = edit(PROGRAM).page()
     page.get_by_role("button", name="Save and play").click()
-    page.get_by_role("slider", name="Beat 0 in the song, in seconds").press("ArrowLeft")
+    page.get_by_role("slider", name="Beat 1 in the song, in seconds").press("ArrowLeft")
     expect(page.locator("#did")).to_have_text("Writing first_beat = 0.01 into improv.toml")
     end = time.monotonic() + LIMIT
     while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:

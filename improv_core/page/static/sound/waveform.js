@@ -69,7 +69,7 @@ export class Waveform {
     this.#fit = fit
     find("song-head").hidden = this.#line.hidden = !buffer
     find("song-title").textContent = find("song-title").title = name
-    find("song-first").textContent = `beat 0 at ${fit.firstBeat.toFixed(3)} s`
+    find("song-first").textContent = `beat 1 at ${fit.firstBeat.toFixed(3)} s`
     this.#line.setAttribute("aria-valuenow", String(fit.firstBeat))
     this.#drawn = ""
     wake()

@@ -71,6 +71,7 @@ SEVERITIES = {
     "too-short": Severity.WARNING,
     "too-far-back": Severity.INFORMATION,
     "never-performed": Severity.INFORMATION,
+    "cut-short": Severity.INFORMATION,
     "unused-name": Severity.HINT,
     "no-effect": Severity.HINT,
     "bracket-not-a-beat": Severity.INFORMATION,

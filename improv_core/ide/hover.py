@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from improv_core.ide.body_words import about_part, about_pose, moved_by
+from improv_core.ide.code_action_play import scene_lasting
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.hover_measures import about_measures, written_measures
 from improv_core.ide.hover_opening import about_opening, stand_at
@@ -108,8 +109,7 @@ def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) 
 
 def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | None:
     """Return the hover for everything that a robot plays; None if it plays nothing."""
-    part = score_of(analysis).parts.get(name)
-    if not part:
+    if not (part := score_of(analysis).parts.get(name)):
         return None
     placed = (f"starts at {stand_at(part.start)}",) if name in analysis.opening.places else ()
     about = f" (robot, profile {_code(part.profile.name)}): "
@@ -119,9 +119,9 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     if name not in analysis.lengths:
         return Hover(Span(0, 0), _code(name), f"{about}only stands there", placed)
     whole = timing(analysis.lengths[name], analysis.tempo)
-    why = (deciding(series(part.scenes)),) if part.senses else ()
-    drawn = _drawn(part, analysis.tempo) if pictures else ""
-    return Hover(Span(0, 0), _code(name), f"{about}everything it plays", (whole, *why, *placed), "", drawn)
+    why = [deciding(series(part.scenes))] if part.senses else []
+    facts, drawn = (whole, *why, *placed), _drawn(part, analysis.tempo) if pictures else ""
+    return Hover(Span(0, 0), _code(name), f"{about}everything it plays", facts, "", drawn)
 
 
 def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
@@ -140,8 +140,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "SCENE":
         return _scene(analysis, placed) if token == statement.sign else None
     if statement.sign and placed.meaning.said and token in statement.heads:
-        begins = statement.kind == "SCENE"
-        found = _scene(analysis, placed) if begins else robot_at(analysis, token.text, pictures)
+        is_scene = statement.kind == "SCENE"
+        found = _scene(analysis, placed) if is_scene else robot_at(analysis, token.text, pictures)
         return found and replace(found, span=token.span)
     if opening := about_opening(analysis, placed, token):
         return Hover(opening.span, opening.word, opening.about, opening.facts)
@@ -172,8 +172,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         facts = about_pose(analysis, placed, node.pose.text)
         word = _code(f"{node.word.text} {node.pose.text}")
         return Hover(node.span, word, ": brings the body part around it to this pose, in one beat", (*facts, *here))
-    described = _described(node)
-    if not described:
+    if not (described := _described(node)):
         return None
     word, about = described
     if lack:
@@ -213,14 +212,15 @@ def _condition(condition: nodes.Condition) -> Sequence[str]:
 
 
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
-    if placed.index not in analysis.breaks:
-        return Hover(Span(0, len(placed.statement.text)), "---", ": the name of the first scene", ())
-    number, starts = analysis.breaks.index(placed.index) + 1, "never begins"
-    if begin := analysis.scene_begin(number):
-        later = "" if begin.is_fixed else " or later"
-        starts = f"begins at {moment(float(begin.shortest))}, after {in_seconds(begin.shortest, analysis.tempo)}{later}"
-    about = ": a new scene, for all robots, when everything above has ended"
-    return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
+    number, about, facts = 0, ": the name of the first scene", list[str]()
+    if placed.index in analysis.breaks:
+        number, facts = analysis.breaks.index(placed.index) + 1, ["never begins"]
+        about = ": a new scene, for all robots, when everything above has ended"
+    if number and (begin := analysis.scene_begin(number)):
+        passed = in_seconds(begin.shortest, analysis.tempo) + ("" if begin.is_fixed else " or later")
+        facts = [f"begins at {moment(float(begin.shortest))}, after {passed}"]
+    facts += [f"this scene: {each}" for each in [scene_lasting(analysis, number)] if each]
+    return Hover(Span(0, len(placed.statement.text)), "---", about, tuple(facts))
 
 
 def _parameter(at: Cursor) -> Parameter | None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import count, islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, joining_nothing, replace
+from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition, Takes
 from improv_core.program.idle import Alone, Idle
 from improv_core.program.misuse import give_arguments, move_canon
@@ -90,7 +92,7 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
     if statement.kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
-    if index in idle:
+    if index in idle and index not in program.repeated:
         yield _idle(program, index, idle[index])
     if alone and index == alone.line:
         yield _nothing_near(program, alone)
@@ -291,10 +293,16 @@ def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic
     if not statement.sign and statement.body and problem is statement.diagnostics[0]:
         tokens = lex(statement.text)
         is_vague = problem == without_sign(tokens)
-        return without_sign(tokens, program.bindings.nearest, program.any_robot) if is_vague else problem
+        bindings = program.bindings
+        is_used = partial(_is_used_elsewhere, bindings, index)
+        return without_sign(tokens, bindings.nearest, program.any_robot, is_used) if is_vague else problem
     if problem.code == "syntax" and problem in statement.diagnostics:
         return _with_names(program, index, problem)
     return problem
+
+
+def _is_used_elsewhere(bindings: Bindings, index: int, name: str) -> bool:
+    return any(user != index for user in bindings.used.get(name, ()))
 
 
 def _with_names(program: Program, index: int, problem: Diagnostic) -> Diagnostic:

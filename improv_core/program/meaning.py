@@ -82,7 +82,8 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if sign.type in OPENING:
         said = said_by(statement, diagnostics)
         return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
-    robots = robots_named(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
+    plays = sign.type == "DOLLAR"
+    robots = robots_named(statement.heads, diagnostics, ", or write it after `$`") if plays else ()
     uses_phrases = any(found.phrase or found.takes for found in bound if found)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))

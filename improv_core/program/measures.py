@@ -14,7 +14,8 @@ from improv_core.syntax import nodes
 from improv_core.syntax.characters import continues_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import MeasuredWord, Node, Number
-from improv_core.syntax.slips import FEWEST_DEGREES, MEANT, OPPOSITES, nearest_word
+from improv_core.syntax.slips import FEWEST_DEGREES, OPPOSITES, nearest_word
+from improv_core.syntax.tried_words import DURATIONS, TRIED, is_count
 from improv_core.syntax.units import misplaced_unit, unit_meant
 from improv_core.syntax.vocabulary import UNITS
 from improv_core.syntax.words import Word
@@ -84,7 +85,7 @@ def without_units(
     undefined = {each.span.start for each in names}
     for before, number, unit in zip(tokens, tokens[1:], tokens[2:], strict=False):
         if number.type in ("NUMBER", "STRAY") and unit.type == "NAME" and unit_meant(unit.text):
-            is_word = before.start in undefined and (before.text.lower() in MEANT or nearest_word(before.text))
+            is_word = before.start in undefined and (before.text.lower() in TRIED or nearest_word(before.text))
             spans += [unit.span] if is_word or before.type == "STRAY" else []
     return [name for name in names if not any(span.start <= name.span.start < span.end for span in spans)]
 
@@ -110,7 +111,18 @@ class _Written:
             return wrong
         if self.after and self.after.type == "NAME" and self.after.text not in known and unit_meant(self.after.text):
             return self._apart(self.after)
-        return self._missing()
+        return (self._counted(self.after) if self.after and self.after.text not in known else None) or self._missing()
+
+    def _counted(self, after: Token) -> Diagnostic | None:
+        """Return the error about `forward 4 times` or `forward 4 beats`."""
+        is_long = after.text.lower() in (*DURATIONS, "s")
+        times = self._times("repeat", after.end) if is_long or is_count(after) else ()
+        if not times:
+            return None
+        longer = self._times("slow", after.end) if is_long and self.word != "rest" else ()
+        shown = " or ".join(f"`{fix.title.removeprefix('Change to ')}`" for fix in (*longer, *times))
+        span = Span(self.number.span.start, after.end)
+        return Diagnostic("missing-unit", span, f"each movement lasts one beat: write {shown}", (*longer, *times))
 
     def _wrong_place(self) -> Diagnostic | None:
         """Return the error about a measure of a word that takes none, or with the wrong unit anywhere."""
@@ -186,17 +198,17 @@ class _Written:
         )
         return Diagnostic("missing-unit", number.span, message, (*fixes, *times))
 
-    def _times(self) -> tuple[Fix, ...]:
-        """Return the fix that repeats the word so often."""
+    def _times(self, by: str = "repeat", end: int | None = None) -> tuple[Fix, ...]:
+        """Return the fix that repeats the word so often, in place of the number and what follows it up to an `end`."""
         number, value = self.number, self.value
         if self.is_radius or self.node.radius or value is None or value.denominator > 1 or value > _MOST_TIMES:
             return ()
         start = self.node.span.start
-        written = f"{number.text} " if self.is_counted else f"repeat {number.text} "
-        end = self.node.primitive.span.end
-        gone = Span(end if number.span.start == end + 1 else number.span.start, number.span.end)  # keep a comment
+        written = f"{number.text} " if self.is_counted and by == "repeat" else f"{by} {number.text} "
+        word = self.node.primitive.span.end
+        gone = Span(word if number.span.start == word + 1 else number.span.start, end or number.span.end)  # no comment
         edits = (Edit(Span(start, start), written), Edit(gone, ""))
-        return (Fix(f"Change to repeat {number.text} {self.word}", edits, guess=True),)
+        return (Fix(f"Change to {by} {number.text} {self.word}", edits, guess=True),)
 
     @property
     def _before(self) -> str:

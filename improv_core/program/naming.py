@@ -14,11 +14,12 @@ _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _HYPHENED = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:-[A-Za-z0-9_]+)+")
 
 
-def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
-    """Return the robots of a line, each once, without invalid names."""
+def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic], otherwise: str = "") -> tuple[str, ...]:
+    """Return the robots of a line, each once, without invalid names. Instead of choosing another name, people can do
+    `otherwise`."""
     robots: dict[str, None] = {}
     for head in heads:
-        if not head.text or is_reserved(head, diagnostics):
+        if not head.text or is_reserved(head, diagnostics, otherwise):
             continue
         hides = head.end - head.start != len(head.text)  # a joiner, which other names ignore
         if is_valid_robot(head.text) and not hides:
@@ -40,10 +41,10 @@ def is_valid_robot(name: str) -> bool:
     return bool(_ROBOT_NAME.fullmatch(name))
 
 
-def is_reserved(token: Token, diagnostics: list[Diagnostic]) -> bool:
+def is_reserved(token: Token, diagnostics: list[Diagnostic], otherwise: str = "") -> bool:
     """Return whether a name is a word of the language, and report it."""
     if token.text in WORDS:
-        message = f"`{token.text}` is a reserved word: choose another name"
+        message = f"`{token.text}` is a reserved word: choose another name{otherwise}"
         fixes = replace(f"Rename to my_{token.text}", token.span, f"my_{token.text}")
         diagnostics.append(Diagnostic("reserved-name", token.span, message, fixes))
     return token.text in WORDS

@@ -17,6 +17,7 @@ from improv_core.score.senses import NEAR
 from improv_core.score.walk import walk
 from improv_core.syntax.nodes import Apply, Condition, Statement
 from improv_core.syntax.slips import closest
+from improv_core.syntax.tried_words import SENSES_TRIED
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
@@ -31,7 +32,7 @@ def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
         written.setdefault(name, condition.sense.span)
         if name not in robots.sense_names:
             message, otherwise = f"`{name}` is not a sense", f"add `[senses.{name}]` to improv.toml"
-            near = closest(name, robots.sense_names)
+            near = closest(name, robots.sense_names) or SENSES_TRIED.get(name)
             yield unknown("unknown-sense", condition.sense.span, message, near, otherwise)
         elif isinstance(node, Apply) and name == NEAR and name not in robots.senses and not statement.parameters:
             scope = dict(zip(statement.uses, meaning.scope, strict=True))

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.definitions import NOTHING
 from improv_core.program.reader import Reader, items_written
 from improv_core.program.timing import in_beats, written
 from improv_core.score.algebra import FromStatement, Pace, Parallel, Repeat, Reverse, Series
@@ -95,7 +96,7 @@ def _cuts(
     without an item that a bracket `counts`, too."""
     made = reader.movement_made(node)
     window = windows.get(id(made))
-    if window is None:
+    if window is None or made is NOTHING:  # its lengths are too large to compute, which is an error
         return
     lost: set[int] = set()
     if isinstance(node, nodes.Series) and isinstance(made, Series):
@@ -126,8 +127,27 @@ def _cuts(
     else:
         inside = nodes.children(node)
     for child in inside:
-        if id(child) not in lost:
-            yield from _cuts(child, windows, reader, keeps=keeps)
+        found = list(_cuts(child, windows, reader, keeps=keeps)) if id(child) not in lost else []
+        yield from found
+        if not found and isinstance(node, nodes.Parallel):
+            yield from _cut_short(child, node, reader)
+
+
+def _cut_short(voice: Node, whole: nodes.Parallel, reader: Reader) -> Iterator[Diagnostic]:
+    """Yield the diagnostic about a voice that `||` ends in the middle of a word, a name, or a repetition."""
+    lengths_of = {each: movement.duration for each in whole.voices if (movement := reader.movement_made(each)).duration}
+    shortest = min(lengths_of, key=lambda each: lengths_of[each], default=voice)
+    length = lengths_of.get(voice, 0)
+    lost = length - lengths_of.get(shortest, 0)
+    is_still = not any(reader.movement_made(shortest).bounds.peak[:4])  # `|| rest` cuts on purpose
+    if not 0 < lost < length < ENDLESS or is_still or reader.movement_made(whole).open:
+        return
+    is_series = isinstance(shortest, nodes.Series)
+    start, end = shortest.span
+    edits = Edit(Span(start, start), "repeat (" if is_series else "repeat "), Edit(Span(end, end), ")" * is_series)
+    what = f"{written(Fraction(lost))} of these {in_beats(length)} {'is' if lost == 1 else 'are'} never performed"
+    message = f"`||` ends with its shortest side, so {what}: repeat the shorter side, or write `( )` around both"
+    yield Diagnostic("cut-short", voice.span, message, (Fix("Repeat the shorter side", edits, guess=True),))
 
 
 def _cut_arguments(call: nodes.Call, windows: _Windows, reader: Reader) -> Iterator[Diagnostic]:

@@ -35,8 +35,9 @@ class Fitting:
     slow: int
 
     def advice(self) -> str:
-        """Return a sentence such as: use `beat 41` or `slow 2`"""
-        return f"use `beat {self.tempo}` or `slow {self.slow}`" if self.tempo else f"use `slow {self.slow}`"
+        """Return a sentence such as: use `beat 41`, or `slow 2 ( … )` around the whole movement"""
+        tempo = f"`beat {self.tempo}`, or " if self.tempo else ""
+        return f"use {tempo}`slow {self.slow} ( … )` around the whole movement"
 
 
 @dataclass(frozen=True, slots=True)

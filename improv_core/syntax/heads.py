@@ -11,7 +11,7 @@ from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import is_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Parameter
-from improv_core.syntax.slips import without_separators, without_sign, without_tempo
+from improv_core.syntax.slips import tempo_meant, without_separators, without_sign, without_tempo
 from improv_core.syntax.vocabulary import RADIUS, UNITS
 from improv_core.text import Span
 from improv_core.values import value
@@ -45,7 +45,7 @@ class Head:
 def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
     """Return the head of a statement and the tokens after its sign; all tokens if no sign precedes a movement."""
     sign = sign_of(tokens)
-    if sign is None:
+    if sign is None or (sign.type == "EQUAL" and len(tokens) == 3 and tempo_meant(tokens)):
         return Head((), None, (), (without_sign(tokens),)), list(tokens)
     if sign.type in ("BEAT", "SCENE"):
         return Head((), sign), list(tokens)

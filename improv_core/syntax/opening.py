@@ -215,7 +215,9 @@ class _Reader:
         whole = Span(self._next.start, self._tokens[-1].end)
         profile = usual(self._text[slice(*whole)])
         if not _PROFILE.fullmatch(shape(profile)):
-            raise _WrongError(whole, "write the name of one profile after `is`")
+            gone = Span(self._next.start, self._tokens[-1].start)
+            fixes = replace("Remove a", gone, "", safe=True) if self._next.text in ("a", "an") else ()
+            raise _WrongError(whole, "write only the name of a profile after `is`", fixes)
         self._place = len(self._tokens)
         return OfKind(Token("PROFILE", profile, *whole))
 

@@ -18,6 +18,7 @@ from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
 from improv_core.syntax.opening import opening_line
 from improv_core.syntax.slips import bracketed_number, misplaced_number
+from improv_core.syntax.tried_words import either
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.wrong_characters import can_remove, number_meant, shown, wrong_character
 from improv_core.text import Span
@@ -152,7 +153,7 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
         last = tokens[unexpected.at - 1] if unexpected.at else None
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
-            wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
+            wrong = _wrong_kind(found, last, unexpected.wanted, head) if found else None
             wrong = wrong or (number_meant(tokens, unexpected.at) if found else None)
             wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
@@ -181,16 +182,24 @@ def _tokens(leaves: Sequence[Leaf], tokens: Sequence[Token]) -> list[Token]:
 
 _PAIRS = frozenset({("LPAR", "RPAR"), ("LSQB", "RSQB")})
 _IN_NUMBERS = frozenset({"NUMBER", "PARAM", "OPERATOR"})
+_OF_ITEMS = frozenset(word.text for word in WORDS.values() if word.of_items)
 _IN_CONDITIONS = frozenset({"NOT", "SENSE"})
 
 
-def _wrong_kind(found: Token, accepts: frozenset[str], head: Head) -> Diagnostic | None:
-    """Return the error if `found` is a number in place of a movement, or a movement in place of a number."""
+def _wrong_kind(found: Token, last: Token | None, accepts: frozenset[str], head: Head) -> Diagnostic | None:
+    """Return the error if `found` is a number in place of a movement, or a movement in place of a number, or multiplies
+    the movement that is `last`."""
+    is_factor = last is not None and last.type == "NAME" and found.type == "OPERATOR"
+    found = last if last and is_factor else found
     name = found.text
     if found.type == "PARAM" and "PRIMITIVE" in accepts:
         message = f"`{name}` is a number here: write `({name})` in the head to make it a movement"
         return Diagnostic("parameter-kind", found.span, message, head.of_other_kind(name))
-    if found.type == "NAME" and accepts <= _IN_NUMBERS and name in (each.name for each in head.parameters):
+    if (
+        found.type == "NAME"
+        and (is_factor or accepts <= _IN_NUMBERS)
+        and name in (each.name for each in head.parameters)
+    ):
         message = f"`{name}` is a movement here: write it without brackets in the head to make it a number"
         return Diagnostic("parameter-kind", found.span, message, head.of_other_kind(name))
     return None
@@ -204,6 +213,9 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         before = Span(found.start, found.start) if found else None
         fixes = replace("Insert sagittal", before, "sagittal ", guess=True) if before else ()
         return f"write a plane{after}: `sagittal` mirrors left and right, `frontal` front and back", fixes
+    if last and last.type == "SENSE" and (not found or found.type in ("RPAR", "RSQB")):
+        guard = next(each.text for each in reversed(tokens[:at]) if each.type in ("GUARD", "IF"))
+        return f"write the movement after the sense: `{guard} {last.text} (repeat forward)`", ()
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
     if found and found.text in SEPARATORS:
@@ -217,7 +229,8 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
     if accepts <= _IN_NUMBERS:
         if last and last.type == "RADIUS":
             return "write a length after `radius`, such as `1m`", ()
-        usage = WORDS[last.text].usage if last and last.text in WORDS else ""
+        word = next((each for each in reversed(tokens[:at]) if each.type not in _IN_NUMBERS), last)
+        usage = WORDS[word.text].usage if word and word.text in WORDS and WORDS[word.text].arguments else ""
         number = usage.split()[1] if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage else ""
         fixes = (
             replace(f"Insert {number}", Span(found.start, found.start), f"{number} ", guess=True)
@@ -245,6 +258,10 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         return "remove `else`, or write `if` and a sense before it", remove
     if found.type == "NOT":
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
+    if found.text in ("+", "&") and last and tokens[at + 1 :]:
+        return either(found)
+    if found.text == "|" and any(token.text in _OF_ITEMS for token in tokens[:at]):
+        return "separate the movements with spaces", replace("Remove |", found.span, "")
     if found.text == "|":
         is_between = "BAR" in accepts and at + 1 < len(tokens)
         fixes = replace("Change to ||", found.span, "||", safe=True) if is_between else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from difflib import SequenceMatcher, get_close_matches
 from fractions import Fraction
@@ -14,38 +14,27 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.score.movement import STILL
 from improv_core.score.primitives import PRIMITIVES
-from improv_core.syntax.characters import SEPARATORS, continues_name, is_name
+from improv_core.syntax.characters import SEPARATORS, is_name
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.units import unit_meant
+from improv_core.syntax.tried_words import TURNING
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
-
-MEANT: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("wait", "stop", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
-    **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
-    **dict.fromkeys(("turnleft", "leftturn", "turn_left", "lt"), ("left",)),
-    **dict.fromkeys(("turnright", "rightturn", "turn_right", "rt"), ("right",)),
-    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight", "fd"), ("forward",)),
-    **dict.fromkeys(("back", "bk"), ("backward",)),
-    **dict.fromkeys(("loop", "times", "forever"), ("repeat",)),
-    **dict.fromkeys(("mirror", "flip"), ("reflect sagittal",)),
-    **dict.fromkeys(("strafe", "sideways"), ("strafeleft", "straferight")),
-    **dict.fromkeys(("climb", "rise"), ("up",)),
-    **dict.fromkeys(("random", "pick", "rand", "dice"), ("choose",)),
-    **dict.fromkeys(("accelerate", "speedup"), ("ramp 1/2 2",)),
-}
-"""Words that people try, in lowercase, and the words of the language that mean the same."""
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
 _LONGEST_TAKEN_APART = 60
 _BESIDE_WORDS = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9]+$")
 _LONGEST_ENDING = 2
 """The most extra characters at the end of a word: `forwards` has one."""
-_SIMILAR = 0.7
-"""The similarity, from 0 to 1, at which a line's first word is taken for a word of the language."""
+_SIMILAR, _VERY_SIMILAR = 0.7, 0.81
+"""The similarity, from 0 to 1, at which a word is taken for another one with the same first letter, or with another."""
 _SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
-_TEMPO = frozenset({"beat", "tempo", "bpm"})
+_TEMPO = frozenset({"beat", "beats", "tempo", "bpm"})
+_TEMPO_LINE = re.compile(r"(?:beats?|tempo|bpm) ?([\d.]+)|([\d.]+) (?:beats?|bpm)", re.IGNORECASE)
+_SCENE_LINE = re.compile(r"([^\W\d]\w*) :|(?i:scene) ([^\W\d]\w*)(?: :)?|((?i:scene) \d+)(?: :)?")
+_PLACES = frozenset(
+    {"in", "on", "behind", "beside", "next", "around", "between", "start", "starts", "stands", "begins"}
+)
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 FEWEST_DEGREES = 10
@@ -56,14 +45,6 @@ OPPOSITES = {
     for other, opposite in PRIMITIVES.items()
     if velocity.plus(opposite) == STILL
 }
-
-_TURNING = ("left", "right", "halfleft", "halfright")
-_GOING = ("forward", "backward", "strafeleft", "straferight", "up", "down")
-_REDUNDANT_WITH: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("turn", "rotate", "spin"), _TURNING),
-    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight"), _GOING),
-}
-"""Words of `MEANT` that add nothing before or after one of these words of the language."""
 
 
 def nearest_word(name: str) -> str | None:
@@ -79,14 +60,21 @@ def closest(name: str, known: Collection[str]) -> str | None:
     plain = unicodedata.normalize("NFKC", name)
     if plain in known:
         return plain
-    alike = get_close_matches(name, known, n=1)
-    if not alike and plain.lower() != name:
-        alike = get_close_matches(plain.lower(), known, n=1)
-    near = alike[0] if alike else None
+    near = _similar(name, known) or _similar(plain.lower(), known)
     if near is None or _numerals(near) != _numerals(plain) or not is_name(near.replace("-", "_")):
         return None
     is_word = all(char.isalnum() or char in "_-" or unicodedata.category(char)[0] == "M" for char in plain)
     return near if is_word and not has_more(plain, near, known.__contains__) else None
+
+
+def _similar(name: str, known: Collection[str]) -> str | None:
+    """Return the most similar known name: one with another first letter must be more similar, and a beginning, such as
+    `accum`, may be less."""
+    near = next(iter(get_close_matches(name, known, n=1)), None)
+    if not near or (len(name) > _LONGEST_ENDING and near.startswith(name)):
+        return near
+    least = _SIMILAR if name[0] == near[0] else _VERY_SIMILAR
+    return near if SequenceMatcher(None, near, name).ratio() >= least else None
 
 
 def has_more(name: str, near: str, is_known: Callable[[str], bool]) -> bool:
@@ -107,83 +95,23 @@ def _numerals(name: str) -> str:
     return "".join(char for char in name if char.isnumeric())
 
 
-def meant_instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]]:
-    """Return the message about one of the words that people try, and its fixes."""
-    token, name = tokens[at], tokens[at].text
-    before, after = (tokens[at - 1] if at else None), (tokens[at + 1] if at + 1 < len(tokens) else None)
-    meant = MEANT[name.lower()]
-    same = {*meant, *_REDUNDANT_WITH.get(name.lower(), ())}
-    if after and (words := MEANT.get(after.text.lower(), (after.text,))) and same.issuperset(words):
-        gone = Span(token.start, after.start)
-        return f"remove `{name}`: `{after.text}` is enough", replace(f"Remove {name}", gone, "")
-    follows = before is not None and before.text in same and (before.text == "repeat" or before.text in _TURNING)
-    is_count = meant == ("repeat",) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]
-    if before and (follows or is_count):
-        gone = Span(before.end, token.end)
-        word = tokens[at - 2].text if is_count else before.text
-        return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, "")
-    if "strafeleft" in meant and after and after.text in ("left", "right"):
-        word = f"strafe{after.text}"
-        fixes = replace(f"Change to {word}", Span(token.start, after.end), word)
-        return f"`{name}` is not defined: did you mean `{word}`?", fixes
-    if after and after.type == "NUMBER" and meant[0] in (*_TURNING, *_GOING):
-        behind = tokens[at + 2 : at + 3]
-        if not any(
-            unit_meant(each.text) or (each.start == after.end and continues_name(each.text[0])) for each in behind
-        ):
-            return _measured(token, after, meant)
-    message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
-    beside = [each.type for each in (before, after) if each]
-    # A count without `repeat` is no loop, and a word beside a movement may only describe it.
-    guess = after is None or after.type != "NUMBER" if meant == ("repeat",) else "PRIMITIVE" in beside
-    guess = guess and meant != ("rest",)
-    return message, tuple(fix for word in meant for fix in replace(f"Change to {word}", token.span, word, guess=guess))
-
-
-def _measured(token: Token, number: Token, meant: Sequence[str]) -> tuple[str, tuple[Fix, ...]]:
-    """Return the message about a word that people try with a number, as in Logo's `fd 100`, and its fixes."""
-    unit = "deg" if meant[0] in _TURNING else "cm"
-    put = Edit(Span(number.end, number.end), unit)
-    shown = {f"{word} {number.text}{unit}": (Edit(token.span, word), put) for word in meant}
-    fixes = tuple(Fix(f"Change to {text}", edits, guess=unit == "cm") for text, edits in shown.items())
-    return f"`{token.text}` is not defined: write {' or '.join(f'`{text}`' for text in shown)}", fixes
-
-
-def logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
-    """Return the message about Logo's `REPEAT 4 [ … ]`, and the fix: our square brackets squeeze what is in them."""
-    if [token.type for token in tokens[at + 1 : at + 3]] != ["NUMBER", "LSQB"] or tokens[at].text.lower() != "repeat":
-        return None
-    depth = 0
-    for token in tokens[at + 2 :]:
-        depth += (token.type == "LSQB") - (token.type == "RSQB")
-        if not depth:
-            edits = (Edit(tokens[at].span, "repeat"), Edit(tokens[at + 2].span, "("), Edit(token.span, ")"))
-            shown = f"repeat {tokens[at + 1].text} ( … )"
-            return f"write `{shown}`: words are in lowercase, and `[ ]` squeezes", (Fix(f"Change to {shown}", edits),)
-    return None
-
-
 def without_sign(
-    tokens: Sequence[Token], nearest: Callable[[str], str | None] = nearest_word, robot: str = "turtle1"
+    tokens: Sequence[Token],
+    nearest: Callable[[str], str | None] = nearest_word,
+    robot: str = "turtle1",
+    is_used: Callable[[str], bool] = lambda name: False,
 ) -> Diagnostic:
     """Return the error about a statement that has neither `=` nor `$` and sets no tempo.
 
-    `nearest` returns the word or name that its first word may stand for. Examples use the name `robot`.
+    `nearest` returns the word or name that its first word may stand for. Examples use the name `robot`. Other lines
+    play a name that `is_used`.
     """
     if not tokens:
         return Diagnostic("syntax", Span(0, 0), _FORMS)
     first, second = tokens[0], tokens[1] if tokens[1:] else None
-    if second and _sets_tempo(tokens) and first.type == "NAME":
-        message = f"write `beat {second.text}` to set the tempo"
-        return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat", safe=True))
-    colon = next((token for token in tokens if token.type != "NAME"), first)
-    if colon.text == ":" and colon is not first:
-        fixes = replace("Change to $", colon.span, " $", safe=True)
-        return Diagnostic("syntax", colon.span, "write `$` instead of `:`", fixes)
     whole = Span(first.start, tokens[-1].end)
-    if second and first.text.lower() == "speed":
-        hint = "write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed"
-        return Diagnostic("syntax", whole, hint)
+    if other := _other_form(tokens, is_used):
+        return other
     plays = Fix(f"Play it: {robot} $ …", (Edit(Span(first.start, first.start), f"{robot} $ "),), guess=True)
     if first.type in ("STRAY", "NUMBER"):
         return Diagnostic("syntax", whole, _FORMS)
@@ -202,6 +130,46 @@ def without_sign(
         return Diagnostic("syntax", whole, _FORMS, (plays,))
     message = f"write `$` after the robot's name: `{first.text} $ …`"
     return Diagnostic("syntax", first.span, message, (insert,))
+
+
+def _other_form(tokens: Sequence[Token], is_used: Callable[[str], bool]) -> Diagnostic | None:
+    """Return the error about a line that means one of ours in another form; None if it does not."""
+    first, whole = tokens[0], Span(tokens[0].start, tokens[-1].end)
+    words = [token.text.lower() for token in tokens]
+    if first.type == "NAME" and _sets_tempo(tokens):
+        fixes = replace("Change to beat", first.span, "beat", safe=True)
+        return Diagnostic("syntax", first.span, f"write `beat {words[1]}` to set the tempo", fixes)
+    if tempo := tempo_meant(tokens):
+        return Diagnostic(
+            "syntax", whole, f"write `{tempo}` to set the tempo", replace(f"Change to {tempo}", whole, tempo)
+        )
+    if scene := _SCENE_LINE.fullmatch(" ".join(token.text for token in tokens)):
+        named = f"--- {next(filter(None, scene.groups())).replace(' ', '')}"
+        return Diagnostic(
+            "syntax", whole, f"write `{named}` to begin a scene", replace(f"Change to {named}", whole, named)
+        )
+    sign = next((token for token in tokens if token.type != "NAME"), first)
+    arrow = next((token for token in tokens if token.start == sign.end and token.text == ">"), sign)
+    if sign is not first and (sign.text in (":", "→") or (sign.text == "-" and arrow.text == ">")):
+        ours, span = "=" if is_used(first.text) else "$", Span(sign.start, arrow.end)
+        fixes = replace(f"Change to {ours}", span, f" {ours}", safe=True)
+        return Diagnostic("syntax", span, f"write `{ours}` instead of `{sign.text}{'>' * (arrow is not sign)}`", fixes)
+    if words[0] == "speed" and words[1:]:
+        hint = "write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed"
+        return Diagnostic("syntax", whole, hint)
+    if words[0] in ("song", "music", "sound") and words[1:]:
+        return Diagnostic("syntax", whole, 'set the song in improv.toml: under `[song]`, write `file = "song.mp3"`')
+    if not _PLACES.isdisjoint(words[1:]) and all(token.type != "PRIMITIVE" for token in tokens):
+        example = f"`{first.text} at circle 1.5`, or `{first.text} at -1 0 facing 90`"
+        return Diagnostic("syntax", whole, f"write `at` and a formation or a place: {example}")
+    return None
+
+
+def tempo_meant(tokens: Sequence[Token]) -> str:
+    """Return `beat 60` for a line that sets the tempo in other words, such as `tempo = 60` or `60 bpm`; otherwise
+    an empty text."""
+    line = _TEMPO_LINE.fullmatch(" ".join(token.text for token in tokens if token.text not in (":", "=")))
+    return f"beat {line[1] or line[2]}" if line else ""
 
 
 def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
@@ -238,10 +206,14 @@ def is_between(heads: Sequence[Token], token: Token) -> bool:
 
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     """Return the error about a number without its word, as in `(forward) 2` or `2 forward`; None if this is none."""
-    end = _end_of_number(tokens, at)
-    if end == at or tokens[at].type != "NUMBER":
+    end, first = _end_of_number(tokens, at), at
+    if at and tokens[at - 1].type in ("PRIMITIVE", *_OPENERS) and end > at and tokens[at].text == "*":
+        first += 1  # `forward*4`
+    if end == first or tokens[first].type != "NUMBER":
         return None
-    number = "".join(token.text for token in tokens[at:end])
+    number = "".join(token.text for token in tokens[first:end]).removesuffix("*")  # `4*forward`
+    counts = [token.text for token in tokens[end : end + 1]] == ["times"]
+    end += counts
     span = Span(tokens[at].start, tokens[end - 1].end)
     before = tokens[at - 1] if at else None
     if before and before.type in ("NUMBER", "PARAM"):
@@ -257,9 +229,13 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         last = tokens[at - 1]
         gone = Span(last.end if span.start - last.end <= 1 else span.start, span.end)
         is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
-        return Diagnostic("syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted))
+        return Diagnostic(
+            "syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted, counts)
+        )
     if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
-        return Diagnostic("syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span))
+        return Diagnostic(
+            "syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span, False, counts)
+        )
     return None
 
 
@@ -279,11 +255,16 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
 
 
 def number_first(
-    number: str, term: Token, is_word: bool, gone: Span, is_counted: bool = False
+    number: str, term: Token, is_word: bool, gone: Span, is_counted: bool = False, counts: bool = False
 ) -> tuple[str, tuple[Fix, ...]]:
     """Return the message about a number without its word, and its fixes. They remove it at `gone` and write it before
-    the term that starts with this token. If the term `is_counted`, it follows a `repeat` that lacks its number."""
-    ways = list(_readings(number, term.text if is_word else None, is_counted))
+    the term that starts with this token. If the term `is_counted`, it follows a `repeat` that lacks its number. If the
+    number `counts`, as in `4 times`, it scales nothing."""
+    ways = [
+        each
+        for each in _readings(number, term.text if is_word else None, is_counted)
+        if not counts or "scale" not in each.before
+    ]
     if not ways:
         what = "`repeat` takes a whole number above 0" if is_counted else "it does not change this movement"
         return f"remove `{number}`: {what}", ()
@@ -326,7 +307,7 @@ def _readings(number: str, word: str | None, is_counted: bool) -> Iterator[_Read
         if value >= 1 and value.denominator == 1:
             yield _Reading((number,))
         return
-    if word in _TURNING and abs(value) >= FEWEST_DEGREES:
+    if word in TURNING and abs(value) >= FEWEST_DEGREES:
         side = word if value > 0 else OPPOSITES[word]
         yield _Reading((), f"{side.removeprefix('half')} {number.lstrip('+-')}deg")
         return

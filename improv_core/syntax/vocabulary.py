@@ -178,7 +178,7 @@ WORDS: Mapping[str, Word] = {
         Word(
             "ramp",
             Kind.RAMP,
-            "Plays the same path faster and faster, or slower and slower.",
+            "Plays the same path faster and faster, or slower and slower, in 2/(a+b) of its time.",
             (Argument("a", "1/2", at_least_zero), Argument("b", "2", at_least_zero)),
             make=lambda it: ramps.ramp(it.body, *it.numbers),
             needs=Needs.END,

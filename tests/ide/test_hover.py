@@ -181,8 +181,10 @@ def test_parameters_and_nodes_that_depend_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
-def test_the_hover_of_a_scene_has_its_first_beat() -> None:
+def test_the_hover_of_a_scene_has_its_first_beat_and_its_length() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 3, after 4.0 s")
+    check("r $ up\n--|>-\ns $ up\nr $ up up", "---", "this scene: 2 beats, 2.0 s")
+    check("--|>- intro\ns $ up", "--- intro", "this scene: 1 beat, 1.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
     check("|>---", "---", "never begins")
 

@@ -101,7 +101,7 @@ def test_numbers_must_make_sense() -> None:
 def test_words_and_robots() -> None:
     check("""
         YZ $ left
-        ^^ reserved-name: `YZ` is a reserved word: choose another name
+        ^^ reserved-name: `YZ` is a reserved word: choose another name, or write it after `$`
         my-robot größe _r $ left
         ^^^^^^^^ bad-robot-name: `my-robot` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
                  ^^^^^ bad-robot-name: `größe` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
@@ -209,14 +209,26 @@ def test_cut_off_words_are_reported() -> None:
         r $ [(left forward || left) up]
                    ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer, or remove this
         r $ slow 2 (left (forward right || slow 3/2 left))
+                          ^^^^^^^^^^^^^ cut-short: `||` ends with its shortest side, so 0.5 of these 2 beats are never performed: repeat the shorter side, or write `( )` around both
+        r $ repeat 4 forward || left
+            ^^^^^^^^^^^^^^^^ cut-short: `||` ends with its shortest side, so 3 of these 4 beats are never performed: repeat the shorter side, or write `( )` around both
+        r $ repeat 4 forward || repeat left
+        r $ repeat 4 forward || rest
+        r $ until near slow 2 left || left
         r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
                                           ^^^^ never-performed: 2 of these 4 beats are never performed: make the movement alongside longer, or remove this
         r $ repeat left
         r $ right
-        ^^^^^^^^^ never-performed: line 14 never ends, so this is never performed: give its `repeat` a number
+        ^^^^^^^^^ never-performed: line 18 never ends, so this is never performed: give its `repeat` a number
         """,
         hints=True,
     )
+
+
+def test_the_length_of_a_series_may_be_too_large_although_those_of_its_items_are_not() -> None:
+    factors = "fast 1.000000001 " * 30, "fast 1.000000003 " * 30
+    (wrong,) = analyze(f"r $ {factors[0]}(forward || left) {factors[1]}(left || up)").diagnostics
+    assert wrong.code == "bad-number"
 
 
 def test_items_that_dice_may_choose_are_performed() -> None:

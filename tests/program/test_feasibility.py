@@ -66,13 +66,13 @@ def test_movements_too_fast_to_be_smoothed() -> None:
         beat 60
         a = left forward
         tower $ left a backward
-                     ^ too-fast: smoothed, this would reach 0.267 m/s, over tower's limit of 0.22 m/s, so it is not smoothed: use `beat 49` or `slow 2`
+                     ^ too-fast: smoothed, this would reach 0.267 m/s, over tower's limit of 0.22 m/s, so it is not smoothed: use `beat 49`, or `slow 2 ( … )` around the whole movement
         burger $ forward
     """)
     check("""
         beat 120
         tower $ forward
-                ^^^^^^^ too-fast: 0.4 m/s is over tower's limit of 0.22 m/s: use `beat 66` or `slow 2`
+                ^^^^^^^ too-fast: 0.4 m/s is over tower's limit of 0.22 m/s: use `beat 66`, or `slow 2 ( … )` around the whole movement
     """)
     check("""
         beat 60
@@ -119,10 +119,10 @@ def test_a_velocity_that_a_robot_cannot_get_to_in_time_is_too_sudden() -> None:
     check("""
         beat 60
         slow_turner $ [halfleft halfright] rest
-                                ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 2`
+                                ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41`, or `slow 2 ( … )` around the whole movement
         slow_turner $ halfleft halfright [forward rest]
         slow_turner $ fast 4 (forward rest)
-                              ^^^^^^^ too-sudden: this lasts 0.25 s, but slow_turner needs 0.533 s to get to that velocity: use `beat 41` or `slow 2`
+                              ^^^^^^^ too-sudden: this lasts 0.25 s, but slow_turner needs 0.533 s to get to that velocity: use `beat 41`, or `slow 2 ( … )` around the whole movement
         burger $ [halfleft halfright]
     """)
     check("""
@@ -134,7 +134,7 @@ def test_a_velocity_that_a_robot_cannot_get_to_in_time_is_too_sudden() -> None:
         beat 60
         slow_turner $ slow 3/2 [halfleft halfright] rest
         slow_turner $ repeat 1000000 [halfleft halfright]
-                                               ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41` or `slow 2`
+                                               ^^^^^^^^^ too-sudden: this lasts 0.5 s, but slow_turner needs 1.05 s to get to that velocity: use `beat 41`, or `slow 2 ( … )` around the whole movement
     """)
 
 
@@ -144,7 +144,7 @@ def test_smoothing_may_need_more_than_a_robot_s_accelerations() -> None:
         beat 60
         gentle $ slow 2 halfleft
         gentle $ fast 2 halfleft
-                        ^^^^^^^^ too-sudden: this lasts 0.125 s, but gentle needs 0.349 s to get to that velocity: use `beat 35` or `slow 2`
+                        ^^^^^^^^ too-sudden: this lasts 0.125 s, but gentle needs 0.349 s to get to that velocity: use `beat 35`, or `slow 2 ( … )` around the whole movement
     """)
 
 
@@ -153,9 +153,9 @@ def test_too_fast_advises_a_tempo_and_a_factor() -> None:
         beat 60
         quick = [forward forward]
         burger $ left quick forward
-                      ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: use `beat 33` or `slow 2`
+                      ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: use `beat 33`, or `slow 2 ( … )` around the whole movement
         burger $ [left left]
-                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: use `beat 54` or `slow 2`
+                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: use `beat 54`, or `slow 2 ( … )` around the whole movement
         burger omni $ scale 1/2 (forward || forward) rest
     """)
 
@@ -164,9 +164,9 @@ def test_too_fast_marks_the_fastest_item() -> None:
     check("""
         beat 60
         burger $ ease [forward forward] forward
-                       ^^^^^^^ too-fast: 0.533 m/s is over burger's limit of 0.22 m/s: use `beat 24` or `slow 3`
+                       ^^^^^^^ too-fast: 0.533 m/s is over burger's limit of 0.22 m/s: use `beat 24`, or `slow 3 ( … )` around the whole movement
         burger $ fast 2 forward left fast 3 forward
-                                            ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22` or `slow 3`
+                                            ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22`, or `slow 3 ( … )` around the whole movement
     """)
 
 
@@ -192,13 +192,13 @@ def test_all_movements_under_senses_are_checked() -> None:
     check(f"""
         beat 60
         burger $ until cue repeat (left repeat 5 scale 1/10 forward [forward forward])
-                                                                     ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+                                                                     ^^^^^^^ too-fast: {over}: use `beat 33`, or `slow 2 ( … )` around the whole movement
         burger $ if cuee [forward forward] else left
                     ^^^^ unknown-sense: `cuee` is not a sense: did you mean `cue`?
-                          ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+                          ^^^^^^^ too-fast: {over}: use `beat 33`, or `slow 2 ( … )` around the whole movement
         burger $ (until not cuee repeat [forward forward]) left
                             ^^^^ unknown-sense: `cuee` is not a sense: did you mean `cue`?
-                                         ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+                                         ^^^^^^^ too-fast: {over}: use `beat 33`, or `slow 2 ( … )` around the whole movement
     """)
 
 

@@ -50,6 +50,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("nothing-near", "# hi\n x = if near up else left\nr $ x", "# hi\n room 6 4\nx = if near up else left\nr $ x"),
         ("empty-group", "r $ left ()", "r $ left "),
         ("never-performed", "r $ forward left || right", "r $ forward  || right"),
+        ("cut-short", "r $ repeat 4 up || left", "r $ repeat 4 up || repeat left"),
+        ("cut-short", "r $ [left up] (down) || repeat 3 (left)", "r $ repeat ([left up] (down)) || repeat 3 (left)"),
         ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ repeat 3 x up"),
         ("arguments", "p n (m) = repeat n m\nr $ p", "p n (m) = repeat n m\nr $ p 2 rest"),
         ("arguments", "p n (m) = repeat n m\nr $ p left", "p n (m) = repeat n m\nr $ p 2 left"),

@@ -119,7 +119,7 @@ def test_joints_are_followed_from_line_to_line() -> None:
 
 def test_a_velocity_that_a_joint_cannot_get_to_in_time_is_too_sudden() -> None:
     """A joint that gets there before the next velocity follows only lags."""
-    needs = "yaw needs 1 s to get from 60°/s to -60°/s: use `beat 42` or `slow 2`"
+    needs = "yaw needs 1 s to get from 60°/s to -60°/s: use `beat 42`, or `slow 2 ( … )` around the whole movement"
     check(
         f"""
         r $ head [left right] rest
@@ -143,7 +143,7 @@ def test_a_pose_that_is_too_far_for_one_beat_is_too_fast() -> None:
     check(
         """
         r $ head to far
-                 ^^^^^^ too-fast: 100°/s is over the limit of yaw, 45°/s: use `beat 27` or `slow 3`
+                 ^^^^^^ too-fast: 100°/s is over the limit of yaw, 45°/s: use `beat 27`, or `slow 3 ( … )` around the whole movement
         r $ head slow 9/4 to start
         """,
         robots=FAST,

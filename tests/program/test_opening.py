@@ -153,7 +153,7 @@ def test_missing_and_extra_words_are_reported() -> None:
         ada is
             ^^ syntax: write a profile after `is`: `ada is turtlesim`
         ada is a husky
-               ^^^^^^^ syntax: write the name of one profile after `is`
+               ^^^^^^^ syntax: write only the name of a profile after `is`
         --- one two
                 ^^^ syntax: write one name after `---`, such as `one_two`
         --- 2

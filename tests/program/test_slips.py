@@ -107,6 +107,40 @@ def test_slips_have_advice() -> None:
         ("x = left", ["x $ left", ""]),
         ("x = left\nr $ up", ["r $ up", "x $ left\nr $ up"]),
         ("turtle1 = left\nr $ up", ["turtle1 $ left\nr $ up", "r $ up"]),
+        ("r $ square 2m", ["r $ repeat 4 (forward 2m left)"]),
+        ("r $ wait 2 beats up", ["r $ repeat 2 rest up"]),
+        ("r $ wait 2*3 up", ["r $ rest 2*3 up"]),
+        ("r $ accelerate 4 (left up)", ["r $ fit 4 ramp 1/2 2 (left up)"]),
+        ("r $ speed up (left)", ["r $ ramp 1/2 2 (left)"]),
+        ("r $ faster 3 up", ["r $ fast 3 up"]),
+        ("r $ turn around", ["r $ left 180deg"]),
+        ("r $ step left", ["r $ strafeleft"]),
+        ("r $ up 4 beats", ["r $ slow 4 up", "r $ repeat 4 up"]),
+        ("r $ repeat up 4 times", ["r $ repeat 4 up"]),
+        ("r $ rest 2s", ["r $ repeat 2 rest"]),
+        ("r $ 4 times (up left)", ["r $ repeat 4 (up left)"]),
+        ("r $ (up left) 4 times", ["r $ repeat 4 (up left)"]),
+        ("r $ repeat 4x (up left)", ["r $ repeat 4 (up left)"]),
+        ("r $ repeat four (up left)", ["r $ repeat 4 (up left)"]),
+        ("r $ up*4", ["r $ repeat 4 up", "r $ scale 4 up"]),
+        ("r $ 4*up", ["r $ repeat 4 up", "r $ scale 4 up"]),
+        ("r $ left90", ["r $ left 90deg"]),
+        ("r $ up then left", ["r $ up left"]),
+        ("r $ up and left", ["r $ up  left", "r $ up || left"]),
+        ("r $ up + left", ["r $ up  left", "r $ up || left"]),
+        ("r $ choose (up | left)", ["r $ choose (up  left)"]),
+        ("r $ until wall repeat forward", ["r $ until near repeat forward"]),
+        ("r is puppet\nr $ left arm up", ["r is puppet\nr $ left_arm up"]),
+        ("r is puppet\nr $ arms high", ["r is puppet\nr $ arms to high"]),
+        ("r is a puppet\nr $ up", ["r is puppet\nr $ up"]),
+        ("r is puppet\nhop(n) = scale n*2 up\nr $ hop 2", ["r is puppet\nhop n = scale n*2 up\nr $ hop 2"]),
+        ("tempo = 90\nr $ up", ["beat 90\nr $ up"]),
+        ("90 bpm\nr $ up", ["beat 90\nr $ up"]),
+        ("beat90\nr $ up", ["beat 90\nr $ up"]),
+        ("r -> up", ["r  $ up"]),
+        ("hop: up\nr $ hop", ["hop = up\nr $ hop"]),
+        ("intro:\nr $ up", ["--- intro\nr $ up"]),
+        ("r $ up\nscene 2\nr $ up", ["r $ up\n--- scene2\nr $ up"]),
     ],
 )
 def test_fixes_of_slips(before: str, after: list[str]) -> None:
@@ -141,6 +175,37 @@ def test_figures_robots_and_measures_are_no_unknown_movements() -> None:
         speed 2
         ^^^^^^^ syntax: write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed
     """)
+
+
+def test_words_that_ask_for_an_idea_get_its_idiom() -> None:
+    check("""
+        bo $ follow ada
+             ^^^^^^ unknown-name: `follow` is not defined: name a movement that all play, and have each follow the one before it: `ada bo $ canon 2 name`
+                    ^^^ unknown-name: `ada` is not defined: write `ada = …` above this line
+        bo $ face
+             ^^^^ unknown-name: `face` is not defined: turn by an angle, such as `left 45deg`, or start the robot that way: `ada at 0 0 facing 90`
+        ramp 4 up
+        ^^^^^^^^^ syntax: write a robot or a name before the movement: `bo $ …` or `name = …`
+        song "x.mp3"
+        ^^^^^^^^^^^^ syntax: set the song in improv.toml: under `[song]`, write `file = "song.mp3"`
+        ada bo in ring
+        ^^^^^^^^^^^^^^ syntax: write `at` and a formation or a place: `ada at circle 1.5`, or `ada at -1 0 facing 90`
+        forward $ bo
+        ^^^^^^^ reserved-name: `forward` is a reserved word: choose another name, or write it after `$`
+                  ^^ unknown-name: `bo` is a robot, not a movement: name the movement that both perform, and write that name here
+        bo $ repeat (forward until near)
+                                       ^ syntax: write the movement after the sense: `until near (repeat forward)`
+    """)
+
+
+def test_a_word_is_suggested_only_if_most_of_its_letters_are_there() -> None:
+    stretches = ("follow", "dance", "raise", "rechts", "beast", "sit", "past")
+    suggested = [
+        each.message.partition("did you mean")[1] for name in stretches for each in analyze(f"r $ {name}").diagnostics
+    ]
+    assert suggested == [""] * len(stretches)
+    for name, word in (("reapt", "repeat"), ("eft", "left"), ("accum", "accumulate"), ("Rigth", "right")):
+        assert f"did you mean `{word}`?" in analyze(f"r $ {name} up").diagnostics[0].message
 
 
 def test_numbers_are_written_without_brackets_commas_and_sums() -> None:

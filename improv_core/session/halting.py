@@ -29,13 +29,16 @@ def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) 
     return key in state.stages and state.stages[key].died_moving and stands
 
 
-def stood(state: SessionState, last: TransportMessage | None, now: Now) -> Takeover | None:
-    """Return where the score was when its last stage died, by the `last` report of that one, or of all that played it
-    together; None if it didn't play, or an emergency stop is on."""
-    if now.pressed["topics"] or (state.is_spread and state.mode not in ("playing", "paused")):
+def stood(state: SessionState, now: Now) -> Takeover | None:
+    """Return where the score was when the last stage that played it died, by the reports of all. None if it had yet to
+    begin, if somebody has stopped it, or if an emergency stop is on."""
+    play = state.played
+    if not play or play.stopped != now.stopped or now.pressed["topics"]:
         return None
-    reports = [stage.transport for stage in state.robots.values()] if state.is_spread else [last]
-    seen = [each for each in reports if each and each["state"] in ("playing", "paused")]
+    goes_on = play.when not in ("restart", "end")  # otherwise, places in the score before it mean nothing
+    reports = [stage.transport for key, stage in state.stages.items() if key.output == state.leader]
+    seen = [each for each in reports if each and (goes_on or each["generation"] == play.generation)]
+    seen = [each for each in seen if each["state"] in ("playing", "paused")]
     latest = max(seen, key=lambda each: each["monotonic"], default=None)
     return entry_at(latest, beat_at(latest, now.at), now.at) if latest else None
 

@@ -195,7 +195,7 @@ def _gone(state: SessionState, host: str, why: str, now: Now) -> Decided:
         acts.append(Announce(lead))
     if state.mode != "stopped" and not continues:
         acts += _stop_entering(state)
-        state = together.stopped(replace(state, stood=stood(state, before, now)))
+        state = together.stopped(replace(state, stood=stood(state, now)))
         state = together.with_all(state, state.alive, transport=None, died_moving=True, only_halts=True)
         acts += [halt(state, StageKey(each, "ros")) for each in state.alive]
         acts += [Announce({**before, "state": "stopped"})] if before else []

@@ -256,7 +256,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
     acts: list[Act] = []
     if leads:
         acts += _to(state.twin, {"type": "stop"})
-        state = replace(state, stood=stood(state, before.transport, now))
+        state = replace(state, stood=stood(state, now))
         if state.armed:
             acts += _show(state, {"type": "armed", "generation": state.generation, "armed": False, "begins": None})
         state = replace(state, is_on=False, waits_for=())

@@ -65,11 +65,13 @@ class Story:
         self.state = SessionState()
         self.acts: list[Act] = []
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
+        self._stopped = 0
         self._open(*names)
 
     def __call__(self, event: Event, stops: int = 0, stopped: int = 0) -> list[str]:
         """Return the acts that follow from an event, in words. Scores to send are sent."""
-        now = Now(NOW, stops=stops, stopped=stopped, pressed=self.pressed)
+        self._stopped += isinstance(event, dict) and event["type"] == "stop"
+        now = Now(NOW, stops=stops, stopped=stopped or self._stopped, pressed=self.pressed)
         if isinstance(event, tuple):
             name, message = event
             self.state, self.acts = on_report(self.state, StageKey(HERE, name), message, now)

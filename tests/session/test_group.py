@@ -70,6 +70,7 @@ class Story:
         self.acts: list[View] = []
         self.loads = Loads()
         self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
+        self.stopped = 0
         self.state = replace(SessionState().opening(dict.fromkeys(hosts or (HERE, PI, PAD), SPARE)), leader="ros")
         self.reports(PAGE, READY["page"])
         for host in self.state.robots:
@@ -82,6 +83,7 @@ class Story:
             return self.follows(on_clock(self.state, message, self.times()))
         if kind == "pressed":
             return self.follows((self.state, tell_pressed(self.state, message)))
+        self.stopped += kind == "stop"
         return self.follows(on_request(self.state, message, self.times()))
 
     def said(self, host: str, kind: str, /, **fields: Any) -> list[str]:
@@ -140,7 +142,7 @@ class Story:
         return []
 
     def times(self) -> Now:
-        return Now(self.now, self.now, pressed=self.pressed)
+        return Now(self.now, self.now, stopped=self.stopped, pressed=self.pressed)
 
     @property
     def words(self) -> list[str]:

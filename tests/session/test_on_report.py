@@ -86,6 +86,22 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(MUSIC), ["ros: score 2"]),
         (play(), ["ros: score 3", "listen to no clock"]),
     ],
+    "the stage of real robots crashes before it begins again": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1, 7.0)), ["simulator: score 1 from beat 7", "transport"]),
+        ({"type": "restart"}, ["ros: score 2"]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
+        (ROS, ["ros: score 2 stop"]),
+        (("ros", at("ended", 2)), ["transport"]),  # the place was in the dance before
+    ],
+    "the stage of real robots crashes before it obeys a stop": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        ({"type": "stop"}, []),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("ended", 1)), ["transport"]),
+    ],
     "a new stage dies, too, while robots may be moving": [
         (play(), ["ros: score 1"]),
         (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),

@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.fields import LAST_BEAT
-from improv_core.protocol.page_messages import FromPage, Press
-from improv_core.protocol.page_requests import fields_of
+from improv_core.protocol.page_messages import FromPage, Press, fields_of
 from improv_core.score.fits import Between, hints_of, required_of
 
 FILE = Path(__file__).parent.parent / "improv_core" / "page" / "static" / "net" / "requests.js"

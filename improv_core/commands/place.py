@@ -23,7 +23,7 @@ from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.routines.place_plan import Plan, Traveler, next_paths, too_near
 from improv_core.routines.place_score import LEG, driving, looking, undrivable
 from improv_core.safety.interlocks import pose_of
-from improv_core.score.braking import slow_coasting
+from improv_core.safety.stopping_distance import slow_coasting
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.session.start import Options

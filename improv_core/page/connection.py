@@ -10,7 +10,7 @@ from improv_core.page.answers import Answers
 from improv_core.page.outbox import PageOutbox, SendText
 from improv_core.page.stop_confirmations import Order, PageStops
 from improv_core.protocol.commands import COMMANDS, Editing, PageRequest
-from improv_core.protocol.page_requests import read
+from improv_core.protocol.page_messages import read
 
 
 class PageConnection:

@@ -16,8 +16,7 @@ from improv_core.protocol.output import RawPose, Sink
 from improv_core.safety.fault_texts import different_frames, in_one_phrase
 from improv_core.safety.odometry import FROM_ELSEWHERE, Odometry
 from improv_core.safety.separation import LOOK_PERIOD, Proximity
-from improv_core.safety.stopping_distance import Base
-from improv_core.score.braking import braking
+from improv_core.safety.stopping_distance import Base, braking_of
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Part, Score
@@ -208,4 +207,4 @@ def _guarded(run: Run) -> Mapping[str, Base]:
 
 def _base(part: Part) -> Base:
     profile = part.profile
-    return Base(profile.radius, profile.max_linear, braking(profile), part.elsewhere)
+    return Base(profile.radius, profile.max_linear, braking_of(profile), part.elsewhere)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from improv_core.player.repeats import Repeats
 from improv_core.player.setpoints import Setpoint, Velocity, zeros
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL
 from improv_core.score.performance import Mover
 from improv_core.score.score import Part

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Exact, Movement
 from improv_core.score.profiles import Profile

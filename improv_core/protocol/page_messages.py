@@ -1,14 +1,17 @@
 """The messages that only the page and its server exchange (docs/protocol.md). Standard library only.
 
-`page/messages.js` checks those that arrive at the page, and `requests.py` those that arrive at its server.
+`page/messages.js` checks those that arrive at the page, and `read` those that arrive at its server.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from functools import lru_cache
+from typing import Any, Literal, TypedDict, cast
 
-from improv_core.protocol.commands import PageConduct, Restart
+from improv_core.protocol.commands import Added, PageConduct, Restart
+from improv_core.protocol.decoding import by_type
 from improv_core.protocol.editing import Answer, AskEditor, Draft, EditorAnswer, ProgramSource
 from improv_core.protocol.fields import Beat, Count
 from improv_core.protocol.host_messages import Link
@@ -24,6 +27,7 @@ from improv_core.protocol.messages import (
     TransportMessage,
 )
 from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Measured, RobotLook, Vitals, WhyStill
+from improv_core.score.fits import fits, hints_of
 
 
 class ServerTime(TypedDict):
@@ -266,3 +270,27 @@ process."""
 def for_pages(message: ForPages) -> PageMessage:
     """Return a message in its envelope."""
     return {"type": "page", "message": message}
+
+
+def fields_of(message: Any) -> set[str]:
+    """Return the fields of a request that a page may send."""
+    return hints_of(message).keys() - hints_of(Added).keys()
+
+
+def read(text: str) -> FromPage | None:
+    """Return the request in a message, without values that only Improv itself may add, or None."""
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    kind = message.get("type") if isinstance(message, dict) else None
+    expected = _requests().get(kind) if isinstance(kind, str) else None
+    if expected is None:
+        return None
+    request = {name: value for name, value in message.items() if name in fields_of(expected)}
+    return cast(FromPage, request) if fits(request, expected) else None
+
+
+@lru_cache
+def _requests() -> Mapping[str, Any]:
+    return by_type(FromPage)

@@ -12,7 +12,7 @@ from pathlib import Path
 from struct import Struct
 from typing import Any, NamedTuple
 
-from improv_core.safety.zeros import LINGER
+from improv_core.safety.pending_zeros import LINGER
 
 HERE = Path(__file__).parent
 PYTHON = os.environ.get("IMPROV_ROS_PYTHON") or str(HERE.parents[1] / ".cache" / "ros" / "bin" / "python")

@@ -20,7 +20,7 @@ from improv_core.outputs.ros.joints.controller import PERIOD
 from improv_core.outputs.ros.joints.controllers import PATIENCE, RosControllers
 from improv_core.outputs.ros.joints.parameters import LIMIT, STRING_ARRAY
 from improv_core.outputs.ros.joints.trajectories import Course
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.algebra import hold
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Home, Joint
 from improv_core.score.by_part import by_part

@@ -9,7 +9,7 @@ import pytest
 
 from improv_core.page.routes import MAX_MESSAGE
 from improv_core.protocol.fields import LONGEST_TEXT
-from improv_core.protocol.page_requests import read
+from improv_core.protocol.page_messages import read
 
 
 def change(**change: Any) -> dict[str, Any]:

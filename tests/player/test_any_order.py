@@ -10,7 +10,7 @@ from hypothesis import settings
 
 from improv_core.protocol.messages import When
 from improv_core.protocol.output import Edge, StopButton
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL
 from improv_core.score.score import Safety, Score
 from tests.player.test_continuing import ANNA, BERT, Continuing

@@ -10,7 +10,7 @@ import pytest
 
 from improv_core.player.subscribers import LOOK_AT
 from improv_core.protocol.messages import TransportMessage, When
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.score.takeover import Takeover

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from tests.commands.command_line import IMPROV, stop_within
 from tests.ros.conftest import LIMIT, SHORT_LEASE, Listener, Others
 from tests.ros.dance import still

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import CONTINUOUS
 from improv_core.safety.separation import LOOK_PERIOD, Proximity
-from improv_core.safety.stopping_distance import Base
-from improv_core.score.braking import BRAKING, REACTION
+from improv_core.safety.stopping_distance import BRAKING, REACTION, Base
 from improv_core.score.following import accelerated
 from improv_core.score.motion import STILL, Pose, Twist
 

@@ -37,7 +37,7 @@ from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage, SentAs
 from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses, Sink
-from improv_core.safety.zeros import LINGER
+from improv_core.safety.pending_zeros import LINGER
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.peer_clock import Anchor

@@ -18,7 +18,7 @@ from improv_core.outputs.ros.subscriber_check import (
     replaced,
     zeros_to_send,
 )
-from improv_core.safety.zeros import LINGER
+from improv_core.safety.pending_zeros import LINGER
 
 TWISTS = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """The message types that Improv can send to a base: their names in profiles and in ROS."""

@@ -26,7 +26,7 @@ from improv_core.outputs.ros.zero_sender import PendingZeros
 from improv_core.protocol.output import Unfollowed
 from improv_core.safety.joint_following import JointWatch, unfollowed, watched
 from improv_core.safety.joint_preflight import FRESH, JointOff, in_words, is_far, joints_off
-from improv_core.safety.zeros import LAST_ZEROS
+from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.joints import JointMotion
 from improv_core.score.score import Part
 

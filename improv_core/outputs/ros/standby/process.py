@@ -22,8 +22,7 @@ from typing import Any
 from improv_core.outputs.cdr import frame_field, numbers_message, stamped, twist_message
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
-from improv_core.safety.pending_zeros import UNCONFIRMED, TopicFacts, check, pending_zero
-from improv_core.safety.zeros import LAST_ZEROS, LINGER
+from improv_core.safety.pending_zeros import LAST_ZEROS, LINGER, UNCONFIRMED, TopicFacts, check, pending_zero
 from improv_core.score.motion import STILL
 
 LOOK = 0.12

@@ -122,6 +122,9 @@ class Fix:
     def __post_init__(self) -> None:
         object.__setattr__(self, "title", in_plain_text(self.title))
 
+    def with_edits(self, edits: Iterable[Edit]) -> Fix:
+        return Fix(self.title, tuple(edits), self.safe, self.guess)
+
 
 @value(frozen=True, slots=True)
 class Related:
@@ -166,10 +169,9 @@ class Diagnostic:
             self.span.shifted(by),
             self.message,
             tuple(
-                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits), fix.safe, fix.guess)
-                for fix in self.fixes
+                [fix.with_edits([Edit(each.span.shifted(by), each.text) for each in fix.edits]) for fix in self.fixes]
             ),
-            tuple(Related(other.span.shifted(by), other.message) for other in self.related),
+            tuple([Related(other.span.shifted(by), other.message) for other in self.related]),
             self.doubtful,
             self.warns,
         )
@@ -178,12 +180,10 @@ class Diagnostic:
 def joining_nothing(text: str, problem: Diagnostic) -> Diagnostic:
     """Return a problem of a text, with fixes that join no names or numbers: they leave a space between two of them if
     they remove all that was visible between them."""
-    if not problem.fixes:
-        return problem
-    fixes = (
-        Fix(fix.title, tuple(_apart(text, each) for each in fix.edits), fix.safe, fix.guess) for fix in problem.fixes
-    )
-    return dataclasses.replace(problem, fixes=tuple(fixes))
+    if all(_apart(text, each) is each for fix in problem.fixes for each in fix.edits):
+        return problem  # true of most
+    fixes = tuple([fix.with_edits([_apart(text, each) for each in fix.edits]) for fix in problem.fixes])
+    return dataclasses.replace(problem, fixes=fixes)
 
 
 def _apart(text: str, edit: Edit) -> Edit:
@@ -199,7 +199,7 @@ def _apart(text: str, edit: Edit) -> Edit:
     last = gone[-1]  # after a digit, a name may follow at once: `0ft`
     ends = not (_is_in_word(last) or last.isspace()) or (last.isdigit() and not written[-1].isdigit())
     closes = _is_in_word(after) and _is_in_word(written[-1]) and ends
-    return Edit(edit.span, f"{' ' * opens}{written}{' ' * closes}")
+    return Edit(edit.span, f"{' ' * opens}{written}{' ' * closes}") if opens or closes else edit
 
 
 def _is_in_word(char: str) -> bool:

@@ -29,9 +29,9 @@ def printable(text: str) -> str:
 
 def message(text: str) -> str:
     """Return a message in one printable line. Long words are cut first, because they are quotes."""
-    if len(text) > LONGEST_WORD:
-        text = _cut(_LONG_WORD.sub(lambda word: _cut(word[0], LONGEST_WORD), text), LONGEST_MESSAGE)
-    return printable(text)
+    if len(text) <= LONGEST_WORD:  # true of most, and most are made again at each key
+        return text if text.isprintable() else printable(text)
+    return printable(_cut(_LONG_WORD.sub(lambda word: _cut(word[0], LONGEST_WORD), text), LONGEST_MESSAGE))
 
 
 def one_line(error: BaseException) -> str:

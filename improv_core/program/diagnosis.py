@@ -42,8 +42,8 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
     hides = any(program.placed(index).statement.diagnostics for index in program.faulty)  # perhaps of a definition
     found = []
     for index, each in islice(reported, MOST_SHOWN):
-        is_form = each.code in [problem.code for problem in program.placed(index).statement.diagnostics]
-        found.append((_as_guess(each) if hides and not is_form else each).shifted(program.offsets[index]))
+        is_guess = hides and not _is_of_form(each, program.placed(index).statement.diagnostics)
+        found.append((_as_guess(each) if is_guess else each).shifted(program.offsets[index]))
     if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
         found = [each if each.severity is Severity.ERROR else _as_guess(each) for each in found]
     if next_one := next(reported, None):
@@ -62,11 +62,15 @@ def diagnose_statement(
     statement = program.placed(index).statement
     form = statement.diagnostics
     for each in _diagnosed(program, index, idle, alone):
-        is_form = each.code in [problem.code for problem in form]
+        is_form = _is_of_form(each, form)
         if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
         each = joining_nothing(statement.text, each)
         yield _as_guess(each) if form and not is_form else each
+
+
+def _is_of_form(problem: Diagnostic, form: Sequence[Diagnostic]) -> bool:
+    return any(problem.code == each.code for each in form)
 
 
 def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import gc
 import sys
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
 
 HELP = """Usage: improv-ls [--stdio]
 
@@ -23,6 +26,7 @@ def main() -> None:
     # Garbage collections while starting, and again over all that at every key, would cost more than everything else
     # that an edit of a long document needs.
     gc.disable()
+    _import_without_openssl()
     from improv_ls import lazy_types
 
     lazy_types.load()
@@ -34,6 +38,19 @@ def main() -> None:
     # the whole heap take longer, and they come after 50 million objects.
     gc.set_threshold(20_000, 2, 1_250)
     sys.exit(serve())
+
+
+def _import_without_openssl() -> None:
+    """Import the modules that would load OpenSSL: it takes 5 MB, and this process neither speaks TLS nor needs it for
+    hashes. Other packages still find it."""
+    if not find_spec("_md5"):  # some distributions build Python without its own hashes
+        return
+    absent: dict[str, Any] = dict.fromkeys(("ssl", "_hashlib"))
+    sys.modules.update(absent)
+    for name in ("asyncio", "hmac"):
+        import_module(name)
+    for name in absent:
+        del sys.modules[name]
 
 
 def _answer(argument: str) -> int:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
-from tests.ls.client import LIMIT
+import pytest
+
+from tests.ls.client import LIMIT, ProcessClient
 
 BEGIN = """
 import sys, attrs
@@ -61,3 +64,10 @@ def test_an_editor_waits_for_few_types_and_for_no_compiler() -> None:
 def test_a_server_that_checks_programs_needs_no_player_and_no_simulator() -> None:
     (loaded,) = printed(CHECK + LOADED)
     assert not {"outputs", "player", "stage"} & {name.split(".")[1] for name in loaded.split()}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_a_server_that_plays_has_not_loaded_openssl() -> None:
+    with ProcessClient({"backend": "sim", "page": {"open": False}}) as client:
+        client.play("file:///dance.improv", "r $ forward\n")
+        assert "libcrypto" not in Path(f"/proc/{client.process.pid}/maps").read_text(encoding="utf-8")

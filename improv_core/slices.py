@@ -6,6 +6,7 @@ the work waits there while messages are read.
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
@@ -45,6 +46,16 @@ def in_slices(items: Iterable[T]) -> Iterator[T]:
 def on_checkpoint(interrupt: Callable[[], None] | None) -> None:
     """Set the function that each checkpoint of this thread calls; None for nothing."""
     _here.interrupt = interrupt
+
+
+def keep_collections_short() -> None:
+    """Exempt all objects that exist from garbage collections, which can't be interrupted.
+
+    Each later one looks through 60,000 objects at most: that takes 0.05 s. Only those of the whole heap take longer,
+    and they come after 50 million objects.
+    """
+    gc.freeze()
+    gc.set_threshold(20_000, 2, 1_250)
 
 
 def unless(is_over: Callable[[], bool], work: Callable[[], T]) -> T | None:

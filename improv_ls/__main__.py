@@ -30,13 +30,11 @@ def main() -> None:
     from improv_ls import lazy_types
 
     lazy_types.load()
+    from improv_core.slices import keep_collections_short
     from improv_ls.server import serve
 
-    gc.freeze()
+    keep_collections_short()
     gc.enable()
-    # A collection can't be interrupted, so each looks through 60,000 objects at most: that takes 0.05 s. Only those of
-    # the whole heap take longer, and they come after 50 million objects.
-    gc.set_threshold(20_000, 2, 1_250)
     sys.exit(serve())
 
 

@@ -16,6 +16,7 @@ from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, AskHandle, AskPreview, EditorAnswer, Write
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options
+from improv_core.slices import keep_collections_short
 from improv_core.storage.program_file import Version, WriteError, read_version, write_text
 from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
@@ -36,6 +37,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
     ) as performing:
         desk = _Desk(performing, path, version)
+        keep_collections_short()  # one over all modules would have a key wait for 0.1 s
         if browser:
             opening = asyncio.create_task(performing.keyboard.open_page())
         performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -53,6 +54,31 @@ def test_edit_opens_the_latest_save_until_new_makes_another(tmp_path: Path) -> N
     done = run("edit", *SIMULATED)
     assert done.stdout == f"opened {second}, saved last here: improv new makes another program\n"
     assert done.stderr == f"improv: {second}: it is not UTF-8 text\n"
+
+
+def test_no_key_waits_for_a_garbage_collection_of_the_whole_heap() -> None:
+    def collected() -> int:
+        """Count the collections of the whole heap while 200,000 objects are made."""
+        looked: list[int] = []
+
+        def note(_: str, about: dict[str, int]) -> None:
+            looked.append(about["generation"])
+
+        gc.callbacks.append(note)
+        kept = [[each] for each in range(200_000)]
+        gc.callbacks.remove(note)
+        return len(kept) and looked.count(2)
+
+    usual = gc.get_threshold()
+    gc.set_threshold(700, 10, 10)  # Python's own
+    assert collected() > 0
+    edit = Running("edit", *SIMULATED)
+    edit.wait("editing dance.improv")
+    edit.close()
+    try:
+        assert collected() == 0
+    finally:
+        gc.set_threshold(*usual)
 
 
 def test_edit_begins_a_new_program_and_serves_each_file_at_the_same_address(tmp_path: Path) -> None:

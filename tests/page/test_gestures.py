@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Callable
 
 import pytest
@@ -147,6 +148,29 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     page.keyboard.up("ArrowUp")
     page.keyboard.press("Enter")
     expect(text).to_have_value(re.compile(r"ada \$ \(repeat 4 \(forward left\) \|\| slow 3 rest\) .*forward"))
+
+
+@pytest.mark.slow("writes in a browser")
+def test_a_page_asks_for_the_handle_once_nobody_types(edit: Callable[[str], Edit]) -> None:
+    page = edit(SQUARE).page()
+    put_cursor(page, "left)\n")
+    wait(page, "improv.handle?.text === ''")
+    page.evaluate(
+        """() => {
+          window.asked = []
+          const { send } = WebSocket.prototype
+          WebSocket.prototype.send = function (data) { asked.push(JSON.parse(data).type); send.call(this, data) }
+        }"""
+    )
+    page.clock.install()
+    page.clock.pause_at(time.time() + 60)
+    page.keyboard.type("bo $ left")
+    expect(page.locator("#highlight .function")).to_have_count(3)
+    assert "handle" not in page.evaluate("asked")
+    page.clock.run_for(400)
+    page.clock.resume()
+    wait(page, "improv.handle.text === 'left'")
+    assert page.evaluate("asked").count("handle") == 1
 
 
 @pytest.mark.slow("draws in a browser")

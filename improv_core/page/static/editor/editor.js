@@ -27,7 +27,7 @@ import { Tooltip } from "./tooltip.js"
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Diagnostic } from "./diagnostics.js" */
 
-const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown: half a word is one
+const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown, and the handle: half a word is no word
 const CURSOR_MARGIN = 8 // pixels around the cursor that stay in view
 
 export class Editor {
@@ -286,7 +286,6 @@ export class Editor {
     }
     this.#analyzed = this.#number
     this.pendingChanges.ask()
-    this.handle.look()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
     ;({ colors: this.#colors, diagnostics: this.#diagnostics } = readAnalysis(message, this.#codePoints))
     this.#count = message.count
@@ -298,6 +297,7 @@ export class Editor {
   }
 
   #showDiagnostics() {
+    this.handle.look()
     this.#shown = this.#diagnostics
     const number = this.#number
     const listed = JSON.stringify([number, this.#count, this.#shown])

@@ -27,6 +27,7 @@ export class Handle {
   shown = null
   #asked = "" // the latest question
   #draws = false
+  #isDrawn = false
   #held = false
   #changed = false // by a hand or a key, so that the new words are read out
 
@@ -42,6 +43,7 @@ export class Handle {
   /** Asks for the handle at the cursor, if it may be another one. */
   look() {
     const { number, offset } = this.#cursor()
+    if (this.#isDrawn && offset !== this.shown?.offset) redraw() // it is of another word
     const asked = JSON.stringify([number, offset, this.#draws])
     if (!(this.#isWanted || this.#draws) || number === null || asked === this.#asked) return
     this.#asked = asked
@@ -75,9 +77,9 @@ export class Handle {
    */
   grab(point, camera, freely) {
     const place = this.#place(camera)
-    const { offset } = this.#cursor()
-    if (this.shown?.offset !== offset || !place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
+    if (!place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
     this.#held = true
+    const { offset } = this.#cursor()
     return (to) => {
       const { x, y } = camera.toWorld(to)
       this.#changed = true
@@ -87,7 +89,8 @@ export class Handle {
 
   /** @param {Pen} pen @param {Camera} camera */
   draw(pen, camera) {
-    if (!this.shown?.place || !this.#isWanted || this.#draws) return
+    this.#isDrawn = !this.#draws && this.#place(camera) !== null
+    if (!this.#isDrawn || !this.shown?.place) return
     const color = robotList.colorOf(this.shown.robot)
     for (const ends of this.shown.others) drawEnd(pen, camera, ends, GHOST_SIZE, mix(colors().ground, color, 0.5), 1.5)
     drawEnd(pen, camera, this.shown.place, SIZE, color, this.#held ? 5 : 3)
@@ -96,7 +99,8 @@ export class Handle {
   /** The handle's place on the canvas, if it is shown. @param {Camera} camera */
   #place(camera) {
     const [x, y] = this.shown?.place ?? []
-    return this.#isWanted && x !== undefined ? camera.toScreen({ x, y }) : null
+    const isHere = this.#held || this.shown?.offset === this.#cursor().offset
+    return this.#isWanted && isHere && x !== undefined ? camera.toScreen({ x, y }) : null
   }
 
   /** True while somebody writes, or holds the handle of what is written. */

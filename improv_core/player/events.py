@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from improv_core.player.agenda import Due
-from improv_core.player.return_state import HomeStep
+from improv_core.player.returning import HomeStep
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import Pause, Resume, Seek, Silence, Speed, Stop
 from improv_core.protocol.messages import Play, Pressed

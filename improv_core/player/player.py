@@ -14,7 +14,7 @@ from improv_core.player.agenda import Rank
 from improv_core.player.apply import do
 from improv_core.player.decide import decide, trouble
 from improv_core.player.events import AHEAD_OF_DUE, Event
-from improv_core.player.return_state import HomeStep, Sightings
+from improv_core.player.returning import HomeStep, Sightings
 from improv_core.player.run import Run
 from improv_core.player.sensing import Foreseen
 from improv_core.player.start_gate import time_left

@@ -14,7 +14,7 @@ from improv_core.player.agenda import NEVER, Due, Rank, next_decision, next_edge
 from improv_core.player.events import Event, Facts
 from improv_core.player.limb_tracks import JointCommands, Limbs
 from improv_core.player.open_part import TooManyChangesError
-from improv_core.player.return_state import Returns
+from improv_core.player.returning import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor

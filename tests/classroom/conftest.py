@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.commands.command_line import IMPROV
-from tests.page.conftest import browser, chromium, keep, page, window
+from tests.page.conftest import browser, chromium, keep, page, violations, window
 from tests.website.conftest import built, pyodide
 
-__all__ = ["browser", "built", "chromium", "keep", "page", "pyodide", "window"]
+__all__ = ["browser", "built", "chromium", "keep", "page", "pyodide", "violations", "window"]
 
 
 class Running(NamedTuple):

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from improv_core.classroom.roster import PERIOD
-from tests.axe import violations
+from tests.axe import Violations
 from tests.classroom.conftest import Running, started
 from tests.page.conftest import Keep
 
@@ -29,7 +29,9 @@ def send(address: str, what: str, body: str, secret: str = "") -> dict[str, str]
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Running, page: Page, keep: Keep) -> None:
+def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(
+    violations: Violations, running: Running, page: Page, keep: Keep
+) -> None:
     page.goto(f"{running.address}#class={running.code}")
     page.keyboard.press("Escape")
     expect(page.locator("#class")).to_be_hidden()
@@ -60,7 +62,9 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(running: Ru
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_the_teacher_looks_at_dances_and_plays_and_stops_them(running: Running, page: Page, keep: Keep) -> None:
+def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
+    violations: Violations, running: Running, page: Page, keep: Keep
+) -> None:
     _, address, code, teacher = running
     for name, text in (("Ada <img>", "r $ repeat (forward left)\n"), ("Bo", "s $ forwrd")):
         secret = send(address, "join", json.dumps({"code": code, "name": name}))["secret"]

@@ -28,7 +28,7 @@ wheel_error = [0.96, 0.94]
 [robots.anna]
 profile = "worn"
 """
-FAST = ("--tempo", "600")
+FAST = ("--tempo", "1000")
 
 
 class Conversation(Running):

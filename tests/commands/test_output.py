@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from improv_core.commands import output_check
 from improv_core.commands.main import improv
 from improv_core.commands.output import command
 from improv_core.ide.robots_file.completion import complete
@@ -66,8 +67,8 @@ class Turning(Device):
 """
 LIMIT = 8.0
 """Seconds to a stop, on a machine that does other things, too."""
-SOON = 1.0
-"""Seconds in which a robot that never stops by itself is found to keep moving."""
+SOON = 0.3
+"""Seconds in which a robot that never stops by itself is found to keep moving, and for which others have to stand."""
 
 
 class Robot(socketserver.ThreadingTCPServer):
@@ -112,6 +113,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder on the path of modules, in which the output is installed."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(output_check, "QUIET", SOON)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "turning.py").write_text(OUTPUT)
     about = tmp_path / "turning-1.dist-info"

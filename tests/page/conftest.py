@@ -34,6 +34,7 @@ from improv_core.score.score import Part
 from improv_core.session.session import Playback
 from improv_core.session.start import Options, StartStage, start_stage
 from improv_core.session.state import HERE, PlayScore, StageKey
+from tests.axe import violations
 from tests.needs import need_headless_chromium
 from tests.open_page import CALMLY
 from tests.session import story
@@ -41,6 +42,8 @@ from tests.stage_on_thread import start_on_thread
 
 if TYPE_CHECKING:
     from tests.page.editing import Edit
+
+__all__ = ["violations"]  # fixtures of others
 
 FLAGS = [
     "--headless",

@@ -19,7 +19,7 @@ from improv_core.program.files import robots_from
 from improv_core.robots.config import read_robots
 from improv_core.score.joints import JointMotion
 from improv_core.score.replay import Replay
-from tests.axe import violations
+from tests.axe import Violations
 from tests.page.conftest import SCHEMES, Keep, box, next_frame, switch_to, wait
 from tests.page.editing import Edit
 from tests.robots.test_skeletons import TOML, URDF
@@ -123,7 +123,9 @@ def test_a_body_beside_the_editor_leaves_the_stage_room_for_its_tools(edit: Call
 
 
 @pytest.mark.slow("axe looks at three sizes and two colors")
-def test_axe_finds_nothing_and_no_size_covers_the_floor(page: Page, still: Callable[..., Page], keep: Keep) -> None:
+def test_axe_finds_nothing_and_no_size_covers_the_floor(
+    violations: Violations, page: Page, still: Callable[..., Page], keep: Keep
+) -> None:
     page.emulate_media(color_scheme="light")
     still(FOUR)
     for width, height in ((1280, 800), (390, 844), (683, 384)):

@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 from improv_core.page.server import PageServer
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.fields import LONGEST_TEXT
-from tests.axe import violations
+from tests.axe import Violations
 from tests.page.conftest import SCHEMES, Keep, Show, at, box, wait, watch
 from tests.page.editing import IDLE, PLAYING, Edit
 from tests.page.looks import COUNT
@@ -228,7 +228,9 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
 
 
 @pytest.mark.slow("axe looks at four pages")
-def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], keep: Keep) -> None:
+def test_the_editor_has_room_and_axe_finds_nothing(
+    violations: Violations, edit: Callable[[str], Edit], keep: Keep
+) -> None:
     edited = edit(f"# a dance\n{SQUARE}bo $ repeat 2 (forwrd || near)\nstep = left\n")
     page = edited.page()
     for scheme, (width, height) in product(SCHEMES, ((390, 844), (1920, 1080))):

@@ -15,7 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from improv_core.score.svg import plot
-from tests.axe import violations
+from tests.axe import Violations
 from tests.page.conftest import (
     SCHEMES,
     Keep,
@@ -208,7 +208,7 @@ def downloaded(page: Page, button: str, path: Path) -> Path:
 
 
 @pytest.mark.slow("axe looks at the page with each card, in two colors")
-def test_axe_finds_nothing(still: Callable[..., Page]) -> None:
+def test_axe_finds_nothing(violations: Violations, still: Callable[..., Page]) -> None:
     page = still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
     for card in ("", "Help", "Starts", "Save"):
         if card:

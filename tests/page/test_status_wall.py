@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from improv_core.protocol.page_messages import for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Vitals, VitalsRobot
 from improv_core.score.faults import Fault
-from tests.axe import violations
+from tests.axe import Violations
 from tests.page.conftest import SCHEMES, Keep, Show, box, play_anew, switch_to, wait
 
 SIZES = ((1920, 1080), (1280, 800), (390, 844))
@@ -149,7 +149,7 @@ def test_buttons_resume_after_a_stop_that_nobody_asked_for(page: Page, show: Sho
 
 
 @pytest.mark.slow("axe looks at the page in three sizes and two colors")
-def test_axe_finds_nothing_and_nothing_is_cut_off(page: Page, show: Show, keep: Keep) -> None:
+def test_axe_finds_nothing_and_nothing_is_cut_off(violations: Violations, page: Page, show: Show, keep: Keep) -> None:
     see(page, show, 30)
     tell_faults(show, 30)
     page.locator("#show-wall").click()

@@ -10,12 +10,12 @@ import pytest
 from playwright.sync_api import Page
 
 from improv_core.website.build import build
-from tests.page.conftest import browser, chromium, keep, page, wait, window
+from tests.page.conftest import browser, chromium, keep, page, violations, wait, window
 from tests.pyodide import imitate
 from tests.web_server import served
 from tests.website.native import homes, run_natively
 
-__all__ = ["browser", "chromium", "keep", "page", "window"]
+__all__ = ["browser", "chromium", "keep", "page", "violations", "window"]
 
 OPENED = 'document.body.dataset.connection === "open"'
 """True if the page has its Python."""

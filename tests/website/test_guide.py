@@ -13,7 +13,7 @@ from improv_core.page.gallery import examples
 from improv_core.page.guide import guide
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from tests.axe import violations
+from tests.axe import Violations
 from tests.page.conftest import Keep, wait
 from tests.website.conftest import open_site
 
@@ -76,7 +76,9 @@ def test_the_programs_of_the_gallery_play_there() -> None:
 
 
 @pytest.mark.slow("axe looks at the page in five states")
-def test_the_tutorial_stands_beside_the_stage_and_its_programs_play(address: str, page: Page, keep: Keep) -> None:
+def test_the_tutorial_stands_beside_the_stage_and_its_programs_play(
+    violations: Violations, address: str, page: Page, keep: Keep
+) -> None:
     open_site(page, address)
     for name in ("Examples", "Share"):
         page.get_by_role("button", name=name).click()

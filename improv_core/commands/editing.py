@@ -11,7 +11,7 @@ from improv_core.commands.exit_codes import INTERRUPTED
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance
 from improv_core.page.program_editor import PageEditor
-from improv_core.program.files import ReadError, read_bytes, robots_or_problem
+from improv_core.program.files import ReadError, outputs_near, read_bytes, robots_or_problem
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.editing import Analyze, AskHandle, AskPreview, EditorAnswer, Write
 from improv_core.robots.config import absolute, find_robots_file
@@ -34,6 +34,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
         options,
         browser=False,
         settings=settings,
+        hosts=outputs_near(path.parent) if options.backend == "ros" else frozenset(),
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
     ) as performing:
         desk = _Desk(performing, path, version)

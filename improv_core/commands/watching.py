@@ -8,7 +8,7 @@ from improv_core.commands.exit_codes import INTERRUPTED
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import TerminalSession, first, performance
 from improv_core.program.analysis import analyze
-from improv_core.program.files import ReadError, robots_near
+from improv_core.program.files import ReadError, outputs_near, robots_near
 from improv_core.program.report import Mistake
 from improv_core.session.start import Options
 from improv_core.storage.saves import Saved, changes, read_saved, saved_or_awaited, settle
@@ -30,7 +30,10 @@ async def watch(path: Path, options: Options, settings: PlaySettings, *, browser
     """
     saved = saved_or_awaited(path)
     begins_with = "" if saved.text is None else path.name
-    async with performance(options, browser=browser, settings=settings, begins_with=begins_with) as performing:
+    outputs = outputs_near(path.parent) if options.backend == "ros" else frozenset()
+    async with performance(
+        options, browser=browser, settings=settings, begins_with=begins_with, hosts=outputs
+    ) as performing:
         performing.stays = True
         await first(_follow(performing, path, saved), performing.interrupted.wait())
     return INTERRUPTED

@@ -10,6 +10,7 @@ import os
 import stat
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from improv_core import LineError
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import FILE_NAME, Robots, find_robots_file, read_robots
+from improv_core.score.score import LINK_PATIENCE, Host
 from improv_core.text import Span
 
 if TYPE_CHECKING:
@@ -83,6 +85,12 @@ def robots_or_problem(folder: Path) -> Robots:
         return robots_near(folder)
     except ReadError as error:
         return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
+
+
+def outputs_near(folder: Path) -> frozenset[Host]:
+    """Return the outputs of the robots that the `improv.toml` of a folder lists."""
+    hosts = (each.host for each in robots_or_problem(folder).robots.values())
+    return frozenset(replace(each, patience=LINK_PATIENCE) for each in hosts if each and each.output)
 
 
 def read_program(path: Path) -> str:

@@ -34,6 +34,8 @@ def host_of(reading: TomlReading, keys: Keys, values: Mapping[str, Any], hosts: 
     if output := values.get("output"):
         if name is not None:
             reading.at_key((*keys, "host"), "`output` moves this robot from here: remove one of the two")
+        for key in {"topic", "message", "frame"} & values.keys():
+            reading.at_key((*keys, key), f"`output` moves this robot without ROS 2: remove `{key}`", whole=True)
         return _output(reading, keys, output)
     if name is None:
         if patience is not None:

@@ -20,6 +20,7 @@ from click.testing import CliRunner
 
 from improv_core.commands.main import improv
 from improv_core.commands.ros_arguments import without_ros_arguments
+from improv_core.ipc.stage_process import Stage
 from tests.stage_on_thread import USED, StageOnThread
 
 IMPROV = [sys.executable, "-u", "-m", "improv_core"]
@@ -82,7 +83,7 @@ def usual_signals() -> Iterator[None]:
 class Running:
     """A command that runs on a thread of this process, and its lines, errors too. One at a time."""
 
-    def __init__(self, *arguments: str | Path, stage: type[StageOnThread] = StageOnThread) -> None:
+    def __init__(self, *arguments: str | Path, stage: type[StageOnThread | Stage] = StageOnThread) -> None:
         self._arguments = [*map(str, arguments)]
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._handlers: dict[int, Callable[..., None]] = {}

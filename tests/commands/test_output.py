@@ -15,11 +15,12 @@ from improv_core.commands import output_check
 from improv_core.commands.main import improv
 from improv_core.commands.output import command
 from improv_core.ide.robots_file.completion import complete
+from improv_core.ipc.stage_process import Stage
 from improv_core.outputs.ros.setup import interpreter
 from improv_core.robots.config import read_robots
 from improv_core.safety.allowed import approve
 from improv_core.score import installed
-from tests.commands.command_line import run, usual_signals, written
+from tests.commands.command_line import Running, run, usual_signals, written
 
 pytestmark = pytest.mark.slow("starts five stages")
 
@@ -168,6 +169,19 @@ def test_a_machine_without_ros_plays_real_robots_of_an_output(place: Path, monke
     with listed(place, stops=True), chdir(place), usual_signals():  # the stages are real ones
         ended = CliRunner().invoke(improv, ["play", "dance.improv", "--backend", "ros", "--no-browser"])
     assert (ended.exit_code, "at beat 60, turning on turning" in ended.stdout) == (0, True), ended.output
+
+
+@pytest.mark.parametrize(("command", "line"), [("watch", "turning on turning"), ("edit", "editing dance.improv")])
+def test_a_machine_without_ros_watches_and_edits_dances_of_an_output(
+    place: Path, monkeypatch: pytest.MonkeyPatch, command: str, line: str
+) -> None:
+    monkeypatch.delenv("IMPROV_ROS_PYTHON", raising=False)
+    monkeypatch.setattr(interpreter, "_candidates", lambda: iter(()))
+    written(place, "ada $ left\n")
+    with listed(place, stops=True):
+        running = Running(command, place / "dance.improv", "--backend", "ros", "--no-browser", stage=Stage)
+        running.wait(line)
+        running.close()
 
 
 ABOUT = '[robots.ada]\noutput = "turning"\naddress = "tcp:localhost:1"\n[robots.ada.settings]\n'

@@ -93,6 +93,8 @@ def test_errors_in_outputs_are_reported() -> None:
         address = "tcp:localhost:33334"
         host = "dora"
         ^^^^ robots: `output` moves this robot from here: remove one of the two
+        topic = "dora/cmd_vel"
+        ^^^^^ robots: `output` moves this robot without ROS 2: remove `topic`
         [robots.emil]
         output = "thymio"
         address = "tcp:localhost:33334"

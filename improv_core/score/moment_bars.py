@@ -49,10 +49,15 @@ def bars(score: Score, colors: Mapping[str, str], left: float, top: float, width
 
 
 def _beat_row(score: Score, beats: float, left: float, top: float, width: float, height: float) -> Iterator[str]:
-    """Yield the names of scenes, where they begin, and the numbers of as many beats as have room between them."""
+    """Yield lines where scenes and bars begin, the names of scenes that have room, and the numbers of as many beats as
+    have room between them."""
     named = [score.scene_names[index] if index < len(score.scene_names) else "" for index in range(score.scenes)]
     shown = [name or f"scene {number}" for number, name in enumerate(named, 1)] if len(named) > 1 or any(named) else []
-    labels = dict(zip(map(float, score.scene_begins), shown[score.scene :], strict=False))
+    begins = [*map(float, score.scene_begins), beats]
+    labels = {
+        begin: name if (end - begin) / beats * width > len(name) * _LETTER else ""
+        for begin, end, name in zip(begins, begins[1:], shown[score.scene :], strict=False)
+    }
     step = 1
     while step / beats * width < (len(f"{beats:.0f}") + 2) * _LETTER:
         step *= 2
@@ -60,11 +65,16 @@ def _beat_row(score: Score, beats: float, left: float, top: float, width: float,
     for number in range(0, int(beats), step):
         if not any(begin - step < number < end for begin, end in taken):
             labels[float(number)] = str(number + 1)
+    if score.bar and score.bar / beats * width > _LETTER:
+        labels = {**dict.fromkeys(map(float, range(0, int(beats) + 1, score.bar)), ""), **labels}
     for beat, label in labels.items():
         if beat < beats:
             x = left + beat / beats * width
-            yield f'<path d="M{x:.1f} {top:.1f}v{height:.1f}" stroke="{_QUIET}" stroke-opacity="0.3"/>'
-            yield f'<text x="{x + 2:.1f}" y="{top + 9:.1f}" fill="{_QUIET}" font-size="10">{escape(label)}</text>'
+            is_bar = score.bar and beat % score.bar == 0
+            faint = 0.8 if is_bar else 0.3
+            yield f'<path d="M{x:.1f} {top:.1f}v{height:.1f}" stroke="{_QUIET}" stroke-opacity="{faint}"/>'
+            if label:
+                yield f'<text x="{x + 2:.1f}" y="{top + 9:.1f}" fill="{_QUIET}" font-size="10">{escape(label)}</text>'
 
 
 def _words(score: Score, sources: Sequence[Source]) -> list[str]:

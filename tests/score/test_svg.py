@@ -190,7 +190,15 @@ def test_a_plot_of_a_part_of_the_paths_says_how_much_it_shows(program: str, exte
 
 
 def test_a_timeline_has_scenes_by_their_names_and_numbers_of_beats_between_them() -> None:
-    drawn = plot(score_of(analyze("r $ forward\n--- verse\nr $ repeat 30 left\n---\nr $ left")), timeline=True)
+    text = "r $ repeat 8 forward\n--- verse\nr $ repeat 30 left\n---\nr $ repeat 8 left"
+    drawn = plot(score_of(analyze(text)), timeline=True)
     labels = re.findall(r'font-size="10">([^<]*)<', drawn)
     assert labels[:3] == ["scene 1", "verse", "scene 3"]
-    assert labels[3:] == ["5", "7", "9", "11", "13", "15", "17", "19", "21", "23", "25", "27", "29"]
+    assert labels[3:] == ["5", "7", *map(str, range(13, 39, 2)), "43", "45"]
+
+
+def test_a_timeline_has_lines_at_bars_and_leaves_out_names_of_scenes_that_are_too_short() -> None:
+    text = "bar 4\n--- introduction\nr $ left\n--- b\nr $ repeat 15 left"
+    drawn = plot(score_of(analyze(text)), timeline=True)
+    assert re.findall(r'font-size="10">([a-z]+)<', drawn) == ["b"]
+    assert len(re.findall(r'stroke-opacity="0.8"', drawn)) == 4

@@ -286,8 +286,9 @@ def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> De
         for kept in state.kept.values()
         if stage.host == HERE or kept["type"] in COMMANDS
     ]
-    if real and now.pressed["count"] and not (state.is_spread and before.ready):
-        acts.append(Send(stage, on_hosts.pressed_of(state, stage.host, now.pressed)))
+    pressed = before.pressed if before.pressed["count"] else on_hosts.pressed_of(state, stage.host, now.pressed)
+    if real and pressed["count"]:
+        acts.append(Send(stage, pressed))
     if halts:
         acts.append(halt(state, stage))
         if state.pending and stage.output == state.leader:

@@ -699,6 +699,20 @@ def test_emergency_stops_are_counted_by_each_stage_and_known_together() -> None:
     assert {host: story.sent(host)[0]["count"] for host in counts} == counts
 
 
+def test_a_stage_in_place_of_a_dead_one_has_its_emergency_stops_and_counts_on() -> None:
+    story = Story.playing()
+    story.said(PI, "pressed", topics=["/stop"], count=2)
+    story.said(PAD, "pressed", topics=["/halt"], count=1)
+    story.pressed = {"type": "pressed", "topics": ["/halt", "/stop"], "count": 3}
+    story.said(PI, "gone", message="no power")
+    story.starts(PI)
+    assert story.sent(PI)[0] == {"type": "pressed", "topics": ["/stop"], "count": 2}
+    story.said(PAD, "gone", message="no power")
+    story.said(HERE, "gone", message="no power")
+    story.starts(HERE)
+    assert "here: pressed" not in story.words, "it had none"
+
+
 def test_messages_for_pages_go_to_the_stage_here_which_has_them() -> None:
     assert Story().told("program", text="") == ["here: program"]
     assert Story(PI).told("program", text="") == []

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from improv_core.plain import message as in_plain_text
-from improv_core.score.music import Music, is_inside, is_song
+from improv_core.score.music import CONTENT_TYPES, Music, is_inside, is_song
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -19,13 +19,6 @@ MOST_BYTES = 128 * 1024 * 1024
 """The largest file. As browsers decode it, a song takes several times as much memory."""
 CHUNK = 256 * 1024
 """Bytes that are read at once."""
-CONTENT_TYPES = {
-    ".wav": "audio/wav",
-    ".mp3": "audio/mpeg",
-    ".ogg": "audio/ogg",
-    ".flac": "audio/flac",
-    ".m4a": "audio/mp4",
-}
 
 
 class SongError(Exception):

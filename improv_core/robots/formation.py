@@ -30,12 +30,14 @@ class Formation:
         if self.shape == "circle":
             return on_circle(radius_of(self.distance, robots), robots, self.facing)
         columns = robots if self.shape == "line" else math.ceil(math.sqrt(robots))
-        rows = math.ceil(robots / max(columns, 1))
-        places = [divmod(place, columns) for place in range(robots)]
-        return [
-            Pose(self.distance * ((rows - 1) / 2 - row), self.distance * ((columns - 1) / 2 - column))
-            for row, column in places
-        ]
+        return in_rows(robots, columns, self.distance, self.distance)
+
+
+def in_rows(robots: int, columns: int, behind: float, beside: float) -> list[Pose]:
+    """Return places in rows around the origin, these meters apart, from the front row to the back."""
+    front, left = (math.ceil(robots / max(columns, 1)) - 1) / 2, (columns - 1) / 2
+    places = [divmod(place, columns) for place in range(robots)]
+    return [Pose(behind * (front - row), beside * (left - column)) for row, column in places]
 
 
 def radius_of(distance: float, robots: int) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.score.music import SUFFIXES, Music, is_inside, is_song
+from improv_core.score.music import CONTENT_TYPES, Music, is_inside, is_song
 
 
 def read_music(reading: TomlReading, table: Mapping[str, Any], path: Path | None) -> Music:
@@ -29,4 +29,5 @@ def read_music(reading: TomlReading, table: Mapping[str, Any], path: Path | None
 
 
 def _endings() -> str:
-    return f"{', '.join(f'`{each}`' for each in SUFFIXES[:-1])}, or `{SUFFIXES[-1]}`"
+    *others, last = (f"`{each}`" for each in CONTENT_TYPES)
+    return f"{', '.join(others)}, or {last}"

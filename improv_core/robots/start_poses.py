@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 
 from improv_core.robots.config import Robot
-from improv_core.robots.formation import Formation
+from improv_core.robots.formation import Formation, in_rows
 from improv_core.score.motion import Pose
 
 APART = 3.0
@@ -71,12 +71,7 @@ def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, 
 
     # The most columns that don't reduce the distance, up to the usual number.
     columns = max(range(1, count + 1), key=lambda columns: (min(room(columns)), min(columns, SIDE_BY_SIDE), -columns))
-    rows = math.ceil(count / columns)
-    behind, beside = room(columns)
-    return min(behind, beside), [
-        Pose(behind * ((rows - 1) / 2 - place // columns), beside * ((columns - 1) / 2 - place % columns))
-        for place in range(count)
-    ]
+    return min(room(columns)), in_rows(count, columns, *room(columns))
 
 
 def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:

@@ -5,8 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
-SUFFIXES = (".wav", ".mp3", ".ogg", ".flac", ".m4a")
-"""The endings of the names of files that pages can play."""
+CONTENT_TYPES = {
+    ".wav": "audio/wav",
+    ".mp3": "audio/mpeg",
+    ".ogg": "audio/ogg",
+    ".flac": "audio/flac",
+    ".m4a": "audio/mp4",
+}
+"""The endings of the names of files that pages can play, and their types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +32,7 @@ class Music:
 
 def is_song(file: str) -> bool:
     """Return whether the name of a file ends as that of a song does."""
-    return PurePosixPath(file).suffix.lower() in SUFFIXES
+    return PurePosixPath(file).suffix.lower() in CONTENT_TYPES
 
 
 def is_inside(file: str) -> bool:

@@ -67,6 +67,7 @@ class PageEditor:
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
+        self._previewed: dict[int, Preview] = {}  # the latest paths of each page
         self._predict = dry_run.Predictions()
 
     def answer(
@@ -99,16 +100,21 @@ class PageEditor:
         self._texts[page] = ask["number"], analysis
         self._texts.move_to_end(page)
         if len(self._texts) > MOST_PAGES:
-            self._texts.popitem(last=False)
+            oldest, _ = self._texts.popitem(last=False)
+            self._previewed.pop(oldest, None)
         return self._analyzed(ask["number"], analysis, analysis.diagnostics)
 
     def previews(self, page: int, ask: AskPreview) -> Iterator[Preview]:
-        """Yield the paths of a page's text, and all again once it is known what robots sense: that may take a second.
-        None follow once the page has another text."""
+        """Yield the paths of a page's text that it doesn't have, and all again once it is known what robots sense: that
+        may take a second. None follow once the page has another text."""
         if analysis := self._text(page, ask["number"]):
+            before = self._previewed.get(page)
+            known = before["robots"] if before and before["number"] == ask.get("known") else {}
             answers = self._preview.answers(ask["number"], analysis, self._predict)
             while preview := self._unless_edited(page, ask["number"], partial(next, answers, None)):
-                yield preview
+                self._previewed[page] = preview
+                robots = {name: None if known.get(name) is path else path for name, path in preview["robots"].items()}
+                yield preview | {"robots": robots}
 
     def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
         """Return the answer of `analyze` with meetings, collisions, and motions that joints can't make.

@@ -72,10 +72,11 @@ class AskHandle(TypedDict):
 
 
 class AskPreview(TypedDict):
-    """Asks for the paths of the text with this number."""
+    """Asks for the paths of the text with this number. The page has those of the text with the `known` one."""
 
     type: Literal["preview"]
     number: Count
+    known: NotRequired[Count]
 
 
 class Write(TypedDict):
@@ -267,11 +268,12 @@ class PreviewedPath(TypedDict):
 
 class Preview(TypedDict):
     """The paths of robots in the text with this number, before it is saved. If one is missing, `problem` says why.
-    Those of robots in `waits_for` come with another answer, once it is known what they sense."""
+    Those of robots in `waits_for` come with another answer, once it is known what they sense. None is a path that the
+    page has."""
 
     type: Literal["preview"]
     number: int
-    robots: Mapping[str, PreviewedPath]
+    robots: Mapping[str, PreviewedPath | None]
     problem: str
     waits_for: Sequence[str]
 

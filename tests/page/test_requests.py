@@ -33,7 +33,7 @@ RIGHT: list[dict[str, Any]] = [
     {"type": "analyze", "number": 1, "text": "é" * LONGEST_TEXT},
     {"type": "complete", "number": 1, "offset": 0},
     {"type": "explain", "number": 1, "offset": 0},
-    {"type": "preview", "number": 1},
+    {"type": "preview", "number": 1, "known": 0},
     {"type": "write", "number": 1, "text": "", "revision": "0"},
 ]
 

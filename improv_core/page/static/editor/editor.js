@@ -268,12 +268,12 @@ export class Editor {
   }
 
   #preview() {
-    if (this.preview.isOn) send({ type: "preview", number: this.#number })
+    if (this.preview.isOn) send({ type: "preview", number: this.#number, known: this.preview.known })
   }
 
   /** @param {Messages["preview"]} message */
   takePreview(message) {
-    if (message.number === this.#number) this.preview.take(message, this.#text)
+    this.preview.take(message, message.number === this.#number ? this.#text : null)
   }
 
   /** @param {Messages["analyze"]} message */

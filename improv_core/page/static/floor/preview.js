@@ -16,7 +16,7 @@ import { kindOf } from "./robots.js"
 /** @import { Pose } from "../base/path.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Messages } from "../net/messages.js" */
-/** @typedef {Messages["preview"]["robots"][string]} Sent */
+/** @typedef {NonNullable<Messages["preview"]["robots"][string]>} Sent */
 /** @typedef {{ start: Pose, strokes: [from: Pose, to: Pose][], certain: number, sent: Sent }} PreviewedPath */
 
 const CALM = 400 // milliseconds without a key after which an error counts: half a word is one
@@ -31,6 +31,10 @@ export class Preview {
   #calm = 0 // the timer that shows an error
   #text = "" // whose paths are known
   #now = "" // the text as it stands
+  /** @type {Map<string, Sent>} */
+  #sent = new Map() // the latest paths that came
+  /** @type {number | undefined} */
+  known // the number of their text
   /** @type {Map<string, PreviewedPath>} */
   #paths = new Map()
   /** @type {Point[]} */
@@ -99,24 +103,31 @@ export class Preview {
   /**
    * Takes the paths of a text. While somebody types, those of the latest text without an error stay.
    * @param {Messages["draft"]["paths"]} message
-   * @param {string} text
+   * @param {string | null} text null if there is another one by now
    */
-  take(message, text) {
+  take({ number, robots, problem, waits_for }, text) {
+    const sent = new Map(Object.entries(robots).flatMap(([name, path]) => {
+      const known = path ?? this.#sent.get(name)
+      return known ? [[name, known]] : []
+    }))
+    this.#sent = sent
+    this.known = number
+    if (text === null) return
     clearTimeout(this.#calm)
-    if (message.problem) this.#calm = window.setTimeout(() => this.#show(message, text), CALM)
-    else this.#show(message, text)
+    if (problem) this.#calm = window.setTimeout(() => this.#show(sent, problem, waits_for, text), CALM)
+    else this.#show(sent, problem, waits_for, text)
   }
 
-  /** @param {Messages["draft"]["paths"]} message @param {string} text */
-  #show({ robots, problem, waits_for }, text) {
+  /** @param {Map<string, Sent>} sent @param {string} problem @param {string[]} waitsFor robots @param {string} text */
+  #show(sent, problem, waitsFor, text) {
     const wasShown = this.isShown
     this.#text = text
     this.#problem = problem
     this.#texts++
-    const before = waits_for.flatMap((name) => /** @type {[string, PreviewedPath][]} */ (this.#paths.has(name) ? [[name, this.#paths.get(name)]] : []))
-    const now = Object.entries(robots).map(([name, sent]) => {
+    const before = waitsFor.flatMap((name) => /** @type {[string, PreviewedPath][]} */ (this.#paths.has(name) ? [[name, this.#paths.get(name)]] : []))
+    const now = [...sent].map(([name, path]) => {
       const known = this.#paths.get(name)
-      return /** @type {[string, PreviewedPath]} */ ([name, known && isSame(known.sent, sent) ? known : made(sent)])
+      return /** @type {[string, PreviewedPath]} */ ([name, known && isSame(known.sent, path) ? known : made(path)])
     })
     const paths = new Map([...before, ...now])
     // A key in a comment or in a word that nobody plays draws nothing.
@@ -198,7 +209,7 @@ function made(sent) {
 /** @param {Sent} one @param {Sent} other */
 function isSame(one, other) {
   const numbers = (/** @type {Sent} */ { start, strokes, certain }) => [certain, ...start, ...strokes.flat()].join()
-  return one.strokes.length === other.strokes.length && numbers(one) === numbers(other)
+  return one === other || one.strokes.length === other.strokes.length && numbers(one) === numbers(other)
 }
 
 /** @template T @param {Map<string, T>} one @param {Map<string, T>} other */

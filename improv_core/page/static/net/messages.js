@@ -73,7 +73,7 @@ const look = {
 
 const paths = shape({
   number: count,
-  robots: mapOf(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count, look: shape(look) })),
+  robots: mapOf(nullOr(shape({ start: numbers(3), strokes: listOf(numbers(6)), certain: count, look: shape(look) }))),
   problem: text,
   waits_for: listOf(text),
 })

@@ -21,7 +21,7 @@
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
  *   | { type: "handle", number: number, offset: number, draws: boolean }
- *   | { type: "preview", number: number }
+ *   | { type: "preview", number: number, known?: number }
  *   | { type: "write", number: number, text: string, revision: string }
  *   | { type: "change", number: number, change: { type: "place", start_poses: Record<string, StartPose> } | { type: "arrange", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" } | { type: "tune", key: "beat" | "first_beat", value: number } | { type: "bend", offset: number, place: number[], freely: boolean } | { type: "lengthen", offset: number, steps: number, freely: boolean } | { type: "draw", robot: string, offset?: number, points: number[][], parts: number, begin?: number } | { type: "perform", robot: string, keys: number[][], end: number, parts: number, begin?: number } }} Request
  */

@@ -203,7 +203,10 @@ def test_senses_are_decided_as_predicted() -> None:
         ("room 2m 2m\nada at 0.3 0\nada $ repeat 4 (until near forward forward 10cm)\n", []),
     ],
 )
-def test_a_robot_that_a_sense_keeps_in_its_place_is_reported(program: str, marked: list[str]) -> None:
+def test_a_robot_that_a_sense_keeps_in_its_place_is_reported(
+    program: str, marked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dry_run, "LONGEST", 20.0)
     found = [each for each in predicting(program, dry_run.predict).diagnostics if each.code == "may-stall"]
     assert [program[slice(*each.span)] for each in found] == marked
     assert all(each.message.startswith("`near` keeps `ada` in its place all the time") for each in found)

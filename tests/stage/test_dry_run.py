@@ -14,7 +14,8 @@ from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
 from improv_core.score.walk import walk
 from improv_core.slices import unless
-from improv_core.stage.dry_run import LONGEST, perform, predict
+from improv_core.stage import dry_run
+from improv_core.stage.dry_run import perform, predict
 
 SENSES = """
 [senses]
@@ -49,12 +50,14 @@ def prediction(program: str) -> Prediction:
         "room 6 4\nada $ pause near (repeat 3 forward)",
     ],
 )
-def test_robots_are_where_the_simulator_has_them(program: str) -> None:
+def test_robots_are_where_the_simulator_has_them(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    *_, longest = moments = (0.7, 3.1, 15)
+    monkeypatch.setattr(dry_run, "LONGEST", longest)
     score = scored(program)
     found = predict(score)
     assert found
     simulator = Simulator(period=None)
-    for seconds in (0.7, 3.1, 15):
+    for seconds in moments:
         perform(score, simulator, seconds)
         passed = near(min(seconds * float(score.tempo) / 60, float(found.score.beats)))
         for robot, pose in simulator.poses().items():
@@ -77,14 +80,18 @@ def test_a_bump_is_felt_where_the_simulator_feels_it_and_pushes_nobody() -> None
 @pytest.mark.parametrize(
     ("program", "cut"),
     [
-        ("room 6 4\nada $ repeat (until near (repeat forward) left)", LONGEST),
+        ("room 6 4\nada $ repeat (until near (repeat forward) left)", 12),
         ("beat 6000\nroom 6 4\nada $ repeat until near (repeat left)", 1000),
-        ("room 6 4\nada bo cy $ repeat until near (repeat left)", 40_000 / 240 / 3),
-        ("room 20 20\nada $ until near (repeat left) forward", LONGEST),
+        ("room 6 4\nada bo cy $ repeat until near (repeat left)", 5_000 / 240 / 3),
+        ("room 20 20\nada $ until near (repeat left) forward", 12),
         ("room 6 4\nada $ repeat 9 until near forward", None),
     ],
 )
-def test_it_ends_after_two_minutes_1000_beats_or_enough_steps(program: str, cut: float | None) -> None:
+def test_it_ends_after_enough_seconds_1000_beats_or_enough_steps(
+    program: str, cut: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dry_run, "LONGEST", 12.0)
+    monkeypatch.setattr(dry_run, "MOST_STEPS", 5_000)
     assert prediction(program).cut == (cut and pytest.approx(cut, abs=1e-6))
 
 

@@ -10,7 +10,7 @@ from improv_core.safety.stop_socket import IDLE
 from improv_core.score.score import Part, Score
 from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Now, SendScore
-from improv_core.session.state import PlayScore, SessionState, StageKey
+from improv_core.session.state import NOTHING, PlayScore, SessionState, StageKey
 from improv_core.session.together import beat_at, entry_at
 
 
@@ -18,7 +18,7 @@ def halt(state: SessionState, key: StageKey) -> SendScore:
     """Have a stage stop the robots of all scores that may play on it, even if it has yet to find them."""
     idles = key.output == state.idle
     robots = state.on_robots.score
-    scores = [robots] if idles and robots.parts else [*state.editions.sent.values()]
+    scores = [robots] if idles and robots.parts else [*state.editions.sent.values()] or [NOTHING.score]
     return SendScore([key], PlayScore(_standing(scores), "", 0, generation=state.generation))
 
 

@@ -699,6 +699,15 @@ def test_emergency_stops_are_counted_by_each_stage_and_known_together() -> None:
     assert {host: story.sent(host)[0]["count"] for host in counts} == counts
 
 
+def test_a_stage_that_reports_a_dance_that_nobody_has_played_prevents_no_stop() -> None:
+    story = Story(HERE, PI)
+    story.said(PI, "gone", message="no power")
+    story.is_at(HERE, "paused")
+    story.told("resume")
+    story.starts(PI)
+    assert story.told("stop") == [f"{PI}: load"]
+
+
 def test_a_stage_in_place_of_a_dead_one_has_its_emergency_stops_and_counts_on() -> None:
     story = Story.playing()
     story.said(PI, "pressed", topics=["/stop"], count=2)

@@ -18,7 +18,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import ENDLESS, Source, Velocity
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
-from improv_core.score.score import Score, in_axes, twist
+from improv_core.score.score import Part, Score, in_axes, twist
 from improv_core.score.walk import walk
 from improv_core.syntax import nodes
 from improv_core.syntax.vocabulary import UNITS
@@ -186,17 +186,12 @@ def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist])
     for name, part in score.parts.items():
         amounts = moves(part.profile)
         whole = abs(amounts.yaw) or math.hypot(amounts.x, amounts.y)
-        pose = start = part.start
-        legs: list[tuple[Twist, float]] = []
-        done = 0.0
-        moving_at = cache(partial(twist, profile=part.profile, tempo=score.tempo))  # most moments have few velocities
-        for moment in islice(walk(part.movement), MOST_MOMENTS):
-            if moment.duration == ENDLESS:
+        start, legs, done = part.start, list[tuple[Twist, float]](), 0.0
+        for is_word, pose, moving, seconds in _moments(score, part, word):
+            if seconds == math.inf:
                 break
-            moving, seconds = moving_at(moment.velocity), score.seconds(moment.duration)
             start = start if legs else pose
-            pose = pose.after(moving, seconds)
-            if word not in moment.sources:
+            if not is_word:
                 if done:
                     yield _Performance(name, part.profile, start, legs, amounts)
                 legs, done = [], 0.0
@@ -210,17 +205,21 @@ def _performances(score: Score, word: Source, moves: Callable[[Profile], Twist])
 
 def poses_at(score: Score, word: Source) -> dict[str, Pose]:
     """Return where each robot that plays a word begins it first, as if no sense ever held."""
-    found = {}
-    for name, part in score.parts.items():
-        pose = part.start
-        for moment in islice(walk(part.movement), MOST_MOMENTS):
-            if word in moment.sources:
-                found[name] = pose
-                break
-            if moment.duration == ENDLESS:
-                break
-            pose = pose.after(twist(moment.velocity, part.profile, score.tempo), score.seconds(moment.duration))
-    return found
+    moments = {name: _moments(score, part, word) for name, part in score.parts.items()}
+    first = {name: next((pose for is_word, pose, *_ in each if is_word), None) for name, each in moments.items()}
+    return {name: pose for name, pose in first.items() if pose}
+
+
+def _moments(score: Score, part: Part, word: Source) -> Iterator[tuple[bool, Pose, Twist, float]]:
+    """Yield the moments of a part: whether a word plays, the pose before it, the velocity, and the seconds."""
+    pose = part.start
+    moving_at = cache(partial(twist, profile=part.profile, tempo=score.tempo))  # most moments have few velocities
+    for moment in islice(walk(part.movement), MOST_MOMENTS):
+        moving, seconds = moving_at(moment.velocity), score.seconds(moment.duration)
+        yield word in moment.sources, pose, moving, seconds
+        if moment.duration == ENDLESS:
+            return
+        pose = pose.after(moving, seconds)
 
 
 def _axis(played: _Performance) -> tuple[int, float]:

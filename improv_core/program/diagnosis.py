@@ -104,7 +104,8 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
         yield _near_named(program, head, others)
     for name, other in program.alike.get(index, {}).items():
         yield _alike(statement, name, other)
-    if index in program.bindings.unused and is_name(statement.heads[0].text):
+    has_unused = any(each.code == "unused-name" for each in meaning.diagnostics)  # a parameter, perhaps the real name
+    if index in program.bindings.unused and is_name(statement.heads[0].text) and not has_unused:
         yield _unused(program, index)
     if statement.kind == "BEAT" and index != program.tempos[0]:
         first = program.offsets[program.tempos[0]]

@@ -41,6 +41,7 @@ _ROOM_SLACK = 1e-9
 FOR_CHANGES = 4
 """The factor by which the change of velocity in an item may exceed its highest velocity: `ease` gets to it, and back
 from it, in a quarter of the time each. To reverse takes 2."""
+_EVERYBODY = frozenset({"all", "both", "everybody", "everyone"})
 SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
@@ -77,6 +78,9 @@ def check_names(statement: Statement, named: Collection[str], robots: Robots) ->
             message = "this makes a robot called `and`: separate robots with spaces only"
             found[code, head.span] = Diagnostic(code, head.span, message, fixes)
             continue
+        if head.text in _EVERYBODY and not robots.robots:
+            message = f"this makes a robot called `{head.text}`: list the names of all robots instead"
+            found["robot-named-and", head.span] = Diagnostic("robot-named-and", head.span, message)
         if robots.robots and head.text not in robots.robots:
             found["unknown-robot", head.span] = _unknown(head.text, head.span, robots)
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
 from improv_core.program.measures import without_units, wrong_measures
 from improv_core.program.misuse import check_conditions, misplaced_poses
@@ -20,6 +20,7 @@ from improv_core.syntax.descent import TooDeepError
 from improv_core.syntax.gather import gather
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
 from improv_core.syntax.vocabulary import RADIUS, WORDS
+from improv_core.text import Span
 from improv_core.values import value
 
 
@@ -203,10 +204,16 @@ def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics
     movements = {each.name for each in parameters if not each.is_number}
     if not any(each.severity is Severity.ERROR for each in statement.diagnostics):
         mentioned = set(nodes.mentions(body, movements))
-        for parameter in parameters:
-            if parameter.name not in mentioned and parameter.name not in WORDS:
-                message = f"the movement does not use `{parameter.name}`: use it or remove it here"
-                diagnostics.append(Diagnostic("unused-name", parameter.token.span, message))
+        unused = [each for each in parameters if each.name not in mentioned and each.name not in WORDS]
+        head, named = statement.heads[0], "_".join(each.name for each in parameters)  # `let x =`, or `my x =`
+        named = named if head.text in ("let", "def", "define", "set", "var", "to") else f"{head.text}_{named}"
+        whole = Span(head.start, parameters[-1].token.end)
+        is_name = len(unused) == len(parameters) and not movements
+        fixes = replace(f"Change to {named}", whole, named, guess=True) if is_name else ()
+        advice = f"use it, or write `{named} = …`" if is_name else "use it or remove it here"
+        for each in unused:
+            message = f"the movement does not use `{each.name}`: {advice}"
+            diagnostics.append(Diagnostic("unused-name", each.token.span, message, fixes))
     dependent = _dependent(body, movements)
     diagnostics += _settled(body, dependent, reader)
     return Phrase(parameters, body, reader.scope, reader, len(dependent))

@@ -179,6 +179,9 @@ class _Reader:
 
     def _too_many(self, x: Number, y: Number, facing: Number | None) -> _WrongError:
         first, last = self._heads[0], self._heads[-1]
+        if last.text in ("start", "starts", "begins", "stands"):
+            fixes = replace(f"Remove {last.text}", Span(self._heads[-2].end, last.end), "")
+            return _WrongError(last.span, f"write only `at`, without `{last.text}`", fixes)
         line = f"line 1 around {x.text} {y.text}"
         place = Span(self._sign.end, y.span.end)  # there may be no space before a sign
         fixes = () if facing else replace(f"Change to {line}", place, f" {line}")
@@ -227,7 +230,7 @@ class _Reader:
             fixes = replace("Change to a space", times.span, " ")
             raise _WrongError(times.span, "separate the two lengths with a space: `room 6 4`", fixes)
         width = self._number(example, "6", signed=False)
-        if (times := self._next) and (found := re.fullmatch(r"[xX](\d*)", times.text)):
+        if (times := self._next) and (found := re.fullmatch(r"(?:[xX]|by)(\d*)", times.text)):
             fixes = replace(f"Change to {width.text} {found[1]}".rstrip(), times.span, f" {found[1]}".rstrip() or " ")
             raise _WrongError(times.span, "separate the two lengths with a space: `room 6 4`", fixes)
         self._no_comma()

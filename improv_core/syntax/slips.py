@@ -143,6 +143,9 @@ def _other_form(tokens: Sequence[Token], is_used: Callable[[str], bool]) -> Diag
         return Diagnostic(
             "syntax", whole, f"write `{tempo}` to set the tempo", replace(f"Change to {tempo}", whole, tempo)
         )
+    if words[1:] and tokens[1].type == "NUMBER" and (near := closest(words[0], ("room", "bar"))):
+        form = f"{near} {words[1]}"
+        return Diagnostic("syntax", first.span, f"write `{form}`", replace(f"Change to {near}", first.span, near))
     if scene := _SCENE_LINE.fullmatch(" ".join(token.text for token in tokens)):
         named = f"--- {next(filter(None, scene.groups())).replace(' ', '')}"
         return Diagnostic(
@@ -150,7 +153,7 @@ def _other_form(tokens: Sequence[Token], is_used: Callable[[str], bool]) -> Diag
         )
     sign = next((token for token in tokens if token.type != "NAME"), first)
     arrow = next((token for token in tokens if token.start == sign.end and token.text == ">"), sign)
-    if sign is not first and (sign.text in (":", "→") or (sign.text == "-" and arrow.text == ">")):
+    if sign is not first and (sign.text in (":", "→", ".") or (sign.text == "-" and arrow.text == ">")):
         ours, span = "=" if is_used(first.text) else "$", Span(sign.start, arrow.end)
         fixes = replace(f"Change to {ours}", span, f" {ours}", safe=True)
         return Diagnostic("syntax", span, f"write `{ours}` instead of `{sign.text}{'>' * (arrow is not sign)}`", fixes)

@@ -140,6 +140,12 @@ def test_slips_have_advice() -> None:
         ("r -> up", ["r  $ up"]),
         ("hop: up\nr $ hop", ["hop = up\nr $ hop"]),
         ("intro:\nr $ up", ["--- intro\nr $ up"]),
+        ("let hop = up\nr $ hop", ["hop = up\nr $ hop"]),
+        ("my hop = up\nr $ my_hop", ["my_hop = up\nr $ my_hop"]),
+        ("bars 3\nr $ up", ["bar 3\nr $ up"]),
+        ("room 6 by 4\nr $ up", ["room 6   4\nr $ up"]),
+        ("r starts at 1 2\nr $ up", ["r at 1 2\nr $ up"]),
+        ("r.up", ["r $up"]),
         ("r $ up\nscene 2\nr $ up", ["r $ up\n--- scene2\nr $ up"]),
     ],
 )
@@ -272,6 +278,8 @@ def test_the_word_and_between_robots_gets_a_hint() -> None:
         ada bo and cy $ left
                ^^^ robot-named-and: this makes a robot called `and`: separate robots with spaces only
         and ada $ left
+        all $ left
+        ^^^ robot-named-and: this makes a robot called `all`: list the names of all robots instead
         """,
         hints=True,
     )

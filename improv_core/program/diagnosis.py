@@ -283,7 +283,8 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
     """Return the diagnostic about a word for a body part without a term, or `to` without a pose."""
     if numbers:
         span = Span(numbers[0].span.start, numbers[-1].span.end)
-        return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it")
+        advice = "remove it" if word.takes is not Takes.POSE else "drive to a place with `forward` and turns"
+        return Diagnostic("arguments", span, f"`{name.text}` takes no number: {advice}")
     if word.takes is Takes.POSE:
         return Diagnostic("arguments", name.span, f"write the name of a pose after `{name.text}`, such as `{START}`")
     message = f"write a movement after `{name.text}`, such as `{name.text} left`"

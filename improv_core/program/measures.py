@@ -201,7 +201,13 @@ class _Written:
     def _times(self, by: str = "repeat", end: int | None = None) -> tuple[Fix, ...]:
         """Return the fix that repeats the word so often, in place of the number and what follows it up to an `end`."""
         number, value = self.number, self.value
-        if self.is_radius or self.node.radius or value is None or value.denominator > 1 or value > _MOST_TIMES:
+        if (
+            self.is_radius
+            or self.node.radius
+            or value is None
+            or value.denominator > 1
+            or (not end and value > _MOST_TIMES)
+        ):
             return ()
         start = self.node.span.start
         written = f"{number.text} " if self.is_counted and by == "repeat" else f"{by} {number.text} "

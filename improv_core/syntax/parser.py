@@ -88,6 +88,9 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
     is_strange = "STRAY" in types or not text.isascii() or any(token.type == "STRAY" for token in before)
     strange = wrong_character(text, tokens, _is_right) if is_strange else None
     if is_opening and (line := opening_line(text, tokens)):
+        if strange and line.kind == "AT" and text.count(",") == 1 and _is_right(text.replace(",", " ")):
+            comma = Span(text.index(","), text.index(",") + 1)
+            strange = Diagnostic("syntax", comma, "separate numbers with spaces", replace("Remove ,", comma, " "))
         return dataclasses.replace(line, diagnostics=(strange,), opening=None) if strange else line
     if head.parameters or "GUARD" in types or "IF" in types or ("PRIMITIVE" in types and has_measures(rest)):
         rest = classified(rest, head.parameters, hides_radius)
@@ -155,7 +158,8 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
         if marked := found or last:
             wrong = _wrong_kind(found, last, unexpected.wanted, head) if found else None
             wrong = wrong or (number_meant(tokens, unexpected.at) if found else None)
-            wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
+            wrong = wrong or bracketed_number(tokens, unexpected.at)
+            wrong = wrong or (None if "SENSE" in unexpected.wanted else misplaced_number(tokens, unexpected.at))
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(tokens, unexpected.at, unexpected.wanted)),
             )
@@ -217,7 +221,8 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         guard = next(each.text for each in reversed(tokens[:at]) if each.type in ("GUARD", "IF"))
         return f"write the movement after the sense: `{guard} {last.text} (repeat forward)`", ()
     if accepts <= _IN_CONDITIONS:
-        return f"write a sense{after}, such as `cue`", ()
+        wait = f"; to wait, write `repeat {found.text} rest`" if found and found.type == "NUMBER" else ""
+        return f"write a sense{after}, such as `cue`{wait}", ()
     if found and found.text in SEPARATORS:
         items = "numbers" if accepts <= _IN_NUMBERS else "movements"
         what, touched = shown(found), [token for token in tokens[at + 1 : at + 2] if token.start == found.end]

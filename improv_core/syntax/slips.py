@@ -17,7 +17,7 @@ from improv_core.score.primitives import PRIMITIVES
 from improv_core.syntax.characters import SEPARATORS, is_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.tried_words import TURNING
-from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, UNITS, of_kind
 from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
@@ -119,7 +119,8 @@ def without_sign(
         message = f"write a robot or a name before the movement: `{robot} $ …` or `name = …`"
         return Diagnostic("syntax", whole, message, (plays,))
     insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),), guess=True)
-    forgot = second is not None and second.type not in ("NAME", "STRAY", "NUMBER")
+    plays_second = second is not None and second.type == "NAME" and nearest(second.text)
+    forgot = plays_second or (second is not None and second.type not in ("NAME", "STRAY", "NUMBER"))
     similar = nearest(first.text)
     if similar and SequenceMatcher(None, similar, first.text.lower()).ratio() >= _SIMILAR:
         form = f"{robot} $ {similar}{' …' if second else ''}"
@@ -210,11 +211,13 @@ def is_between(heads: Sequence[Token], token: Token) -> bool:
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     """Return the error about a number without its word, as in `(forward) 2` or `2 forward`; None if this is none."""
     end, first = _end_of_number(tokens, at), at
-    if at and tokens[at - 1].type in ("PRIMITIVE", *_OPENERS) and end > at and tokens[at].text == "*":
-        first += 1  # `forward*4`
+    if at and tokens[at - 1].type in ("PRIMITIVE", *_OPENERS) and end > at and tokens[at].type == "OPERATOR":
+        first += 1  # `forward*4`, `left/2`
     if end == first or tokens[first].type != "NUMBER":
         return None
-    number = "".join(token.text for token in tokens[first:end]).removesuffix("*")  # `4*forward`
+    number = "1/" * (tokens[at].text == "/") + "".join(token.text for token in tokens[first:end]).removesuffix("*")
+    if measured := _measure_first(tokens, at, end):
+        return measured
     counts = [token.text for token in tokens[end : end + 1]] == ["times"]
     end += counts
     span = Span(tokens[at].start, tokens[end - 1].end)
@@ -240,6 +243,16 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
             "syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span, False, counts)
         )
     return None
+
+
+def _measure_first(tokens: Sequence[Token], at: int, end: int) -> Diagnostic | None:
+    """Return the error about a measure before its word, as in `1.5m forward`; None if this is none."""
+    unit, word = [*tokens[end : end + 2], None, None][:2]
+    if not unit or not word or unit.text not in UNITS or unit.start != tokens[end - 1].end or word.type != "PRIMITIVE":
+        return None
+    measure = "".join(token.text for token in tokens[at : end + 1])
+    form, span = f"{word.text} {measure}", Span(tokens[at].start, word.end)
+    return Diagnostic("syntax", span, f"write `{form}`", replace(f"Change to {form}", span, form))
 
 
 def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:

@@ -26,7 +26,7 @@ TRIED: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("random", "pick", "rand", "dice"), ("choose",)),
     **dict.fromkeys(("accelerate", "speedup"), ("ramp 1/2 2",)),
     **dict.fromkeys(("decelerate", "brake"), ("ramp 2 1/2",)),
-    "faster": ("fast 2", "ramp 1/2 2"),
+    **dict.fromkeys(("faster", "speed"), ("fast 2", "ramp 1/2 2")),
     "slower": ("slow 2", "ramp 2 1/2"),
     **dict.fromkeys(("quick", "quickly"), ("fast 2",)),
     "slowly": ("slow 2",),
@@ -60,9 +60,10 @@ ADVICE: Mapping[str, str] = {
         ("for", "over", "lasting", *DURATIONS),
         "write the time first: `slow 4 forward` is one step in 4 beats, and `fit 4 ( … )` plays anything in 4 beats",
     ),
+    **dict.fromkeys(("pen", "penup", "pendown", "pu", "pd"), "robots have no pen: the page draws the path of each"),
     **dict.fromkeys(("or", "either"), "dice choose one of several movements in `choose ( … )`"),
     **dict.fromkeys(
-        ("after", "later", "before", "behind", "delay"),
+        ("after", "later", "before", "behind", "delay", "at"),
         "write rests before the movement, such as `repeat 2 rest`, or `canon 2` after `$`",
     ),
 }
@@ -70,7 +71,7 @@ ADVICE: Mapping[str, str] = {
 BOTH = "a space plays one movement after another, `||` both at the same time"
 _TIMED = {"rest": "repeat {}", "ramp": "fit {}"}
 """Words before a word of `TRIED` that give it so many beats."""
-_FILLERS = frozenset({"then", "a", "an", "the", "please"})
+_FILLERS = frozenset({"then", "a", "an", "the", "please", "in", "out"})
 
 _FIGURES: Mapping[str, str] = {
     **dict.fromkeys(("arc", "curve"), "left 90deg radius 1m"),
@@ -109,12 +110,14 @@ def instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | N
     """Return the message about a word that people try, and its fixes; None if it is none."""
     name, word = tokens[at].text, tokens[at].text.lower()
     pair = " ".join(each.text for each in tokens[at : at + 2])
-    is_pair = word not in TRIED or any(each.type == "NAME" for each in tokens[at + 1 : at + 2])
+    is_pair = word not in _REDUNDANT_WITH or any(each.type == "NAME" for each in tokens[at + 1 : at + 2])
     if is_pair and pair != name and _one(pair) in TRIED:  # `speed up`
         joined = Token("NAME", pair, tokens[at].start, tokens[at + 1].end)
         return _meant([*tokens[:at], joined, *tokens[at + 2 :]], at)
     if is_times(tokens, at):
         return _without(tokens, at - 1, tokens[at], tokens[at - 2].text)
+    if at and is_count(tokens[at]) and (counts := [each for each in tokens[at + 1 : at + 2] if each.type == "NUMBER"]):
+        return f"write `repeat {counts[0].text}` before the movement, instead of `{name} {counts[0].text}`", ()
     if word in TRIED:
         return _meant(tokens, at)
     if word in _FILLERS and tokens[at + 1 :]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 from improv_core.diagnostics import Edit, Fix, replace
 from improv_core.syntax.characters import continues_name
@@ -11,70 +12,75 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.units import unit_meant
 from improv_core.text import Span
 
-TRIED: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("wait", "stop", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
-    **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
-    **dict.fromkeys(("turnleft", "leftturn", "turn_left", "lt"), ("left",)),
-    **dict.fromkeys(("turnright", "rightturn", "turn_right", "rt"), ("right",)),
-    **dict.fromkeys(("turnaround", "uturn"), ("left 180deg",)),
-    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight", "fd", "fwd"), ("forward",)),
-    **dict.fromkeys(("back", "bk"), ("backward",)),
-    **dict.fromkeys(("loop", "times", "forever"), ("repeat",)),
-    **dict.fromkeys(("mirror", "flip"), ("reflect sagittal",)),
-    **dict.fromkeys(("strafe", "sideways", "sidestep"), ("strafeleft", "straferight")),
-    **dict.fromkeys(("climb", "rise", "lift", "jump"), ("up",)),
-    **dict.fromkeys(("random", "pick", "rand", "dice"), ("choose",)),
-    **dict.fromkeys(("accelerate", "speedup"), ("ramp 1/2 2",)),
-    **dict.fromkeys(("decelerate", "brake"), ("ramp 2 1/2",)),
-    **dict.fromkeys(("faster", "speed"), ("fast 2", "ramp 1/2 2")),
-    "slower": ("slow 2", "ramp 2 1/2"),
-    **dict.fromkeys(("quick", "quickly"), ("fast 2",)),
-    "slowly": ("slow 2",),
-    **dict.fromkeys(("gently", "smooth", "smoothly"), ("ease",)),
-    "twice": ("repeat 2",),
-    **dict.fromkeys(("double", "big", "bigger", "large", "larger"), ("scale 2",)),
-    **dict.fromkeys(("half", "small", "smaller", "little", "tiny"), ("scale 1/2",)),
-    **dict.fromkeys(("while", "with", "together"), ("||",)),
-    **{word: (str(n),) for n, word in enumerate(("two", "three", "four", "five", "six", "seven", "eight"), 2)},
-}
-"""Words that people try, in lowercase, and the words of the language that mean the same."""
+_T = TypeVar("_T")
 
-SENSES_TRIED: Mapping[str, str] = {
-    **dict.fromkeys(("wall", "obstacle", "close", "blocked"), "near"),
-    **dict.fromkeys(("hit", "touch", "crash", "collision"), "bump"),
-    **dict.fromkeys(("signal", "key", "clap", "button"), "cue"),
-}
+
+def _table(*rows: tuple[str, _T]) -> Mapping[str, _T]:
+    """Return a value for each of the words in a row."""
+    return {word: value for words, value in rows for word in words.split()}
+
+
+TRIED: Mapping[str, tuple[str, ...]] = _table(
+    ("wait stop stay stand hold halt sleep", ("rest",)),
+    ("turn rotate spin", ("left", "right")),
+    ("turnleft leftturn turn_left lt", ("left",)),
+    ("turnright rightturn turn_right rt", ("right",)),
+    ("turnaround uturn", ("left 180deg",)),
+    ("go move walk step ahead straight fd fwd", ("forward",)),
+    ("back bk", ("backward",)),
+    ("loop times forever", ("repeat",)),
+    ("mirror flip", ("reflect sagittal",)),
+    ("strafe sideways sidestep", ("strafeleft", "straferight")),
+    ("climb rise lift jump", ("up",)),
+    ("random pick rand dice", ("choose",)),
+    ("accelerate speedup", ("ramp 1/2 2",)),
+    ("decelerate brake", ("ramp 2 1/2",)),
+    ("faster speed", ("fast 2", "ramp 1/2 2")),
+    ("slower", ("slow 2", "ramp 2 1/2")),
+    ("quick quickly", ("fast 2",)),
+    ("slowly", ("slow 2",)),
+    ("gently smooth smoothly", ("ease",)),
+    ("twice", ("repeat 2",)),
+    ("double big bigger large larger", ("scale 2",)),
+    ("half small smaller little tiny", ("scale 1/2",)),
+    ("while with together", ("||",)),
+    *((word, (str(number),)) for number, word in enumerate(("two", "three", "four", "five", "six", "seven"), 2)),
+)
+"""Words that people try, in lowercase, and the words of the language that mean the same."""
+SENSES_TRIED = _table(
+    ("wall obstacle close blocked", "near"), ("hit touch crash collision", "bump"), ("signal key clap button", "cue")
+)
 """Senses that people try, and those that every robot has."""
 DURATIONS = ("beats", "seconds", "secs", "sec")
 """Units of time that people write behind a number."""
-ADVICE: Mapping[str, str] = {
-    **dict.fromkeys(
-        ("follow", "follows", "leader", "copy", "same", "imitate"),
+ADVICE = _table(
+    (
+        "follow follows leader copy same imitate",
         "name a movement that all play, and have each follow the one before it: `ada bo $ canon 2 name`",
     ),
-    **dict.fromkeys(
-        ("face", "toward", "towards", "look"),
+    (
+        "face toward towards look",
         "turn by an angle, such as `left 45deg`, or start the robot that way: `ada at 0 0 facing 90`",
     ),
-    **dict.fromkeys(
-        ("for", "over", "lasting", *DURATIONS),
+    (
+        " ".join(("for over lasting", *DURATIONS)),
         "write the time first: `slow 4 forward` is one step in 4 beats, and `fit 4 ( … )` plays anything in 4 beats",
     ),
-    **dict.fromkeys(("pen", "penup", "pendown", "pu", "pd"), "robots have no pen: the page draws the path of each"),
-    **dict.fromkeys(("or", "either"), "dice choose one of several movements in `choose ( … )`"),
-    **dict.fromkeys(
-        ("after", "later", "before", "behind", "delay", "at"),
+    ("pen penup pendown pu pd", "robots have no pen: the page draws the path of each"),
+    ("or either", "dice choose one of several movements in `choose ( … )`"),
+    (
+        "after later before behind delay at",
         "write rests before the movement, such as `repeat 2 rest`, or `canon 2` after `$`",
     ),
-}
+)
 """Words for which the language has no other word, in lowercase, and how to write what they ask for."""
-BOTH = "a space plays one movement after another, `||` both at the same time"
 _TIMED = {"rest": "repeat {}", "ramp": "fit {}"}
 """Words before a word of `TRIED` that give it so many beats."""
 _FILLERS = frozenset({"then", "a", "an", "the", "please", "in", "out"})
 
 _FIGURES: Mapping[str, str] = {
-    **dict.fromkeys(("arc", "curve"), "left 90deg radius 1m"),
+    "arc": "left 90deg radius 1m",
+    "curve": "left 90deg radius 1m",
     "bow": "ease (scale 1/4 (forward backward))",
     "circle": "left 360deg radius 50cm",
     "eight": "left 360deg radius 50cm right 360deg radius 50cm",
@@ -90,10 +96,7 @@ _SIZES = re.compile(r"(radius|forward)( \d+\w+)?")
 
 TURNING = ("left", "right", "halfleft", "halfright")
 _GOING = ("forward", "backward", "strafeleft", "straferight", "up", "down")
-_REDUNDANT_WITH: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("turn", "rotate", "spin"), TURNING),
-    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight"), _GOING),
-}
+_REDUNDANT_WITH = _table(("turn rotate spin", TURNING), ("go move walk step ahead straight", _GOING))
 """Words of `TRIED` that add nothing before or after one of these words of the language."""
 
 
@@ -108,40 +111,30 @@ def figure(name: str, size: str = "") -> str | None:
 
 def instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
     """Return the message about a word that people try, and its fixes; None if it is none."""
-    name, word = tokens[at].text, tokens[at].text.lower()
-    pair = " ".join(each.text for each in tokens[at : at + 2])
-    is_pair = word not in _REDUNDANT_WITH or any(each.type == "NAME" for each in tokens[at + 1 : at + 2])
-    if is_pair and pair != name and _one(pair) in TRIED:  # `speed up`
-        joined = Token("NAME", pair, tokens[at].start, tokens[at + 1].end)
-        return _meant([*tokens[:at], joined, *tokens[at + 2 :]], at)
-    if is_times(tokens, at):
-        return _without(tokens, at - 1, tokens[at], tokens[at - 2].text)
-    if at and is_count(tokens[at]) and (counts := [each for each in tokens[at + 1 : at + 2] if each.type == "NUMBER"]):
-        return f"write `repeat {counts[0].text}` before the movement, instead of `{name} {counts[0].text}`", ()
+    token, after = tokens[at], [*tokens[at + 1 : at + 2], None][0]
+    name, word = token.text, token.text.lower()
+    is_pair = after is not None and (word not in _REDUNDANT_WITH or after.type == "NAME")
+    if after and is_pair and (word + after.text).lower() in TRIED:  # `speed up`
+        return _meant([*tokens[:at], token._replace(text=f"{name} {after.text}", end=after.end), *tokens[at + 2 :]], at)
+    if is_count(token) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]:
+        return _without(Span(tokens[at - 1].end, token.end), name, "repeat")  # `repeat 4 times`, `repeat 4x`
+    if at and after and is_count(token) and after.type == "NUMBER":
+        return f"write `repeat {after.text}` before the movement, instead of `{name} {after.text}`", ()
     if word in TRIED:
         return _meant(tokens, at)
-    if word in _FILLERS and tokens[at + 1 :]:
-        gone = Span(tokens[at].start, tokens[at + 1].start)
-        return f"remove `{name}`: a space plays one movement after another", replace(f"Remove {name}", gone, "")
+    if word in _FILLERS and after:
+        fixes = replace(f"Remove {name}", Span(token.start, after.start), "")
+        return f"remove `{name}`: a space plays one movement after another", fixes
     if word == "and":
-        return either(tokens[at])
-    return (f"`{name}` is not defined: {ADVICE[word]}", ()) if word in ADVICE else logo_repeat(tokens, at)
-
-
-def _one(name: str) -> str:
-    return name.lower().replace(" ", "")
+        return either(token)
+    return (f"`{name}` is not defined: {ADVICE[word]}", ()) if word in ADVICE else _logo_repeat(tokens, at)
 
 
 def either(token: Token) -> tuple[str, tuple[Fix, ...]]:
     """Return the message about `and` or a sign like it between movements, and its fixes."""
     words = ((f"Remove {token.text}", ""), ("Change to ||", "||"))
-    fixes = [fix for title, text in words for fix in replace(title, token.span, text, guess=True)]
-    return f"remove `{token.text}`: {BOTH}", tuple(fixes)
-
-
-def is_times(tokens: Sequence[Token], at: int) -> bool:
-    """Return whether a word only says that a `repeat` before it counts: `repeat 4 times`, `repeat 4x`."""
-    return is_count(tokens[at]) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]
+    fixes = tuple(fix for title, text in words for fix in replace(title, token.span, text, guess=True))
+    return f"remove `{token.text}`: a space plays one movement after another, `||` both at the same time", fixes
 
 
 def is_count(token: Token) -> bool:
@@ -149,47 +142,42 @@ def is_count(token: Token) -> bool:
     return token.text.lower() in ("x", "times", "time", "steps")
 
 
-def _without(tokens: Sequence[Token], last: int, gone: Token, word: str) -> tuple[str, tuple[Fix, ...]]:
-    """Return the message about a word after the token at the index `last` that adds nothing to another, and its fix."""
-    span = Span(tokens[last].end, gone.end)
-    return f"remove `{gone.text}`: `{word}` is enough", replace(f"Remove {gone.text}", span, "")
+def _without(gone: Span, name: str, word: str) -> tuple[str, tuple[Fix, ...]]:
+    """Return the message about a word that adds nothing to another, and its fix."""
+    return f"remove `{name}`: `{word}` is enough", replace(f"Remove {name}", gone, "")
 
 
 def _meant(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]]:
     """Return the message about one of the words of `TRIED`, and its fixes."""
-    token, name = tokens[at], tokens[at].text
-    before, after = (tokens[at - 1] if at else None), (tokens[at + 1] if at + 1 < len(tokens) else None)
-    meant = TRIED[_one(name)]
-    same = {*meant, *_REDUNDANT_WITH.get(_one(name), ())}
-    is_aside = after is not None and after.text in ("left", "right") and name.lower() == "step"
-    if not is_aside and after and same.issuperset(TRIED.get(after.text.lower(), (after.text,))):
-        gone = Span(token.start, after.start)
-        return f"remove `{name}`: `{after.text}` is enough", replace(f"Remove {name}", gone, "")
+    token, name, word = tokens[at], tokens[at].text, tokens[at].text.lower().replace(" ", "")
+    before, after, behind = (tokens[at - 1] if at else None), *[*tokens[at + 1 : at + 3], None, None][:2]
+    number = after if after and after.type == "NUMBER" else None
+    meant = TRIED[word]
+    same = {*meant, *_REDUNDANT_WITH.get(word, ())}
+    if after and after.text in ("left", "right") and (word == "step" or "strafeleft" in meant):
+        form = f"strafe{after.text}"
+        fixes = replace(f"Change to {form}", Span(token.start, after.end), form)
+        return f"`{name}` is not defined: did you mean `{form}`?", fixes
+    if after and same.issuperset(TRIED.get(after.text.lower(), (after.text,))):
+        return _without(Span(token.start, after.start), name, after.text)
     if before and before.text in same and (before.text == "repeat" or before.text in TURNING):
-        return _without(tokens, at - 1, token, before.text)
-    if after and (is_aside or ("strafeleft" in meant and after.text in ("left", "right"))):
-        word = f"strafe{after.text}"
-        fixes = replace(f"Change to {word}", Span(token.start, after.end), word)
-        return f"`{name}` is not defined: did you mean `{word}`?", fixes
-    behind = tokens[at + 2 : at + 3]
-    is_product = any(each.type == "OPERATOR" for each in behind)
-    if after and after.type == "NUMBER" and not is_product and (form := _TIMED.get(meant[0].split()[0])):
-        end = next((each.end for each in behind if each.text in (*DURATIONS, "s")), after.end)
-        text = f"{form.format(after.text)} {meant[0]}"  # `wait 2 beats`
-        return f"write `{text}`", replace(f"Change to {text}", Span(token.start, end), text)
-    has_unit = after is not None and any(
-        unit_meant(each.text) or (each.start == after.end and continues_name(each.text[0])) for each in behind
-    )
-    if after and after.type == "NUMBER" and meant[0] in (*TURNING, *_GOING) and not has_unit:
-        return _measured(token, after, meant)
-    if after and after.type == "NUMBER" and meant[0] in ("fast 2", "slow 2"):
+        return _without(Span(before.end, token.end), name, before.text)
+    form = _TIMED.get(meant[0].split()[0], "")
+    if number and form and not (behind and behind.type == "OPERATOR"):
+        end = behind.end if behind and behind.text in (*DURATIONS, "s") else number.end  # `wait 2 beats`
+        form = f"{form.format(number.text)} {meant[0]}"
+        return f"write `{form}`", replace(f"Change to {form}", Span(token.start, end), form)
+    if number and meant[0] in (*TURNING, *_GOING):
+        is_apart = behind is None or behind.start > number.end or not continues_name(behind.text[0])
+        if is_apart and not (behind and unit_meant(behind.text)):
+            return _measured(token, number, meant)
+    if number and meant[0] in ("fast 2", "slow 2"):
         meant = (meant[0].split()[0],)  # `faster 3`
-    message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
-    beside = [each.type for each in (before, after) if each]
+    message = f"`{name}` is not defined: did you mean {' or '.join(f'`{each}`' for each in meant)}?"
     # A count without `repeat` is no loop, and a word beside a movement may only describe it.
-    guess = after is None or after.type != "NUMBER" if meant == ("repeat",) else "PRIMITIVE" in beside
-    guess = guess and meant != ("rest",)
-    return message, tuple(fix for word in meant for fix in replace(f"Change to {word}", token.span, word, guess=guess))
+    is_beside = any(each and each.type == "PRIMITIVE" for each in (before, after))
+    guess = not number if meant == ("repeat",) else is_beside and meant != ("rest",)
+    return message, tuple(fix for each in meant for fix in replace(f"Change to {each}", token.span, each, guess=guess))
 
 
 def _measured(token: Token, number: Token, meant: Sequence[str]) -> tuple[str, tuple[Fix, ...]]:
@@ -201,7 +189,7 @@ def _measured(token: Token, number: Token, meant: Sequence[str]) -> tuple[str, t
     return f"`{token.text}` is not defined: write {' or '.join(f'`{text}`' for text in shown)}", fixes
 
 
-def logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
+def _logo_repeat(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | None:
     """Return the message about Logo's `REPEAT 4 [ … ]`, and the fix: our square brackets squeeze what is in them."""
     if [token.type for token in tokens[at + 1 : at + 3]] != ["NUMBER", "LSQB"] or tokens[at].text.lower() != "repeat":
         return None

@@ -162,7 +162,8 @@ def _other_form(tokens: Sequence[Token], is_used: Callable[[str], bool]) -> Diag
         hint = "write `beat 120` to set the tempo, or `fast 2` before a movement to double its speed"
         return Diagnostic("syntax", whole, hint)
     if words[0] in ("song", "music", "sound") and words[1:]:
-        return Diagnostic("syntax", whole, 'set the song in improv.toml: under `[song]`, write `file = "song.mp3"`')
+        file = "".join(token.text for token in tokens[1:]).strip("=\"'")
+        return Diagnostic("syntax", whole, f'set the song in improv.toml: under `[music]`, write `file = "{file}"`')
     if not _PLACES.isdisjoint(words[1:]) and all(token.type != "PRIMITIVE" for token in tokens):
         example = f"`{first.text} at circle 1.5`, or `{first.text} at -1 0 facing 90`"
         return Diagnostic("syntax", whole, f"write `at` and a formation or a place: {example}")

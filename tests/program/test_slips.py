@@ -202,7 +202,7 @@ def test_words_that_ask_for_an_idea_get_its_idiom() -> None:
         ramp 4 up
         ^^^^^^^^^ syntax: write a robot or a name before the movement: `bo $ …` or `name = …`
         song "x.mp3"
-        ^^^^^^^^^^^^ syntax: set the song in improv.toml: under `[song]`, write `file = "song.mp3"`
+        ^^^^^^^^^^^^ syntax: set the song in improv.toml: under `[music]`, write `file = "x.mp3"`
         ada bo in ring
         ^^^^^^^^^^^^^^ syntax: write `at` and a formation or a place: `ada at circle 1.5`, or `ada at -1 0 facing 90`
         forward $ bo

@@ -63,7 +63,8 @@ def plot(
     points = [point for path in drawn for point in outermost(path)]
     beats = drawn_beats(prediction.score if prediction else score)
     joints = curves(pictured(score), beats, most_moments)
-    frame = _Frame.around([*points, *_outline(score.world)], size, _heights(drawn), LEAST_WIDTH if joints else 0.0)
+    wide = size - 2 * _MARGIN if timeline else LEAST_WIDTH if joints else 0.0  # beats and names of scenes need room
+    frame = _Frame.around([*points, *_outline(score.world)], size, _heights(drawn), wide)
     below, height = _from_the_side(drawn, frame)
     parts = [*_obstacles(score.world, frame), *_paths(drawn, frame), *_named(drawn, frame)]
     parts += [*_discs(score, meetings, frame), *below]

@@ -50,11 +50,9 @@ class LineIndex:
         growth = len(text) - (end - start)
         edited = LineIndex.__new__(LineIndex)
         edited.text = whole
-        edited.starts = [
-            *self.starts[: first + 1],
-            *(match.end() for match in LINE_END.finditer(whole, begin, stop + growth)),
-            *(offset + growth for offset in self.starts[last + 1 :]),
-        ]
+        edited.starts = self.starts[: first + 1]
+        edited.starts += [match.end() for match in LINE_END.finditer(whole, begin, stop + growth)]
+        edited.starts += [offset + growth for offset in self.starts[last + 1 :]]
         return edited
 
     def position(self, offset: int) -> Position:

@@ -32,9 +32,12 @@ from improv_core.slices import checkpoint
 from improv_ls.arrivals import Arrival, Arrivals, FramingError
 from improv_ls.positions import range_of
 
-_HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
+_HANDLED_AT_ONCE = {
+    *(types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE),
+    *(types.TEXT_DOCUMENT_WILL_SAVE, types.TEXT_DOCUMENT_DID_SAVE),
+}
 """Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
-U+2028, and at the end of a file."""
+U+2028, and at the end of a file; and robots would wait for it."""
 
 MOST_ITEMS = 1_000
 """The most items of a list whose JSON is made at once."""

@@ -70,11 +70,11 @@ class Reader(ReadNodes):
 
     def movement(self, node: Node) -> Movement:
         """Return the movement of a node. A node with an error counts as an empty movement."""
-        if isinstance(node, Primitive):
+        if type(node) is Primitive:
             return node.movement
         if self.settled is not None and id(node) in self.settled.made:
             return self.settled.made[id(node)]
-        made = self._named(node) if isinstance(node, Name) else self._checked(node)
+        made = self._named(node) if type(node) is Name else self._checked(node)
         self.made[id(node)] = made
         return made
 
@@ -107,7 +107,7 @@ class Reader(ReadNodes):
 
     def _in_series(self, node: nodes.Series) -> Movement:
         for each in node.items:
-            if isinstance(each, Bracket) and not each.body:
+            if type(each) is Bracket and not each.body:
                 self.removable.add(id(each))
         items = [self.movement(item) for item in node.items]
         return algebra.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING

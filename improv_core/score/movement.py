@@ -396,5 +396,7 @@ def require_end(body: Movement) -> None:
 
 def bits(number: Exact) -> int:
     """Return the number of bits of an exact number, where 1 and -1 have none."""
+    if type(number) is int:
+        return number.bit_length() - 1
     above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
     return above.bit_length() + below.bit_length() - 2

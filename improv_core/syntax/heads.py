@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
@@ -97,15 +96,17 @@ def classified(tokens: Sequence[Token], parameters: Sequence[Parameter], hides_r
 
 def has_measures(tokens: Sequence[Token]) -> bool:
     """Return whether a number, or `radius`, is behind a primitive."""
-    return any(
-        one.type == "PRIMITIVE" and (other.type in ("NUMBER", "PARAM") or other.text == RADIUS)
-        for one, other in pairwise(tokens)
-    )
+    before = ""
+    for kind, text, _, _ in tokens:  # a loop, because every line is looked through
+        if before == "PRIMITIVE" and (kind in ("NUMBER", "PARAM") or text == RADIUS):
+            return True
+        before = kind
+    return False
 
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     if len(tokens) == 1 and tokens[0].type not in BRACKETS and is_name(tokens[0].text):
-        return Head((tokens[0]._replace(type="HEAD"),), sign)  # nearly all definitions
+        return Head((Token("HEAD", *tokens[0][1:]),), sign)  # nearly all definitions
     tokens, wrong_brackets = close_brackets(tokens)
     joined = joined_touching(text, tokens)
     words = [token for token in joined if token.type not in BRACKETS]

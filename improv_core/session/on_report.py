@@ -22,8 +22,6 @@ from improv_core.session.on_request import on_request, send_score
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
 from improv_core.session.together import entry_at, others, stopped, without
 
-ROBOTS = StageKey(HERE, "ros")
-"""The stage of real robots, or all of them: they report as one."""
 BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: their decisions have to arrive first."""
 
@@ -46,26 +44,26 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
         case "gone" if stage.output != "ros" or not others(state, stage.host):
             return _gone(state, stage, message, now)
         case _ if stage.output == "ros" and state.is_spread:
-            return _as_one(host_reports.reported(state, stage.host, message, now), stage)
+            return _as_one(host_reports.reported(state, stage.host, message, now))
         case "lacks":
             return _send_again(state, stage, message["generation"], now)
         case "armed":
-            return _reported(state.with_stage(stage, armed=message["armed"]), stage, message)
+            return _reported(state.with_stage(stage, armed=message["armed"]), stage.output, message)
         case "transport" if has_halted(state, stage, message):
-            state, acts = _reported(state, stage, message)
+            state, acts = _reported(state, stage.output, message)
             return state.with_stage(stage, died_moving=False), [*acts, *stand(state, stage, now)]
         case _:
-            return _reported(state, stage, message)
+            return _reported(state, stage.output, message)
 
 
 def on_time(state: SessionState, now: Now) -> Decided:
     """Return the state after the time for which stages on several machines waited, and the acts that follow."""
-    return _as_one(on_hosts.waited(state, now), ROBOTS)
+    return _as_one(on_hosts.waited(state, now))
 
 
 def on_close(state: SessionState) -> Decided:
     """Return the state before all stages end, and the acts that follow."""
-    return _as_one(on_hosts.unconfirmed(state), ROBOTS)
+    return _as_one(on_hosts.unconfirmed(state))
 
 
 def on_clock(state: SessionState, message: HeardClock, now: Now) -> Decided:
@@ -85,25 +83,25 @@ def on_clock(state: SessionState, message: HeardClock, now: Now) -> Decided:
             return replace(state, clock=None), [HearClock(None), *said]
 
 
-def _as_one(decided: Decided, stage: StageKey) -> Decided:
+def _as_one(decided: Decided) -> Decided:
     """Return what follows from what stages on several machines report as one."""
     state, acts = decided
     follows: list[Act] = []
     for act in acts:
         if isinstance(act, Announce):
-            state, more = _reported(state, stage, cast(Heard, act.news))
+            state, more = _reported(state, "ros", cast(Heard, act.news))
             follows += more
         else:
             follows.append(act)
     return state, follows
 
 
-def _reported(state: SessionState, stage: StageKey, message: Heard) -> Decided:
+def _reported(state: SessionState, output: Output, message: Heard) -> Decided:
     """Take a report that the listeners get, too."""
-    leads, acts = state.leads(stage.output), list[Act]()
+    leads, acts = state.leads(output), list[Act]()
     match message["type"]:
         case "transport":
-            state, acts = _followed(state, stage.output, message)
+            state, acts = _followed(state, output, message)
             acts += _show(state, message) if leads and not state.twin else []
         case "sensed" | "decided":
             if not leads:
@@ -295,7 +293,7 @@ def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> De
             state, more = send_score(replace(state, pending=None), state.pending, now)
             acts += more
         return state, acts
-    state, joins = _as_one(on_hosts.join(state, stage.host, now), stage) if real else (state, [])
+    state, joins = _as_one(on_hosts.join(state, stage.host, now)) if real else (state, [])
     return state, [*acts, *joins]
 
 

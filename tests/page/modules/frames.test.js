@@ -43,13 +43,19 @@ test("while somebody writes, a frame that takes long is followed by a break of f
   context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
   let [now, takes] = [5000, 30]
   context.mock.method(performance, "now", () => now)
-  const { draw, rest, redraw, makeWay, delays } = await opened(() => ((now += takes), false))
+  const { draw, rest, redraw, redrawPaths, makeWay, due, delays } = await opened(() => ((now += takes), false))
   draw()
   makeWay()
   redraw()
   assert.equal(draw(), 1)
   redraw() // during the break
   assert.deepEqual([draw(), rest(), delays.at(-1), draw(), rest()], [0, 1, 120, 0, 1])
+  takes = 300
+  assert.deepEqual([draw(), rest(), delays.at(-1), draw()], [1, 1, 250, 0])
+  redrawPaths() // somebody waits for these
+  assert.deepEqual([draw(), rest(), delays.at(-1), rest()], [1, 1, 0, 1])
+  due.paths = false
+  redraw()
   takes = 5 // keys need not wait for that
   assert.equal(draw(), 1)
   assert.deepEqual([rest(), delays.at(-1), rest()], [1, 0, 1])

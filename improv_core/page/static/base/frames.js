@@ -5,15 +5,18 @@
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
 const QUICK = 8 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
-const BREAK = 4 // times as long as the frame
+const BREAK = 4 // times as long as the frame,
+const LONGEST_BREAK = 250 // milliseconds
 
-/** What the next frame has to do: draw the stage, and before that fit it to what covers it. */
-export const due = { draw: true, fit: true }
+/** What the next frame has to do: draw the stage, before that fit it to what covers it, and paint new paths of the text. */
+export const due = { draw: true, fit: true, paths: false }
 
 let isAsked = false // for the next frame
 let isWanted = false // another one, during a break
 let written = -Infinity // when somebody wrote last
 let rest = 0 // the timer that asks for it
+let pause = 0 // the timer of a break,
+let resume = () => {} // and what ends it
 /** @type {() => boolean} */
 let show = () => false
 
@@ -47,6 +50,16 @@ export function refit() {
   redraw()
 }
 
+/** Has the next frames paint paths of the text, without a break: somebody waits for them. */
+export function redrawPaths() {
+  due.paths = true
+  redraw()
+  resume()
+}
+
+/** The milliseconds of a frame in which it may paint what rarely changes: more of them where a break follows. */
+export const paintTime = () => (performance.now() < written + WRITING_TIME ? 16 : 3)
+
 function next() {
   clearTimeout(rest)
   isAsked = true // for the break, too
@@ -54,16 +67,19 @@ function next() {
   const begun = performance.now()
   const more = show()
   const end = () => {
+    clearTimeout(pause)
+    resume = () => {}
     isAsked = false
     if (more || isWanted) wake()
     else rest = window.setTimeout(look, REST_PERIOD)
   }
-  const pause = () => {
+  const rests = () => {
     const taken = performance.now() - begun
-    setTimeout(end, taken < QUICK ? 0 : BREAK * taken)
+    pause = window.setTimeout(end, taken < QUICK || due.paths ? 0 : Math.min(BREAK * taken, LONGEST_BREAK))
+    resume = end
   }
   if (begun > written + WRITING_TIME) end()
-  else setTimeout(pause) // once it is painted, too
+  else setTimeout(rests) // once it is painted, too
 }
 
 /** Looks whether something has changed by itself. To ask the browser for a frame would cost more. */

@@ -2,7 +2,7 @@
 // Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
-import { redraw } from "../base/frames.js"
+import { paintTime, redraw } from "../base/frames.js"
 import { RADIUS } from "../score/robot-list.js"
 import { colors, mix } from "../base/colors.js"
 import { Ground, paintTail } from "./ground.js"
@@ -29,7 +29,6 @@ const CROWD_SIZE = 8 // as long as there are no more robots; more of them are sm
 const LEAST_STRIP = 48 // pixels for the scale
 const MOST_NAMES = 200 // in view: more robots are named only if somebody points at them
 const LINE_HEIGHT = 1.15 // of a name's size, to the next line
-const PAINT_BUDGET = 3 // milliseconds of each frame
 
 export class Floor {
   #canvas
@@ -87,7 +86,7 @@ export class Floor {
       place: camera.toScreen(robot.pose),
       size: Math.max(robot.radius * scale, least),
     }))
-    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio }, PAINT_BUDGET)
+    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio }, paintTime())
     const pen = this.#pen
     const painted = this.#ground.draw(pen, camera)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)

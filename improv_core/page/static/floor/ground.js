@@ -45,6 +45,7 @@ export class Ground {
    * Continues painting for some milliseconds. Returns whether there is more to paint.
    * @param {GroundScene} scene
    * @param {number} milliseconds
+   * @returns {boolean}
    */
   paint(scene, milliseconds) {
     const { key } = scene
@@ -69,7 +70,7 @@ export class Ground {
     while (!sheet.steps.next().done) if (performance.now() > end && this.#shown) return true
     this.#show(sheet)
     this.#making = null
-    return outdated(sheet)
+    return outdated(sheet) && (performance.now() > end || this.paint(scene, end - performance.now()))
   }
 
   /**
@@ -142,7 +143,8 @@ export class Ground {
 
 /** @param {Pen} pen @param {SheetScene} scene @param {Sheet["painted"]} painted */
 function* paintAll(pen, scene, painted) {
-  const { robots, ratio, size } = scene
+  const { robots, ratio, size, preview } = scene
+  const { version } = preview
   pen.setTransform(ratio, 0, 0, ratio, 0, 0)
   pen.fillStyle = colors().ground
   pen.fillRect(0, 0, size.width, size.height)
@@ -155,11 +157,12 @@ function* paintAll(pen, scene, painted) {
     paintAhead(pen, scene, robot)
     yield
   }
-  yield* scene.preview.paint(pen, scene.view.scale)
+  yield* preview.paint(pen, scene.view.scale)
   for (const robot of robots) {
     painted.set(robot.name, paintTrail(pen, scene, robot))
     yield
   }
+  preview.appeared(version)
 }
 
 /** Has a pen draw in meters. @param {Pen} pen @param {Pick<SheetScene, "view" | "middle" | "ratio">} scene */

@@ -3,7 +3,7 @@
 
 import { colors, mix } from "../base/colors.js"
 import { find } from "../base/elements.js"
-import { redraw } from "../base/frames.js"
+import { due, redraw, redrawPaths } from "../base/frames.js"
 import { pointsAlong, trace, velocityBetween } from "../base/path.js"
 import { setting } from "../base/setting.js"
 import { program } from "../score/program.js"
@@ -140,7 +140,14 @@ export class Preview {
     ])
     this.#room = points.length ? bounds(points) : []
     this.version++
-    redraw()
+    if (this.isShown) redrawPaths()
+    else redraw()
+  }
+
+  /** The paths of a version are on the stage, with all that is painted over them. @param {number} version */
+  appeared(version) {
+    this.#painted = version
+    due.paths = version !== this.version
   }
 
   /** The text is another one now. @param {string} text */
@@ -164,7 +171,6 @@ export class Preview {
    */
   *paint(pen, scale) {
     if (!this.isShown) return
-    const { version } = this
     for (const [name, { start, strokes, certain }] of this.#paths) {
       pen.strokeStyle = mix(colors().ground, robotList.colorOf(name), STRENGTH)
       pen.lineWidth = WIDTH / scale
@@ -177,7 +183,6 @@ export class Preview {
       pen.setLineDash([])
       yield
     }
-    this.#painted = version
   }
 }
 

@@ -239,9 +239,10 @@ class Player:
         return events.Changed()
 
     def _find_faults(self, now: float) -> list[RobotNews]:
-        """Return news about the faults of real robots. Once a second, report the condition of all of them."""
+        """Return news about the faults of real robots, if a look is due. Once a second, report the condition of all of
+        them."""
         run, tracks = self.run, self._tracks
-        if not self._sink.real:
+        if not self._sink.real or not tracks.faults.is_due(run.score, now):
             return []
         noticed = self._sink.noticed()
         if line := tracks.faults.simulation(noticed, run.score):

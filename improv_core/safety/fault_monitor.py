@@ -129,30 +129,34 @@ class FaultMonitor:
         fallen = {robot: levels[robot] for robot, limit in self._low.items() if limit < before.get(robot, 1.0)}
         return [low_battery(robots, max(fallen.values())) for robots in [sorted(fallen)] if robots]
 
+    def is_due(self, score: Score, now: float) -> bool:
+        """Return whether enough time has passed since the last look for another one."""
+        return self._due(score, now) >= min(len(score.parts), TOGETHER)
+
     def look_around(
         self, score: Score, gone: Mapping[str, str], noticed: Noticed, now: float, back: Collection[str] = ()
     ) -> Iterator[RobotNews]:
-        """Look at as many robots as the time since the last look requires, and yield what is new. Does nothing if no
-        look is due. `gone` has a line for each robot that has none to listen to it. Robots that drive `back` to their
-        parts move otherwise than these."""
+        """Look at as many robots as the time since the last look requires, and yield what is new. `gone` has a line for
+        each robot that has none to listen to it. Robots that drive `back` to their parts move otherwise than these."""
         for robot, seconds in noticed.late.items():
             self._robots[robot].late = max(self._robots[robot].late, seconds)
         robots = list(score.parts)
-        due = len(robots) * min((now - self._looked) / PERIOD, 1.0)
-        if due < min(len(robots), TOGETHER):
-            return
+        due = math.ceil(self._due(score, now))
         news = [
             RobotNews(robot, each)
-            for robot in robots[self._place : self._place + math.ceil(due)]
+            for robot in robots[self._place : self._place + due]
             for each in self._look(robot, score.parts[robot], score, gone.get(robot, ""), noticed, now, robot in back)
         ]
         yield from (self._with_swap(each) for each in news)
         self._looked = now
-        self._place += math.ceil(due)
+        self._place += due
         if self._place >= len(robots):
             self._place = 0
             for robot in self._robots.keys() - score.parts.keys():
                 del self._robots[robot]
+
+    def _due(self, score: Score, now: float) -> float:
+        return len(score.parts) * min((now - self._looked) / PERIOD, 1.0)
 
     def _look(
         self, robot: str, part: Part, score: Score, gone: str, noticed: Noticed, now: float, back: bool

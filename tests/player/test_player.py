@@ -30,7 +30,7 @@ class Memory(Sink):
         self.real = False
         self.notes: dict[str, str] = {}
         self.resets = False
-        self.noted = Noticed()
+        self.noted, self.looks = Noticed(), 0
         self.sent: list[tuple[str, float, Twist]] = []
         self.joints: list[tuple[str, float, dict[str, JointMotion]]] = []
         self.paces: list[float] = []  # of commands to joints
@@ -76,6 +76,7 @@ class Memory(Sink):
         self.untils.append((round(at, 6), round(until, 6)))
 
     def noticed(self) -> Noticed:
+        self.looks += 1
         return self.noted
 
     def changes(self, robot: str) -> list[tuple[float, float, float]]:
@@ -417,3 +418,12 @@ def test_all_wait_for_a_robot_that_went_away() -> None:
     stage.run(5)
     assert stage.states == ["playing", "paused", "playing", "ended"]
     assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
+
+
+def test_a_sink_is_asked_what_it_noticed_ten_times_a_second_however_many_commands_leave() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    stage.load(f"beat 60\n{' '.join(f'r{number}' for number in range(10))} $ repeat forward")
+    stage.run(10.0)
+    assert len(stage.sink.sent) > 1000
+    assert 90 <= stage.sink.looks <= 110

@@ -126,21 +126,26 @@ def _cuts(
         return
     else:
         inside = nodes.children(node)
+    shortest = _shortest(node.voices, reader) if isinstance(node, nodes.Parallel) and not made.open else None
     for child in inside:
         found = list(_cuts(child, windows, reader, keeps=keeps)) if id(child) not in lost else []
         yield from found
-        if not found and isinstance(node, nodes.Parallel):
-            yield from _cut_short(child, node, reader)
+        if shortest and not found:
+            yield from _cut_short(child, shortest, reader)
 
 
-def _cut_short(voice: Node, whole: nodes.Parallel, reader: Reader) -> Iterator[Diagnostic]:
+def _shortest(voices: Sequence[Node], reader: Reader) -> Node | None:
+    """Return the side with which `||` ends; None if nothing moves there: `|| rest` cuts on purpose."""
+    lasting = [(each, reader.movement_made(each)) for each in voices if reader.movement_made(each).duration]
+    shortest, made = min(lasting, key=lambda each: each[1].duration, default=(None, NOTHING))
+    return shortest if any(made.bounds.peak[:4]) else None
+
+
+def _cut_short(voice: Node, shortest: Node, reader: Reader) -> Iterator[Diagnostic]:
     """Yield the diagnostic about a voice that `||` ends in the middle of a word, a name, or a repetition."""
-    lengths_of = {each: movement.duration for each in whole.voices if (movement := reader.movement_made(each)).duration}
-    shortest = min(lengths_of, key=lambda each: lengths_of[each], default=voice)
-    length = lengths_of.get(voice, 0)
-    lost = length - lengths_of.get(shortest, 0)
-    is_still = not any(reader.movement_made(shortest).bounds.peak[:4])  # `|| rest` cuts on purpose
-    if not 0 < lost < length < ENDLESS or is_still or reader.movement_made(whole).open:
+    length = reader.movement_made(voice).duration
+    lost = length - reader.movement_made(shortest).duration
+    if not 0 < lost < length < ENDLESS:
         return
     is_series = isinstance(shortest, nodes.Series)
     start, end = shortest.span

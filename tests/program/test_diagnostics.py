@@ -6,7 +6,9 @@ import pytest
 
 from improv_core.diagnostics import Severity
 from improv_core.program.analysis import analyze
-from improv_core.score.movement import ENDLESS
+from improv_core.program.reader import Reader
+from improv_core.score.movement import ENDLESS, Movement
+from improv_core.syntax.nodes import Node
 from tests.program.drawing import check
 
 
@@ -273,3 +275,17 @@ def test_brackets_that_are_not_a_beat_report_their_length() -> None:
         """,
         hints=True,
     )
+
+
+def test_a_side_of_many_is_not_compared_with_every_other_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked, look = list[Node](), Reader.movement_made
+
+    def note(reader: Reader, node: Node) -> Movement:
+        looked.append(node)
+        return look(reader, node)
+
+    monkeypatch.setattr(Reader, "movement_made", note)
+    sides = 200
+    found = analyze(f"r $ {'left forward || ' * (sides - 1)}repeat 3 (forward left)\n").diagnostics
+    assert [each.code for each in found] == ["cut-short"]
+    assert len(looked) < 20 * sides

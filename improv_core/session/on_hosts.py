@@ -134,8 +134,6 @@ def waited(state: SessionState, now: Now) -> Decided:
         state, more = begin(state, now.at + max(opens - now.wall, together.ahead(state)))
         acts += more
     state, entered = clock.waited(state, now)
-    if now.at >= state.settles:
-        state = replace(state, settles=-math.inf)
     state, admitted = admit(state, now)
     state, passed = pass_on_seen(state, now)
     return state, [*acts, *entered, *admitted, *passed]
@@ -159,7 +157,7 @@ def due(state: SessionState, now: Now) -> float:
     """Return the time of the next call of `waited`, in monotonic seconds; infinite if there is none."""
     begins = now.at + together.opens(state) - EARLY - now.wall if state.mode == "armed" else math.inf
     drifts = state.drifts if state.mode == "playing" else math.inf
-    settles = state.settles if state.joining and state.settles > -math.inf else math.inf
+    settles = state.settles if state.joining and state.settles > now.at else math.inf
     passes_on = state.passes_on if state.seen else math.inf
     return min(state.unconfirmed_at, begins, drifts, settles, clock.due(state), passes_on)
 

@@ -274,8 +274,8 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
 
 def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> Decided:
     """Send a new stage all that it has to know. In place of a dead one, it stops the robots, or joins the others."""
-    real, halts = stage.output == "ros", state.halts(stage)
-    before = state.stages.get(stage, StageState())
+    real, before = stage.output == "ros", state.stages.get(stage, StageState())
+    halts = before.died_moving and state.mode == "stopped"
     fresh = replace(before, ready=ready, alive=True, armed=False, transport=None, may_move=False, misplaced={})
     fresh = replace(fresh, died_moving=halts, only_halts=halts)
     state = replace(state, stages={**state.stages, stage: fresh})

@@ -334,11 +334,6 @@ class SessionState:
         """Return whether no stage of an output is alive."""
         return not any(stage.alive for key, stage in self.stages.items() if key.output == output)
 
-    def halts(self, key: StageKey) -> bool:
-        """Return whether a new stage has to stop the robots of a dead one first. If others play, it joins them."""
-        before = self.stages.get(key)
-        return before is not None and before.died_moving and self.mode == "stopped"
-
     def leads(self, output: Output) -> bool:
         """Return whether the reports of an output's stages count for all."""
         return output == self.leader and not self.is_gone(output)

@@ -178,8 +178,8 @@ def check_pressing(programs: Sequence[tuple[str, str]], seed: int, share: float,
 
 
 def test_stand_ins_play_and_are_formatted_like_ours() -> None:
-    check_alike(every_program()[::4], 1, 1)
-    check_alike(every_program()[1::4], 2, 0.5)
+    check_alike(every_program()[::2], 1, 1)
+    check_alike(every_program()[1::2], 2, 0.5)
 
 
 def test_pressing_fixes_plays_the_same_or_leaves_an_error() -> None:
@@ -192,7 +192,6 @@ def test_pressing_fixes_plays_the_same_or_leaves_an_error() -> None:
 
 @pytest.mark.slow("tries every program with many stand-ins")
 def test_no_program_becomes_another_dance() -> None:
-    check_alike(every_program(), 0, 0.5)
     for number, kind in enumerate(NOT_ALIKE):
         check_pressing(every_program()[number % 3 :: 3], 0, 0.3, [kind])
     check_pressing(every_program(), 0, 0.05, NOT_ALIKE)

@@ -236,7 +236,11 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
             return "write a length after `radius`, such as `1m`", ()
         word = next((each for each in reversed(tokens[:at]) if each.type not in _IN_NUMBERS), last)
         usage = WORDS[word.text].usage if word and word.text in WORDS and WORDS[word.text].arguments else ""
-        number = usage.split()[1] if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage else ""
+        number = (
+            usage.split()[1 + (word is not last)]
+            if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage
+            else ""
+        )
         fixes = (
             replace(f"Insert {number}", Span(found.start, found.start), f"{number} ", guess=True)
             if number and found

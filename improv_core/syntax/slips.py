@@ -30,7 +30,7 @@ _SIMILAR, _VERY_SIMILAR = 0.7, 0.81
 """The similarity, from 0 to 1, at which a word is taken for another one with the same first letter, or with another."""
 _SEPARATORS = frozenset({*SEPARATORS, "&", "+"})
 _TEMPO = frozenset({"beat", "beats", "tempo", "bpm"})
-_TEMPO_LINE = re.compile(r"(?:beats?|tempo|bpm) ?([\d.]+)|([\d.]+) (?:beats?|bpm)", re.IGNORECASE)
+_TEMPO_LINE = re.compile(r"(?:beats?|tempo|bpm) ?([\d.]+(?: [*/] [\d.]+)*)|([\d.]+) (?:beats?|bpm)", re.IGNORECASE)
 _SCENE_LINE = re.compile(r"([^\W\d]\w*) :|(?i:scene) ([^\W\d]\w*)(?: :)?|((?i:scene) \d+)(?: :)?")
 _PLACES = frozenset(
     {"in", "on", "behind", "beside", "next", "around", "between", "start", "starts", "stands", "begins"}
@@ -137,21 +137,16 @@ def _other_form(tokens: Sequence[Token], is_used: Callable[[str], bool]) -> Diag
     """Return the error about a line that means one of ours in another form; None if it does not."""
     first, whole = tokens[0], Span(tokens[0].start, tokens[-1].end)
     words = [token.text.lower() for token in tokens]
-    if first.type == "NAME" and _sets_tempo(tokens):
-        fixes = replace("Change to beat", first.span, "beat", safe=True)
-        return Diagnostic("syntax", first.span, f"write `beat {words[1]}` to set the tempo", fixes)
     if tempo := tempo_meant(tokens):
-        return Diagnostic(
-            "syntax", whole, f"write `{tempo}` to set the tempo", replace(f"Change to {tempo}", whole, tempo)
-        )
+        fixes = replace(f"Change to {tempo}", whole, tempo, safe=True)
+        return Diagnostic("syntax", whole, f"write `{tempo}` to set the tempo", fixes)
     if words[1:] and tokens[1].type == "NUMBER" and (near := closest(words[0], ("room", "bar"))):
         form = f"{near} {words[1]}"
         return Diagnostic("syntax", first.span, f"write `{form}`", replace(f"Change to {near}", first.span, near))
     if scene := _SCENE_LINE.fullmatch(" ".join(token.text for token in tokens)):
         named = f"--- {next(filter(None, scene.groups())).replace(' ', '')}"
-        return Diagnostic(
-            "syntax", whole, f"write `{named}` to begin a scene", replace(f"Change to {named}", whole, named)
-        )
+        fixes = replace(f"Change to {named}", whole, named)
+        return Diagnostic("syntax", whole, f"write `{named}` to begin a scene", fixes)
     sign = next((token for token in tokens if token.type != "NAME"), first)
     arrow = next((token for token in tokens if token.start == sign.end and token.text == ">"), sign)
     if sign is not first and (sign.text in (":", "→", ".") or (sign.text == "-" and arrow.text == ">")):
@@ -174,7 +169,7 @@ def tempo_meant(tokens: Sequence[Token]) -> str:
     """Return `beat 60` for a line that sets the tempo in other words, such as `tempo = 60` or `60 bpm`; otherwise
     an empty text."""
     line = _TEMPO_LINE.fullmatch(" ".join(token.text for token in tokens if token.text not in (":", "=")))
-    return f"beat {line[1] or line[2]}" if line else ""
+    return f"beat {(line[1] or line[2]).replace(' ', '')}" if line else ""
 
 
 def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:

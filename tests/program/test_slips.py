@@ -34,7 +34,7 @@ def test_slips_have_advice() -> None:
         r $ halfleft 45
             ^^^^^^^^^^^ missing-unit: `halfleft` takes no measure: write `left 45deg`
         Beat 60
-        ^^^^ syntax: write `beat 60` to set the tempo
+        ^^^^^^^ syntax: write `beat 60` to set the tempo
         turtle1: forward
                ^ syntax: write `$` instead of `:`
         anna, bob,cy $ forward
@@ -98,6 +98,8 @@ def test_slips_have_advice() -> None:
         ("r $ mirror left", ["r $ reflect sagittal left"]),
         ("r $ reflect left", ["r $ reflect sagittal left"]),
         ("r $ fast left", ["r $ fast 2 left"]),
+        ("r $ ramp 1 left", ["r $ ramp 1 2 left"]),
+        ("Tempo 30*2\nr $ left", ["beat 30*2\nr $ left"]),
         ("r $ accelerate (left up)", ["r $ ramp 1/2 2 (left up)"]),
         ("r $ circle 60cm left", ["r $ left 360deg radius 60cm left"]),
         ("r $ star", ["star = repeat 5 (forward left 144deg)\nr $ star"]),

@@ -218,7 +218,7 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         fixes = replace("Insert sagittal", before, "sagittal ", guess=True) if before else ()
         return f"write a plane{after}: `sagittal` mirrors left and right, `frontal` front and back", fixes
     if last and last.type == "SENSE" and (not found or found.type in ("RPAR", "RSQB")):
-        guard = next(each.text for each in reversed(tokens[:at]) if each.type in ("GUARD", "IF"))
+        guard = next(each.text for each in reversed(tokens[:at]) if each.type in ("GUARD", "IF", "NOT"))
         return f"write the movement after the sense: `{guard} {last.text} (repeat forward)`", ()
     if accepts <= _IN_CONDITIONS:
         wait = f"; to wait, write `repeat {found.text} rest`" if found and found.type == "NUMBER" else ""
@@ -235,12 +235,11 @@ def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[
         if last and last.type == "RADIUS":
             return "write a length after `radius`, such as `1m`", ()
         word = next((each for each in reversed(tokens[:at]) if each.type not in _IN_NUMBERS), last)
-        usage = WORDS[word.text].usage if word and word.text in WORDS and WORDS[word.text].arguments else ""
-        number = (
-            usage.split()[1 + (word is not last)]
-            if found and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB") and usage
-            else ""
-        )
+        arguments = WORDS[word.text].arguments if word and word.text in WORDS else ()
+        usage = WORDS[word.text].usage if word and arguments else ""
+        lacking = arguments[word is not last :] if last and last.type != "OPERATOR" else ()
+        may_follow = found is not None and found.type in ("PRIMITIVE", "NAME", "LPAR", "LSQB")
+        number = lacking[0].example if lacking and may_follow else ""
         fixes = (
             replace(f"Insert {number}", Span(found.start, found.start), f"{number} ", guess=True)
             if number and found

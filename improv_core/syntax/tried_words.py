@@ -116,8 +116,9 @@ def instead(tokens: Sequence[Token], at: int) -> tuple[str, tuple[Fix, ...]] | N
     is_pair = after is not None and (word not in _REDUNDANT_WITH or after.type == "NAME")
     if after and is_pair and (word + after.text).lower() in TRIED:  # `speed up`
         return _meant([*tokens[:at], token._replace(text=f"{name} {after.text}", end=after.end), *tokens[at + 2 :]], at)
-    if is_count(token) and [each.type for each in tokens[max(at - 2, 0) : at]] == ["REPEAT", "NUMBER"]:
-        return _without(Span(tokens[at - 1].end, token.end), name, "repeat")  # `repeat 4 times`, `repeat 4x`
+    types = [each.type for each in tokens[max(at - 2, 0) : at]]
+    if (types == ["REPEAT", "NUMBER"] and is_count(token)) or (types == ["FACTOR", "NUMBER"] and word in DURATIONS):
+        return _without(Span(tokens[at - 1].end, token.end), name, tokens[at - 2].text)  # `repeat 4x`, `canon 4 beats`
     if at and after and is_count(token) and after.type == "NUMBER":
         return f"write `repeat {after.text}` before the movement, instead of `{name} {after.text}`", ()
     if word in TRIED:

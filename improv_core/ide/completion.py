@@ -99,8 +99,9 @@ def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list
     parts = body_words.offered(bodies, hidden) if "NAME" in accepted else ()
     numbers, words = _numbers_offered(accepted, found), _words(accepted, bare)
     others = [*(senses if "SENSE" in accepted else ()), *parts, *words]
-    # Behind a word such as `forward`, another word is likelier than its measure.
-    return [*parameters, *offered, *([*others, *numbers] if found.measures else [*numbers, *others])], whole
+    # Behind a word such as `forward`, another word is likelier than its measure; behind `left 90deg`, a radius is.
+    words_first = found.measures == (found.tokens[-1] if found.tokens else None)
+    return [*parameters, *offered, *([*others, *numbers] if words_first else [*numbers, *others])], whole
 
 
 def _bodies(analysis: Analysis, found: BeforeCursor) -> list[Body]:

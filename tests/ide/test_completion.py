@@ -118,7 +118,7 @@ def test_units_are_offered_directly_behind_the_number_of_a_measure() -> None:
 def test_measures_are_offered_behind_primitives_after_the_words_of_the_language() -> None:
     check("p n = left |>", "n*1deg", *MOVING, "90deg", "45deg", "radius")
     check("x = up\nr $ forward |>", "x", *MOVING, "1m", "50cm")
-    check("r $ left 90deg |>", *MOVING, "radius")
+    check("r $ left 90deg |>", "radius", *MOVING)
     check("r $ left radius |>", "1m", "50cm")
 
 

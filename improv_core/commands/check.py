@@ -70,7 +70,8 @@ def _report_program(layout: str, path: Path, analysis: Analysis) -> None:
     _report(layout, path, analysis.lines, analysis.ok, sorted(found, key=lambda each: each.span), checked)
     if checked and layout != "json":
         # Not on standard output, where other programs read only problems.
-        echo(f"{path}: the robots' meetings are {checked}", err=True)
+        what = "meetings and hits are" if checked.diagnostics else "no robot meets or hits anything:"
+        echo(f"{path}: {what} {checked}", err=True)
 
 
 def _report(

@@ -68,7 +68,7 @@ def test_check_shows_meetings_and_its_last_beat(tmp_path: Path) -> None:
         "         ^^^^^^^",
     ]
     end = "after which everything has ended or repeats"
-    assert done.stderr == f"{program}: the robots' meetings are checked to the end of beat 1, {end}\n"
+    assert done.stderr == f"{program}: meetings and hits are checked to the end of beat 1, {end}\n"
     (annotation,) = run("check", "--format", "github", program).stdout.splitlines()
     assert annotation.startswith("::warning title=meets,file=")
 
@@ -86,7 +86,7 @@ def test_check_and_plot_show_what_robots_do_where_they_sense_walls(tmp_path: Pat
     end = "after which everything has ended or repeats, with what robots sense in the simulator"
     assert (done.stdout, done.stderr) == (
         "",
-        f"{program}: the robots' meetings are checked to the end of beat 6, {end}\n",
+        f"{program}: no robot meets or hits anything: checked to the end of beat 6, {end}\n",
     )
     assert run("plot", program, "-o", tmp_path / "walk.svg").returncode == 0
     assert "stroke-dasharray" not in (tmp_path / "walk.svg").read_text(), "nothing is assumed"

@@ -35,17 +35,17 @@ def put_cursor(page: Page, behind: str) -> None:
     page.evaluate(f"document.getElementById('text').setSelectionRange({place}, {place})")
 
 
-def drag(page: Page, places: list[tuple[float, float]], meanwhile: str | None = None) -> None:
-    """Drag the mouse along places on the floor, in meters, once the camera stands still. The program may change
-    before the mouse is released."""
+def drag(page: Page, places: list[tuple[float, float]], meanwhile: Callable[[], None] | None = None) -> None:
+    """Drag the mouse along places on the floor, in meters, once the camera stands still. `meanwhile` comes before the
+    mouse is released."""
     wait(page, AT_REST)
     first, *others = [at(page, *place) for place in places]
     page.mouse.move(*first)
     page.mouse.down()
     for place in others:
         page.mouse.move(*place)
-    if meanwhile is not None:
-        expect(page.locator("#text")).to_have_value(meanwhile)
+    if meanwhile:
+        meanwhile()
     page.mouse.up()
 
 
@@ -65,7 +65,8 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     put_cursor(page, "forwa")
     wait(page, "improv.handle?.place[0] === 2")
     keep(page, "gesture-handle.png")
-    drag(page, [(2, 0), (2.4, 0), (2.7, 0.1), (3, 0)], meanwhile=SQUARE.replace("forward", "forward 3m"))
+    lengthened = SQUARE.replace("forward", "forward 3m")
+    drag(page, [(2, 0), (2.4, 0), (2.7, 0.1), (3, 0)], lambda: expect(text).to_have_value(lengthened))
     text.focus()
     page.keyboard.press("Control+z")
     expect(text).to_have_value(SQUARE)
@@ -193,7 +194,18 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
         points = [{"x": x + place, "y": y, "id": finger} for finger, place in enumerate(fingers)]
         touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
     wait(page, f"improv.view.scale > {view['scale']}")  # two fingers have zoomed, and drawn nothing
-    drag(page, [(1, 0), (2, 0)])
+
+    wait(page, AT_REST)
+    end = at(page, 2, 0)
+
+    def touch_above_the_floor() -> None:
+        for kind, points in (("Start", [{"x": 10, "y": 10}]), ("End", [])):
+            touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
+        page.evaluate("window.same = 0")
+        wait(page, AT_REST)
+        page.mouse.move(*end)  # the floor is where it was
+
+    drag(page, [(1, 0), (1.5, 0)], touch_above_the_floor)
     drawn = "ada at 1 0\nbo $ (left)\nada $ forward 1m\n"
     expect(page.locator("#text")).to_have_value(drawn)
     assert box(page, "#gesture-line")["height"] < bar["height"]

@@ -14,6 +14,7 @@ import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
 
 /** @import { Point } from "../floor/camera.js" */
+/** @import { Hold } from "../floor/gestures.js" */
 /** @import { Editor } from "../editor/editor.js" */
 /** @import { Floor } from "../floor/floor.js" */
 /** @import { Pose } from "../base/path.js" */
@@ -82,8 +83,6 @@ export class Gesturing {
     addEventListener("keydown", (event) => this.#press(event), true)
     addEventListener("keyup", (event) => this.#hold(event.key, false), true)
     addEventListener("blur", () => Object.keys(ARROWS).forEach((key) => this.#hold(key, false)))
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
-    addEventListener("pointerdown", ({ isPrimary }) => !isPrimary && this.#mode === "draw" && this.#put()) // two fingers zoom
   }
 
   /** True while a robot is moved by hand. */
@@ -116,9 +115,9 @@ export class Gesturing {
   }
 
   /**
-   * Grabs a robot that performs from then on, or puts the pen down. Returns a function that moves it, or null.
+   * Grabs a robot that performs from then on, or puts the pen down. Returns a hold of it, or null.
    * @param {Point} point
-   * @returns {((to: Point) => void) | null}
+   * @returns {Hold | null}
    */
   grab(point) {
     if (!this.#mode) return null
@@ -129,15 +128,16 @@ export class Gesturing {
     }
     if (this.#mode === "draw") {
       const isNear = this.#pose && far(this.#pose) < GRAB_RADIUS
-      this.#bar.className = "held"
+      this.#bar.classList.add("held") // and stays as large: else the floor would move under the hand
       const at = camera.toWorld(point)
       this.#restart(this.#pen ?? { ...at, z: 0, heading: 0 })
       const [x, y] = this.#pen && isNear ? [this.#pen.x - at.x, this.#pen.y - at.y] : [0, 0]
-      return (to) => {
+      const move = (/** @type {Point} */ to) => {
         if (!isNear && this.#points.length === 1) this.#note(at) // a line leads there
         const here = camera.toWorld(to)
         this.#note({ x: here.x + x, y: here.y + y })
       }
+      return { move, release: (zooms) => this.#release(zooms) }
     }
     const names = [...this.#robot.options].map(({ value }) => value).filter((name) => poses[name])
     const [name] = names.sort((one, other) => far(poses[one]) - far(poses[other]))
@@ -147,10 +147,10 @@ export class Gesturing {
       this.#robot.value = name
       this.#begin("perform", false)
     }
-    this.#bar.className = "held"
+    this.#bar.classList.add("held")
     this.#drags = true
     this.#startClock()
-    return (to) => (this.#finger = camera.toWorld(to))
+    return { move: (to) => (this.#finger = camera.toWorld(to)), release: (zooms) => this.#release(zooms) }
   }
 
   /** Ends, and has the words for what was drawn or performed written. */
@@ -292,8 +292,9 @@ export class Gesturing {
     redraw()
   }
 
-  #release() {
-    if (this.#mode === "draw") this.#write()
+  /** A hand lets go; one that zooms has drawn nothing. @param {boolean} zooms */
+  #release(zooms) {
+    if (this.#mode === "draw") zooms ? this.#put() : this.#write()
     if (this.#bar.className) this.#bar.className = "used"
     this.#finger = null
   }

@@ -2,41 +2,51 @@
 // Gestures on the stage: drag to pan, wheel or pinch to zoom, double-click to fit.
 
 /** @import { Camera, Point } from "./camera.js" */
+/**
+ * What a pointer has grabbed, until that pointer lets go of it, or a second one on the canvas zooms.
+ * @typedef {{ move: (to: Point) => void, release: (zooms: boolean) => void }} Hold
+ */
 
 const ZOOM_PER_PIXEL = 0.0015 // of a zoom, by pixel
 
 /**
- * Moves the camera. `grab(point, freely)` returns a function that moves what is at a point of the canvas, or null to pan the
- * camera instead. `changed` is called when the view has changed.
+ * Moves the camera. `grab(point, freely)` returns a hold of what is at a point of the canvas, or null to pan the camera
+ * instead. `changed` is called when the view has changed.
  * @param {HTMLCanvasElement} canvas
  * @param {Camera} camera
- * @param {(point: Point, freely: () => boolean) => ((to: Point) => void) | null} grab
+ * @param {(point: Point, freely: () => boolean) => Hold | null} grab
  * @param {() => void} changed
  */
 export function listenForGestures(canvas, camera, grab, changed) {
   /** @type {Map<number, Point>} */
   const fingers = new Map() // pointer -> its place
-  /** @type {((to: Point) => void) | null} */
-  let move = null
+  /** @type {Hold | null} */
+  let hold = null
   let alt = false
   const place = (/** @type {MouseEvent} */ event) => {
     const { left, top } = canvas.getBoundingClientRect()
     return { x: event.clientX - left, y: event.clientY - top }
+  }
+  const release = (/** @type {boolean} */ zooms) => {
+    hold?.release(zooms)
+    hold = null
+    camera.held = false
   }
 
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || !camera.view) return
     canvas.setPointerCapture(event.pointerId)
     fingers.set(event.pointerId, place(event))
-    move = fingers.size === 1 ? grab(place(event), () => alt) : null
-    camera.held = move !== null
+    release(true)
+    hold = fingers.size === 1 ? grab(place(event), () => alt) : null
+    camera.held = hold !== null
   })
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId)
     if (!before) return
     const now = place(event)
     alt = event.altKey
-    if (move) move(now)
+    if (hold) hold.move(now)
     else if (fingers.size === 1) camera.pan(now.x - before.x, now.y - before.y)
     else {
       const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, point]) => point)
@@ -48,11 +58,7 @@ export function listenForGestures(canvas, camera, grab, changed) {
     changed()
   })
   for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
-    canvas.addEventListener(end, (event) => {
-      fingers.delete(event.pointerId)
-      move = null
-      camera.held = false
-    })
+    canvas.addEventListener(end, (event) => fingers.delete(event.pointerId) && release(false))
   }
   canvas.addEventListener(
     "wheel",

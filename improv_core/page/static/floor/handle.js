@@ -9,6 +9,7 @@ import { send } from "../net/send.js"
 import { robotList } from "../score/robot-list.js"
 
 /** @import { Camera, Point } from "./camera.js" */
+/** @import { Hold } from "./gestures.js" */
 /** @import { Change } from "../score/changes.js" */
 /** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
@@ -37,7 +38,6 @@ export class Handle {
     this.#change = change
     document.addEventListener("selectionchange", () => this.look())
     this.#control.addEventListener("keydown", (event) => this.#press(event))
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => (this.#held = false))
   }
 
   /** Asks for the handle at the cursor, if it may be another one. */
@@ -69,22 +69,23 @@ export class Handle {
   }
 
   /**
-   * Grabs the handle near a point of the canvas. Returns a function that moves it, or null.
+   * Grabs the handle near a point of the canvas. Returns a hold of it, or null.
    * @param {Point} point
    * @param {Camera} camera
    * @param {() => boolean} freely
-   * @returns {((to: Point) => void) | null}
+   * @returns {Hold | null}
    */
   grab(point, camera, freely) {
     const place = this.#place(camera)
     if (!place || Math.hypot(point.x - place.x, point.y - place.y) > GRAB_RADIUS) return null
     this.#held = true
     const { offset } = this.#cursor()
-    return (to) => {
+    const move = (/** @type {Point} */ to) => {
       const { x, y } = camera.toWorld(to)
       this.#changed = true
       this.#change({ type: "bend", offset, place: [x, y], freely: freely() })
     }
+    return { move, release: () => (this.#held = false) }
   }
 
   /** @param {Pen} pen @param {Camera} camera */

@@ -10,6 +10,7 @@ import { robotList } from "../score/robot-list.js"
 import { nearestRing, placeRings } from "./rings.js"
 
 /** @import { Camera, Point } from "./camera.js" */
+/** @import { Hold } from "./gestures.js" */
 /** @import { Robot } from "../score/robot-list.js" */
 /** @import { StartPose } from "../net/requests.js" */
 /** @import { Messages } from "../net/messages.js" */
@@ -36,7 +37,6 @@ export class StartPoses {
   #chosen = null
 
   constructor() {
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
     find("start-poses-list").addEventListener("change", () => this.tell())
   }
 
@@ -85,10 +85,10 @@ export class StartPoses {
   }
 
   /**
-   * Grabs the ring or arrow near a point of the canvas. Returns a function that moves it, or null.
+   * Grabs the ring or arrow near a point of the canvas. Returns a hold of it, or null.
    * @param {Point} point
    * @param {Camera} camera
-   * @returns {((to: Point) => void) | null}
+   * @returns {Hold | null}
    */
   grab(point, camera) {
     const best = nearestRing(point, placeRings(this.rings, camera))
@@ -97,7 +97,7 @@ export class StartPoses {
     this.#chosen = name
     this.#held = true
     this.#rowOf(name)?.scrollIntoView({ block: "nearest" })
-    return (to) => {
+    const move = (/** @type {Point} */ to) => {
       const pose = this.#pose(name)
       const world = camera.toWorld(to)
       if (part === "place") Object.assign(pose, { x: neat(within(world.x, MOST_DISTANCE), 0.05), y: neat(within(world.y, MOST_DISTANCE), 0.05) })
@@ -105,6 +105,7 @@ export class StartPoses {
       this.#showFields(name)
       this.#move(name)
     }
+    return { move, release: () => void ((this.#held = false), this.tell()) }
   }
 
   /** @param {string} name */
@@ -120,12 +121,6 @@ export class StartPoses {
     this.showLines()
     clearTimeout(this.#telling)
     if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), WRITE_DELAY)
-  }
-
-  /** A hand lets go of a ring. */
-  #release() {
-    if (this.#held) this.tell()
-    this.#held = false
   }
 
   /** Has what was moved written now, all at once. */

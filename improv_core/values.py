@@ -12,7 +12,7 @@ else:
     import dataclasses
 
     def value(*, frozen: bool, slots: bool, eq: bool = True) -> Any:
-        """Make a frozen dataclass of a class, and leave it to mypy that nobody changes one.
+        """Make a dataclass of a class, whose values only mypy keeps from being changed.
 
         When Python itself keeps fields from being set, making a value takes four times as long: a fifth of the time
         that an edit of a name with many users needs.

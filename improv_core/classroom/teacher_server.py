@@ -39,8 +39,8 @@ CONTENT_POLICY = (
 
 
 class TeacherPage:
-    """Serves the page on a socket, and calls all that it is given on the thread of the server: whatever the event loop
-    of the class does, and even if the terminal takes no more text, a stop goes straight to the stages.
+    """Serves the page on a socket. It calls all that it is given on the thread of its server, so a stop goes straight
+    to the stages even if the event loop of `improv class` hangs.
 
     `take` gets each command, and `stop` stops everything at once. `stage` makes a new address of the simulator's page,
     and `messages` returns the first messages for a page. `text` returns a child's dance, given the child's number and

@@ -68,7 +68,7 @@ def to_local(message: Mapping[str, Any], translation: TimeTranslation) -> dict[s
             return None
         command = {**_translated(message["command"], row.message, changes)}
         command.pop("anyway", None)
-        if command["type"] in ("resume", "restart"):
+        if row.starts:
             command["by"] = "ros"  # there is no person there
         return {**message, "command": command}
     if kind == "ready":

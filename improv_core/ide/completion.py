@@ -142,7 +142,7 @@ def _impossible(analysis: Analysis, found: BeforeCursor, item: Item, players: Ma
 
 
 def _number_wanted(analysis: Analysis, found: BeforeCursor) -> bool | None:
-    """Return whether the name before the cursor needs another number; None if no name and its numbers are before it."""
+    """Return whether the name before the cursor, which may have numbers, needs another one; None without a name."""
     last = len(found.tokens) - 1
     while last >= 0 and found.tokens[last].type in ("NUMBER", "PARAM", "OPERATOR"):
         last -= 1

@@ -95,7 +95,7 @@ def _without(analysis: Analysis, line: Placed, robot: str) -> Edit:
 
 
 def _until(analysis: Analysis, lines: Sequence[Placed], robot: str, beats: Fraction) -> str:
-    """Return the words for what a robot plays in lines until it has played for so many beats."""
+    """Return words for the first beats of what a robot plays in lines, with a rest if it plays for less."""
     words, left = list[str](), beats
     for line in lines:
         played, sign = analysis.played.get(line.index), line.statement.sign

@@ -21,7 +21,7 @@ _SOURCES: Mapping[str, str] = {
 
 
 def about(name: str) -> str:
-    """Describe the meaning of a true sense."""
+    """Return in words when a sense is true."""
     return _ABOUT.get(name, "A sense that improv.toml declares.")
 
 

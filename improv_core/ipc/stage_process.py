@@ -18,7 +18,7 @@ from typing import Any, Literal, TypedDict
 from improv_core import LineError
 from improv_core.ipc.child import Child, Policy
 from improv_core.ipc.priority_queue import UrgentQueue
-from improv_core.protocol.commands import Stop, is_stop
+from improv_core.protocol.commands import Stop, is_stop, starts
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.protocol.limits import END_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage
@@ -153,7 +153,7 @@ class Stage:
                 if self._stops_by is not None:
                     if message["type"] == "load":
                         self._settle()
-                    moves = message["type"] == "load" or message["type"] == "resume"
+                    moves = message["type"] == "load" or starts(message)
                     if moves and time.monotonic() > self._pinged + PING_PERIOD:  # otherwise, one is just there
                         self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
                     numbered: Any = {**message, "after": self._before}  # any message may have this field

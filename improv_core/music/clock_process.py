@@ -18,7 +18,7 @@ POLICY = Policy(1.0, errors=subprocess.PIPE)
 
 
 class ClockGone(TypedDict):
-    """The process has ended by itself. Its parent makes this message, with the reason unless the process gave it."""
+    """The process has ended by itself. `message` has the reason; it is empty if the process has reported it."""
 
     type: Literal["clock_gone"]
     message: str

@@ -41,7 +41,8 @@ def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
 
 
 def _played(whole: Movement, reader: Reader) -> _Windows:
-    """Return what plays of a movement. Movements of other statements are left out, except phrases and arguments."""
+    """Return when each movement inside one plays. Movements of other statements are left out, except phrases and
+    arguments."""
     expansions = reader.reading.expansions.values()
     known = {id(each.movement) for each in expansions}
     arguments = (given for each in expansions for given in each.reader.given.movements.values())

@@ -189,6 +189,8 @@ class Command:
     """It stops robots: it is obeyed wherever it arrives, ahead of all that waits."""
     at_once: bool = False
     """The stage whose node it reaches obeys it even before its parent does."""
+    starts: bool = False
+    """It may have robots begin or continue: one that an automation sends says so (`by`)."""
     kept: bool = False
     """It also holds for scores and stages that come later: only the latest counts."""
     as_sensed: bool = False
@@ -219,8 +221,8 @@ _ROWS = (
         about=lambda stop: stop.get("by") or stop.get("direct", stop.get("mark", "")).rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
-    Command(Resume, CONTROLS),
-    Command(Restart, CONTROLS),
+    Command(Resume, CONTROLS, starts=True),
+    Command(Restart, CONTROLS, starts=True),
     Command(Seek, ("page", "editor", "osc")),
     Command(Speed, CONTROLS, at_once=True, kept=True),
     Command(Silence, ("page", "editor"), kept=True),
@@ -253,6 +255,12 @@ def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
     """Return whether a message is a command that stops robots."""
     row = COMMANDS.get(message["type"])
     return row is not None and row.stops
+
+
+def starts(message: Mapping[str, Any]) -> bool:
+    """Return whether a message is a command that may have robots begin or continue."""
+    row = COMMANDS.get(message["type"])
+    return row is not None and row.starts
 
 
 def about(request: PageRequest) -> tuple[str, str]:

@@ -101,8 +101,8 @@ def pose_of(robot: str) -> str:
 
 
 def refused_by(on: Collection[str], named: str | None) -> str:
-    """Return the message about a score that can't play because emergency stops are on. The score has `named` one of
-    them, or another one, or none."""
+    """Return the message about a score that can't play because emergency stops are on. `named` is the one in its own
+    improv.toml, if there is one."""
     others = sorted({*on} - {named})
     if not others:
         return f"✗ the emergency stop on {named} is on: release it, then save again"

@@ -61,7 +61,8 @@ class StopSocket:
         name = f"{_own_name()}.sock"
         folders = [fixed_folder()]  # without it, an `improv stop` with another environment would not find us
         with suppress(StopSocketError):
-            folders += [folder for each in _runtime_folders(os.getuid()) if (folder := _made(each, os.getuid()))]
+            user = os.getuid()
+            folders += [folder for each in _runtime_folders(user) if (folder := _private_folder(each, user))]
         for path in (folder / name for folder in dict.fromkeys(folders)):
             try:
                 self._servers.append(StopServer(path, lambda stop, answer: answer(self._stop(stop))))
@@ -188,7 +189,7 @@ def fixed_folder() -> Path:
 
 
 def _fixed_folder(user: int) -> Path:
-    if (usual := _made(SHARED / f"improv-{user}", user)) is not None:
+    if (usual := _private_folder(SHARED / f"improv-{user}", user)) is not None:
         return usual
     for folder in _random_folders(user):
         return folder
@@ -238,7 +239,7 @@ def _sockets(user: int, suffix: str) -> Iterator[Path]:
             yield from sorted(folder.glob(f"*{suffix}"))
 
 
-def _made(folder: Path, user: int) -> Path | None:
+def _private_folder(folder: Path, user: int) -> Path | None:
     """Return a folder, made if it is missing; None unless only this user has access."""
     with suppress(OSError):
         folder.mkdir(0o700, exist_ok=True)

@@ -138,8 +138,8 @@ class Stops:
         return self.count
 
     def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
-        """Send a message that makes robots move, unless a stop has come since the count was `asked`, or stages have yet
-        to be sent one that has gone straight to them: until then, they obey nothing. Returns whether it was sent."""
+        """Send a message that makes robots move, unless a stop has come since the count was `asked`, or one that went
+        straight to stages has yet to follow here: until then, they obey nothing. Returns whether it was sent."""
         return self.send_all([(stage, message)], asked)
 
     def send_all(self, messages: Iterable[tuple[Receiver, ToStage]], asked: int) -> bool:

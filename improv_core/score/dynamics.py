@@ -116,7 +116,7 @@ def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, 
 
 
 def moving(at: float, pose: Pose, twist: Twist, commanded: Twist, motors: Motors | None) -> Motion:
-    """Return a robot whose motors turn for `twist` at a time, in seconds."""
+    """Return the motion at a time, in seconds, of a robot whose motors turn for `twist`."""
     wheels = motors.wheels if motors else None
     real = wheels.rolling(twist, _period(at)) if wheels and twist != STILL else None
     return Motion(at, pose, twist, commanded, real)

@@ -42,8 +42,8 @@ class RoomResults:
 def follow_all(
     score: Score, known: RoomResults, kept: Collection[str], start: float, blocks: int, most_work: int | None
 ) -> float | None:
-    """Add the trajectories and encounters of all robots in so many blocks to what is known. Robots that are `kept` are
-    known as far as known. Return the beat at which that became too much work; None if it didn't."""
+    """Add the trajectories and encounters of all robots in this many blocks to what is known. Robots in `kept` keep
+    theirs. Return the beat at which that became too much work; None if it didn't."""
     half = score.world.margin / 2  # the other half is around the robots
     things = [each._replace(box=each.box.larger(half, 0)) for each in obstacles(score.world)]
     work = Budget(most_work or MOST_WORK)

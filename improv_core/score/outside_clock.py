@@ -56,7 +56,7 @@ class Following:
 
     @property
     def rate(self) -> float:
-        """The units that it makes in a second; 0 if that isn't known, or if it stands."""
+        """The units of the clock that pass in a second; 0 if it stands, or if the rate isn't known."""
         return self.anchor.rate if self.anchor else 0.0
 
     @property

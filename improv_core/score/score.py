@@ -87,11 +87,11 @@ class Part:
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame that
     they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic of its battery's charge.
     `namespace` is that of the robot's own topics. `host` has its stage; None stands for the one to ROS 2 here. `device`
-    is the place where the output of its `host` finds it. It is
-    `elsewhere` if another stage than the one that plays it moves the robot; then it has no `odom`, and the other stage
-    reports its pose if its poses are in the world. With `use_sim_time`, its messages are stamped with the time on
-    /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a number
-    for each scene: two parts of a robot with the same number move it alike.
+    is the place where the output of its `host` finds it. It is `elsewhere` if another stage than the one that plays it
+    moves the robot; then it has no `odom`, and the other stage reports its pose if its poses are in the world. With
+    `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame of its velocities. `senses`
+    are those that its movements read. `editions` has a number for each scene: two parts of a robot with the same number
+    move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is the robot's ideal pose then. `movement` is all that it performs from there on. In

@@ -55,7 +55,7 @@ def _ending(reaction: Reaction, items: Sequence[Movement]) -> Movement:
 
 
 def _waits_forever(reaction: Reaction) -> bool:
-    """Return whether the picture shows a robot that stands still, and nothing ever ends that."""
+    """Return whether the picture shows a robot that waits forever."""
     return reaction.assumed.duration == ENDLESS and all(own is not reaction.assumed for own in reaction.items)
 
 

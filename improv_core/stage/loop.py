@@ -40,7 +40,7 @@ LATEST = 0.25
 
 
 class Inbox(Protocol):
-    """A queue of arrivals, such as `urgent_queue.UrgentQueue`."""
+    """A queue of arrivals, such as `ipc.priority_queue.UrgentQueue`."""
 
     def get(self, *, timeout: float | None) -> Arrival:
         """Return the next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""

@@ -33,7 +33,7 @@ _TERMINALS = {word.text: word.kind.value for word in WORDS.values()}
 class Token(NamedTuple):
     """A token of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement.
 
-    `text` has the usual characters: the statement may have others there, and names may have more.
+    `text` has the usual characters, where the statement may have others that mean the same.
     """
 
     type: str

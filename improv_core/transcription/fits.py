@@ -1,4 +1,4 @@
-"""Tells a noisy track in the fewest stretches of one velocity, by dynamic programming. Standard library only."""
+"""Fits the fewest stretches of one velocity each to a noisy track, by dynamic programming. Standard library only."""
 
 from __future__ import annotations
 

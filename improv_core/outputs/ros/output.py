@@ -51,10 +51,9 @@ REST = 0.005
 class RosSink(Sink):
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `hear` gets edges, poses, alarms,
-    anchors of /clock, and the end if no more messages can be received; `ask` gets requests from ROS 2. Other threads
-    call both. `tell` gets lines for people. `node` is the node's name, if it needn't be unique; `arguments` are ROS's
-    own. Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
+    `hear` gets edges, poses, alarms, anchors of /clock, and the end if no more messages can be received; `ask` gets
+    requests from ROS 2. Other threads call both. `tell` gets lines for people. `node` is the node's name, if it needn't
+    be unique; `arguments` are ROS's own. Raises ImportError without rclpy, and rclpy's errors about wrong arguments.
     """
 
     name = "ROS 2"

@@ -131,8 +131,8 @@ class RosController:
     def send(self, joints: Mapping[str, JointMotion], at: float, pace: float, until: float, late: float) -> str:
         """Publish the command for its joints among these from performance time `at` on, unless positions are unknown.
 
-        It is so many seconds `late`, and the program has joints move like that `until` another time. Return a line if
-        joints come to rest elsewhere than the program has them; "" if none does.
+        `late` is its delay in seconds, and the velocities hold `until` then. Return a line if joints come to rest
+        elsewhere than the program has them; "" if none does.
         """
         told = [joints[joint.name] for joint in self.channel.joints if joint.name in joints]
         if not told:

@@ -228,9 +228,9 @@ def _joined(channel: Channel, course: Course, joins: Sequence[float], time: floa
 
 
 def _brake(channel: Channel, before: Course, number: int, now: float) -> Brake | None:
-    """A joint's way to rest in a trajectory; None if it stands, or has another controller. It is as fast as the joint's
-    stated acceleration allows, and at most as long as it needs in the program, whose window has an upper limit. Without
-    one, it takes the shortest window."""
+    """Return how a joint comes to rest in a trajectory; None if it stands, or has another controller. It brakes as fast
+    as its stated acceleration allows, and takes at most as long as in the program, whose window has an upper limit.
+    Without a stated acceleration, it takes the shortest window."""
     joint, last = channel.joints[number], before.blends[number] if before.blends else Blend()
     way = [*_way(joint, before.sent, number, before.end)]
     position, velocity = blended(way, channel.window, last, now)

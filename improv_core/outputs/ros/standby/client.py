@@ -117,7 +117,7 @@ class Standby:
         self._ask(LOADING_LIMIT)
 
     def look(self) -> None:
-        """Read its messages, replace it if it is lost, and raise the alarm if robots move without one."""
+        """Read the standby's messages, replace it if it is lost, and raise the alarm while robots move without it."""
         if not self.wanted:
             return
         now = self._clock()
@@ -154,7 +154,7 @@ class Standby:
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
     def note_zero(self, topic: str) -> None:
-        """Note that the robot on a topic got a zero."""
+        """Count the robot on a topic as stopped, and its zero as pending."""
         if topic in self.moving:
             self._pending[topic] = self.moving.pop(topic)
             if not self.moving:

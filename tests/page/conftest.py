@@ -227,6 +227,14 @@ def window(browser: Browser, chromium: Chromium) -> BrowserContext:
 
 
 @pytest.fixture
+def lively(browser: Browser) -> Iterator[BrowserContext]:
+    """A window whose pages draw as often as for people. Tests that wait for many frames name it `window`."""
+    window = browser.new_context(viewport={"width": 1280, "height": 800})
+    yield window
+    window.close()
+
+
+@pytest.fixture
 def page(window: BrowserContext) -> Iterator[Page]:
     """A page on which no error goes unnoticed."""
     page, wrong = new_page(window)

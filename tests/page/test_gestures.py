@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Page, ViewportSize, expect
+from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
 from tests.page.conftest import Keep, at, box, wait
 from tests.page.editing import Edit
@@ -47,6 +47,11 @@ def drag(page: Page, places: list[tuple[float, float]], meanwhile: Callable[[], 
     if meanwhile:
         meanwhile()
     page.mouse.up()
+
+
+@pytest.fixture
+def window(lively: BrowserContext) -> BrowserContext:
+    return lively
 
 
 @pytest.mark.slow("bends, draws, and performs in a browser")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import BrowserContext, Page
 
 from tests.page.conftest import next_frame, wait
 from tests.page.editing import PLAYING, Edit
@@ -32,11 +31,14 @@ CONTROLS = """[...document.querySelectorAll("button, summary, [role=slider]")].f
 })"""
 
 
+@pytest.fixture
+def window(lively: BrowserContext) -> BrowserContext:
+    return lively
+
+
 @pytest.mark.slow("presses every control at four sizes")
-def test_no_control_moves_while_it_is_pressed(tmp_path: Path, browser: Browser) -> None:
-    (tmp_path / "dance.improv").write_text(PROGRAM)
-    edit = Edit(tmp_path / "dance.improv", browser.new_context())  # its pages draw at once: each press waits for frames
-    page = edit.page()
+def test_no_control_moves_while_it_is_pressed(edit: Callable[[str], Edit]) -> None:
+    page = edit(PROGRAM).page()
     page.evaluate(LISTEN)
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
@@ -44,7 +46,6 @@ def test_no_control_moves_while_it_is_pressed(tmp_path: Path, browser: Browser) 
             _write(page)
             if index < _count(page):
                 assert _places(page, index) == "same", f"{width}×{height}"
-    edit.close()
 
 
 def test_the_first_press_of_save_and_play_plays_while_a_phone_has_its_keyboard_open(

@@ -4,6 +4,7 @@
 import { colors, mix } from "../base/colors.js"
 import { find } from "../base/elements.js"
 import { due, redraw, redrawPaths } from "../base/frames.js"
+import { whenReleased } from "../base/pressing.js"
 import { pointsAlong, trace, velocityBetween } from "../base/path.js"
 import { setting } from "../base/setting.js"
 import { program } from "../score/program.js"
@@ -158,10 +159,12 @@ export class Preview {
 
   /** Shows the button, and on it what is missing, unless the text plays or was played last. */
   showButton() {
-    const words = ["Preview", ...(this.isShown && this.#problem ? [this.#problem] : [])].join(": ")
-    const button = find("preview")
-    const hidden = !this.#now || this.#now === program.text
-    if (button.textContent !== words || button.hidden !== hidden) Object.assign(button, { textContent: words, hidden })
+    whenReleased(() => {
+      const words = ["Preview", ...(this.isShown && this.#problem ? [this.#problem] : [])].join(": ")
+      const button = find("preview")
+      const hidden = !this.#now || this.#now === program.text
+      if (button.textContent !== words || button.hidden !== hidden) Object.assign(button, { textContent: words, hidden })
+    })
   }
 
   /**

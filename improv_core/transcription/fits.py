@@ -7,7 +7,6 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import accumulate
-from operator import mul
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from improv_core.score.motion import Pose, Twist
@@ -158,10 +157,13 @@ class VelocityFits:
         if not rate:
             place, speed, missed = self._place.line(first, past, mean, spread)
         else:
-            back = [cmath.rect(1.0, rate * (mean - time)) for time in self.times[first:past]]
-            way, (middle, total) = sum(back).conjugate() / count, self._place.spread(first, past)
-            square = max(count - count * abs(way) ** 2, 1e-12)
-            spoke = (sum(map(mul, self._places[first:past], back)) - count * middle * way.conjugate()) / square
+            places = self._places[first:past]
+            ways = [cmath.exp(1j * rate * (time - mean)) for time in self.times[first:past]]
+            middle, way = sum(places) / count, sum(ways) / count
+            square = max(sum([abs(each) ** 2 for each in ways]) - count * abs(way) ** 2, 1e-12)
+            mixed = sum([p * w.conjugate() for p, w in zip(places, ways, strict=True)])
+            spoke = (mixed - count * middle * way.conjugate()) / square
+            total = sum([abs(each) ** 2 for each in places]) - count * abs(middle) ** 2
             missed = max(total - abs(spoke) ** 2 * square, 0.0)
             place, speed = middle - spoke * (way - 1), spoke * 1j * rate
             wide = math.sqrt(square) / abs(rate)
@@ -190,15 +192,11 @@ class _Sums:
 
     def line(self, first: int, past: int, mean: float, spread: float) -> tuple[complex, complex, float]:
         """Return the mean of these values, their slope, and the sum of squares that is left."""
-        value, square = self.spread(first, past)
-        slope = (self._mixed[past] - self._mixed[first] - (past - first) * mean * value) / spread
-        return value, slope, max(square - abs(slope) ** 2 * spread, 0.0)
-
-    def spread(self, first: int, past: int) -> tuple[complex, float]:
-        """Return the mean of these values, and the sum of squares of their distances from it."""
         count = past - first
         value = (self._value[past] - self._value[first]) / count
-        return value, self._square[past] - self._square[first] - count * abs(value) ** 2
+        slope = (self._mixed[past] - self._mixed[first] - count * mean * value) / spread
+        square = self._square[past] - self._square[first] - count * abs(value) ** 2
+        return value, slope, max(square - abs(slope) ** 2 * spread, 0.0)
 
 
 def _sums(values: Iterable[complex]) -> list[Any]:

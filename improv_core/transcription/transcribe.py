@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -43,8 +42,6 @@ _STRICTER = 10
 """The number of times that numbers are made finer,"""
 _STRICTNESS = 0.25
 """from fits that count so much on."""
-_TELLING = 40
-"""The number of stretches that tell the tempo."""
 _CLOSELY = 3
 """The number of tempi that are compared closely."""
 _CLOSER = 0.2
@@ -141,22 +138,18 @@ def _tempo(
     tolerance: Tolerance,
     stops: Callable[[], bool],
 ) -> int:
-    """Return the tempo at which the part of the busiest robot costs the least: a likely one or a simple multiple. Its
-    first stretches count."""
+    """Return the tempo at which the part of the busiest robot costs the least: a likely one or a simple multiple."""
     changes = [time for each in tracked.values() for time in _changes(each.stretches)]
     found = tempi(changes, max(each.allowed for each in tracked.values()))
     likely = list(dict.fromkeys(other for each in found for other in multiples(each, 2)))
-    robot = max(tracked, key=lambda robot: len(tracked[robot].stretches))
-    busiest, profile = tracked[robot], robots.profile_of(robot)
-    stretches = busiest.stretches[:_TELLING]
-    last = bisect_right(busiest.track, busiest.track[0].time + stretches[-1].end, key=lambda each: each.time)
-    busiest = busiest._replace(track=busiest.track[:last], stretches=stretches)
+    busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
+    profile = robots.profile_of(busiest)
 
     @lru_cache
     def price(tempo: int, roughly: bool = True) -> float:
         if stops():
             return math.inf
-        misfit, items = items_of(busiest, tempo, stops, roughly)
+        misfit, items = items_of(tracked[busiest], tempo, stops, roughly)
         nodes = written(Pose(), items, profile, exact=Rounding(*tolerance[:2]))
         words = list(dropwhile(is_rest, (node for node, _ in nodes)))
         return misfit / _NATS + cost(folded(bracketed(words))) + rareness(tempo)

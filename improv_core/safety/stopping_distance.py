@@ -76,7 +76,7 @@ def coasting(speed: float, braking: float, age: float) -> float:
 
 
 def slow_coasting(profile: Profile) -> float:
-    """Return the same for a robot that drives slowly to a place, with the oldest pose that counts."""
+    """Return the meters that a robot on its slow way to a place may still come after the oldest pose that counts."""
     return coasting(slow_speeds(profile)[0], braking_of(profile), OLDEST)
 
 

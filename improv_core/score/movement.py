@@ -396,7 +396,5 @@ def require_end(body: Movement) -> None:
 
 def bits(number: Exact) -> int:
     """Return the number of bits of an exact number, where 1 and -1 have none."""
-    if type(number) is int:
-        return number.bit_length() - 1
-    above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
-    return above.bit_length() + below.bit_length() - 2
+    # Most are whole, and bits are counted for each statement.
+    return number.bit_length() - 1 if type(number) is int else sum(map(int.bit_length, number.as_integer_ratio())) - 2

@@ -145,15 +145,18 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     expect(text).to_have_value(SQUARE)
     wait(page, "improv.transport.state === 'stopped'")  # no robot has moved by this
 
+    beat = math.floor(page.evaluate("improv.beat")) + 1  # a slow machine stopped it at a later beat
     page.locator("#step").click()
-    wait(page, "improv.transport.state === 'paused' && improv.beat === 3")
+    wait(page, f"improv.transport.state === 'paused' && improv.beat === {beat}")
+    heading, corner = math.radians(90 * (beat // 2)), [(0, 0), (2, 0), (2, 2), (0, 2)][(beat + 1) // 2 % 4]
+    covered = f"Math.hypot(improv.drawn.ada.x - {corner[0]}, improv.drawn.ada.y - {corner[1]})"
     page.locator("#perform").click()
-    wait(page, "improv.drawn.ada.y > 1.9 && improv.drawn.ada.heading > 1.5")  # where the dance has come
+    wait(page, f"{covered} < 0.1 && Math.cos(improv.drawn.ada.heading - {heading}) > 0.99")  # where the dance has come
     page.keyboard.down("ArrowUp")
-    wait(page, "improv.drawn.ada.y > 3.5")
+    wait(page, f"{covered} > 1.5")
     page.keyboard.up("ArrowUp")
     page.keyboard.press("Enter")
-    expect(text).to_have_value(re.compile(r"ada \$ \(repeat 4 \(forward left\) \|\| slow 3 rest\) .*forward"))
+    expect(text).to_have_value(re.compile(rf"ada \$ \(repeat 4 \(forward left\) \|\| slow {beat} rest\) .*forward"))
 
 
 @pytest.mark.slow("writes in a browser")

@@ -1,7 +1,8 @@
 """The modules of ours that run between a save and the first Twist, and between Stop on the page and the zero.
 
 Starts `improv-ls` from a checkout as an editor does, saves a program, and presses Stop on the page, three times, after
-`sys.setprofile` in every process. Idle ticks of other threads count, too, so the result is the least of three walks.
+`sys.setprofile` in every process. A save is followed in all threads, whose idle ticks count, too, so the result is the
+least of three walks; a Stop only where it is passed on.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import subprocess
 import time
 import urllib.request
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,10 +25,23 @@ TRACING = Path(__file__).parent / "tracing"
 DANCE = "beat 60\nturtle1 $ repeat 3 (forward left)\n"
 LIMIT = 120.0
 """Seconds to wait for anything: traced code is slow."""
+_SERVES_STOPS = ("improv_core/page/routes.py", "improv_core/safety/stop_request.py")
+_READS_STOPS, _QUEUE = "improv_core/safety/stop_server.py", "improv_core/ipc/priority_queue.py"
 LISTENER = (
     "import rclpy; from geometry_msgs.msg import Twist; rclpy.init(); node = rclpy.create_node('walk_base')\n"
     "node.create_subscription(Twist, '/turtle1/cmd_vel', lambda message: None, 10); rclpy.spin(node)"
 )
+
+
+class Call(NamedTuple):
+    """A function of ours that began at some monotonic nanosecond, in a thread of a process."""
+
+    at: int
+    thread: tuple[str, int]
+    main: bool
+    command: str
+    module: str
+    line: str
 
 
 class Walk(NamedTuple):
@@ -89,8 +103,10 @@ def _walks(root: Path, folder: Path, ros: str | None) -> tuple[list[Walk], list[
             with urllib.request.urlopen(stop, timeout=LIMIT):
                 between += [(saved, moves), (pressed, _wait_for_sent(trace, "zero", output, pressed))]
             time.sleep(2)  # idle again
-    found = [_walk(trace, begin, end, root) for begin, end in between]
-    return found[2::2], found[3::2]  # the first save finds the dance that opened the page still playing
+    found = [_calls(trace, begin, end, root) for begin, end in between[2:]]
+    # The first save finds the dance that opened the page still playing.
+    stops = [_passed_on(calls, "--sink ros" if ros else "--simulate") for calls in found[1::2]]
+    return [_walk(calls) for calls in found[::2]], [_walk(calls) for calls in stops]
 
 
 def _address_of_page(editor: ProcessClient, uri: str) -> str:
@@ -112,20 +128,47 @@ def _wait_for_sent(trace: Path, kind: str, output: str, after: int) -> int:
     raise SystemExit("no velocity was sent in time: is the machine very busy?")
 
 
-def _walk(trace: Path, begin: int, end: int, root: Path) -> Walk:
-    modules, functions, hops = defaultdict[str, set[str]](set), set(), 0
+def _walk(calls: Sequence[Call]) -> Walk:
+    modules, functions, hops, last = defaultdict[str, set[str]](set), set(), 0, dict[tuple[str, int], str]()
+    for call in calls:
+        modules[f"{call.command}, {'main thread' if call.main else 'others'}"].add(call.module)
+        functions.add((call.module, call.line))
+        hops += last.get(call.thread, call.module) != call.module
+        last[call.thread] = call.module
+    found = {threads: frozenset(names) for threads, names in modules.items()}
+    return Walk((calls[-1].at - calls[0].at) / 1e6, found, len(functions), hops)
+
+
+def _calls(trace: Path, begin: int, end: int, root: Path) -> list[Call]:
+    """Return all calls between two times, oldest first."""
+    found = []
     for file in trace.glob("*.calls"):
-        last: dict[str, str] = {}
         main, _, command = file.with_suffix(".process").read_text(encoding="utf-8").partition(" ")
         for line in file.read_text(encoding="utf-8").splitlines():
             at, thread, module, number = line.split("\t")
             if begin <= int(at) <= end:
-                modules[f"{_short(command, root)}, {'main thread' if thread == main else 'others'}"].add(module)
-                functions.add((module, number))
-                hops += last.get(thread, module) != module
-                last[thread] = module
-    found = {threads: frozenset(names) for threads, names in modules.items()}
-    return Walk((end - begin) / 1e6, found, len(functions), hops)
+                found.append(
+                    Call(int(at), (file.stem, int(thread)), thread == main, _short(command, root), module, number)
+                )
+    return sorted(found)
+
+
+def _passed_on(calls: Sequence[Call], stage: str) -> list[Call]:
+    """Return the calls that pass a Stop on to a stage, which these words of its command name: those of the page's
+    threads that serve its request, until the stage's socket has a line; of the thread that reads it, until that puts
+    the stop into the stage's queue; then of the stage's main thread. Robots play on meanwhile: that is left out."""
+    of_page = {call.thread for call in calls if call.module in _SERVES_STOPS}
+    of_socket = {call.thread for call in calls if call.module == _READS_STOPS and stage in call.command}
+    arrived = next(call.at for call in calls if call.thread in of_socket)
+    put = max(call.at for call in calls if call.thread in of_socket and call.module == _QUEUE)
+    (process,) = {thread[0] for thread in of_socket}
+    return [
+        call
+        for call in calls
+        if (call.thread in of_page and call.at < arrived)
+        or (call.thread in of_socket and call.at <= put)
+        or (call.main and call.thread[0] == process and call.at > put)
+    ]
 
 
 def _short(command: str, root: Path) -> str:

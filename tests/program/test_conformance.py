@@ -1,4 +1,5 @@
-"""Every program of the conformance suite, and of that with body parts, compiles to the expected segments."""
+"""Every program of the suites (of all words, of other keyboards, with measures, and with body parts) compiles to the
+expected segments, and wrong ones have the expected codes and fixes."""
 
 from __future__ import annotations
 
@@ -10,15 +11,20 @@ from typing import Any
 
 import pytest
 
+from improv_core.diagnostics import applied
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.program.script import read_script
 from improv_core.robots.config import read_robots
 from improv_core.score.score_json import from_json, to_json
+from tests.ide.cursor import preferred
 
 TESTS = Path(__file__).parent.parent
-CASES: list[dict[str, Any]] = json.loads((TESTS / "conformance.json").read_text())["cases"]
-SUITE: dict[str, Any] = json.loads((TESTS / "bodies.json").read_text())
+SUITES: list[dict[str, Any]] = [
+    json.loads((TESTS / f"{name}.json").read_text("utf-8")) for name in ("conformance", "keyboards", "measures")
+]
+CASES: list[dict[str, Any]] = [case for suite in SUITES for case in suite["cases"]]
+BODIES: dict[str, Any] = json.loads((TESTS / "bodies.json").read_text("utf-8"))
 
 
 @cache  # each worker collects this file, and one runs it
@@ -34,7 +40,9 @@ def with_bodies(group: dict[str, Any], program: str) -> Analysis:
 
 @cache
 def bodies() -> Sequence[tuple[dict[str, Any], Analysis]]:
-    return [(case, with_bodies(group, case["program"])) for group in (SUITE, SUITE["poses"]) for case in group["cases"]]
+    return [
+        (case, with_bodies(group, case["program"])) for group in (BODIES, BODIES["poses"]) for case in group["cases"]
+    ]
 
 
 def segments(case: dict[str, Any]) -> dict[str, list[Any]]:
@@ -76,9 +84,18 @@ def test_bases_and_joints_compile_to_their_segments() -> None:
             assert set(robot["joints"]) <= set(robot["range"])
 
 
+def test_errors_have_their_codes_and_preferred_fixes() -> None:
+    for suite in SUITES[1:]:
+        for case in suite["codes"]:
+            assert case["code"] in [each.code for each in analyze(case["program"]).diagnostics], case["program"]
+        for case in suite["fixes"]:
+            [edits] = preferred(analyze(case["typed"]))
+            assert applied(case["typed"], edits) == case["becomes"]
+
+
 def test_errors_of_poses_have_their_codes() -> None:
-    for case in SUITE["poses"]["errors"]:
-        analysis = with_bodies(SUITE["poses"], case["program"])
+    for case in BODIES["poses"]["errors"]:
+        analysis = with_bodies(BODIES["poses"], case["program"])
         assert [each.code for each in analysis.diagnostics] == [case["code"]], case["program"]
         assert not analysis.ok
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from improv_core.diagnostics import applied
 from improv_core.ide.code_action import fix_all
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
@@ -22,7 +21,6 @@ from improv_core.syntax.formatter import format_text
 from tests.ide.cursor import preferred
 
 TESTS = Path(__file__).parents[1]
-SUITE: dict[str, Any] = json.loads((TESTS / "keyboards.json").read_text(encoding="utf-8"))
 BODIES: dict[str, Any] = json.loads((TESTS / "bodies.json").read_text(encoding="utf-8"))
 EVERY = [
     *((case["program"], "") for case in json.loads((TESTS / "conformance.json").read_text(encoding="utf-8"))["cases"]),
@@ -195,21 +193,3 @@ def test_no_program_becomes_another_dance() -> None:
     for number, kind in enumerate(NOT_ALIKE):
         check_pressing(every_program()[number % 3 :: 3], 0, 0.3, [kind])
     check_pressing(every_program(), 0, 0.05, NOT_ALIKE)
-
-
-def test_preferred_fixes_write_the_expected_programs() -> None:
-    for case in SUITE["fixes"]:
-        [edits] = preferred(analyze(case["typed"]))
-        assert applied(case["typed"], edits) == case["becomes"]
-
-
-def test_codes_of_characters() -> None:
-    for case in SUITE["codes"]:
-        assert case["code"] in [each.code for each in analyze(case["program"]).diagnostics]
-
-
-def test_programs_of_other_keyboards_compile_to_their_segments() -> None:
-    for case in SUITE["cases"]:
-        found = {name: part["segments"] for name, part in compiled(analyze(case["program"]))["robots"].items()}
-        expected = {name: [pytest.approx(each, abs=1e-9) for each in part] for name, part in case["robots"].items()}
-        assert found == expected, case["program"]

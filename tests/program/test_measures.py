@@ -5,24 +5,20 @@ from __future__ import annotations
 import json
 import math
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 
-from improv_core.diagnostics import applied
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.score_json import from_json, to_json
 from improv_core.syntax.formatter import format_text
-from tests.ide.cursor import preferred
 from tests.program.drawing import check
 from tests.program.measures_law import MOVEMENTS, PHRASES, TOML, Drawn
 from tests.program.test_fixes import fixed
 
-SUITE: dict[str, Any] = json.loads((Path(__file__).parents[1] / "measures.json").read_text(encoding="utf-8"))
 BODY = """
 [robots.ada]
 profile = "own"
@@ -48,26 +44,6 @@ def segments(program: str, robots: str = "") -> dict[str, list[list[float]]]:
     analysis = analyze(program, read_robots(robots))
     assert analysis.ok, analysis.diagnostics
     return {name: part["segments"] for name, part in compiled(analysis)["robots"].items()}
-
-
-def test_programs_compile_to_their_segments() -> None:
-    for case in SUITE["cases"]:
-        analysis = analyze(case["program"])
-        assert analysis.ok, case["program"]
-        found = compiled(analysis)
-        expected = {name: [pytest.approx(each, abs=1e-9) for each in part] for name, part in case["robots"].items()}
-        assert {name: part["segments"] for name, part in found["robots"].items()} == expected, case["program"]
-        for name, start in case.get("start", {}).items():
-            assert found["robots"][name]["start"] == start
-            assert [*found["room"]] == case["room"]
-
-
-def test_codes_and_preferred_fixes_are_those_of_the_law() -> None:
-    for case in SUITE["codes"]:
-        assert case["code"] in [each.code for each in analyze(case["program"]).diagnostics], case["program"]
-    for case in SUITE["fixes"]:
-        [edits] = preferred(analyze(case["typed"]))
-        assert applied(case["typed"], edits) == case["becomes"]
 
 
 @given(MOVEMENTS)

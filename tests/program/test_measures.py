@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
-from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
 
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.program.compiler import compiled, score_of
+from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
-from improv_core.score.score_json import from_json, to_json
 from improv_core.syntax.formatter import format_text
 from tests.program.drawing import check
-from tests.program.measures_law import MOVEMENTS, PHRASES, TOML, Drawn
 from tests.program.test_fixes import fixed
 
 BODY = """
@@ -44,26 +39,6 @@ def segments(program: str, robots: str = "") -> dict[str, list[list[float]]]:
     analysis = analyze(program, read_robots(robots))
     assert analysis.ok, analysis.diagnostics
     return {name: part["segments"] for name, part in compiled(analysis)["robots"].items()}
-
-
-@given(MOVEMENTS)
-@settings(deadline=None)
-def test_random_movements_have_the_velocities_of_the_law(drawn: Drawn) -> None:
-    program = f"{PHRASES}a $ {drawn.text}\n"
-    analysis = analyze(program, read_robots(TOML))
-    assert analysis.ok, (program, analysis.diagnostics)
-    at = Fraction(0)
-    [part] = compiled(analysis)["robots"].values()
-    for beats, velocity in drawn.pieces:
-        middle = float(at + beats / 2)
-        [*_, found] = (each for each in part["segments"] if each[0] <= middle)
-        assert found[2:] == pytest.approx(velocity, rel=1e-9, abs=1e-9), program
-        at += beats
-    assert part["beats"] == str(at)
-    again = format_text(program)
-    assert compiled(analyze(again, read_robots(TOML)))["robots"]["a"]["segments"] == part["segments"], again
-    written = json.dumps(to_json(score_of(analysis)))
-    assert json.dumps(to_json(from_json(json.loads(written)))) == written
 
 
 def test_a_measure_depends_on_no_step_and_no_quarter_turn() -> None:

@@ -1,4 +1,5 @@
-"""An evaluator of programs with body parts, written from the law of the language alone, and random programs for it.
+"""An evaluator of programs with body parts and measures, written from the law of the language alone, and random
+programs for it.
 
 It expands a movement into pieces of constant velocity and plays them one after the other. It uses none of our code.
 """
@@ -10,21 +11,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count
-from math import inf, radians
+from math import copysign, inf, radians
 from typing import NamedTuple
 
 AXES = ("x", "y", "z", "yaw")
-WORDS: Mapping[str, tuple[int, Fraction]] = {
-    **{word: (0, Fraction(sign)) for word, sign in (("forward", 1), ("backward", -1))},
-    **{word: (1, Fraction(sign)) for word, sign in (("strafeleft", 1), ("straferight", -1))},
-    **{word: (2, Fraction(sign)) for word, sign in (("up", 1), ("down", -1))},
-    **{word: (3, Fraction(sign)) for word, sign in (("left", 1), ("right", -1), ("halfleft", Fraction(1, 2)))},
-    "rest": (0, Fraction(0)),
+WORDS: Mapping[str, tuple[int, float]] = {
+    **{word: (0, sign) for word, sign in (("forward", 1), ("backward", -1), ("rest", 0))},
+    **{word: (1, sign) for word, sign in (("strafeleft", 1), ("straferight", -1))},
+    **{word: (2, sign) for word, sign in (("up", 1), ("down", -1))},
+    **{word: (3, sign) for word, sign in (("left", 1), ("right", -1), ("halfleft", 0.5), ("halfright", -0.5))},
 }
+OWN = 0.25, 0.25, 0.25, radians(92.5)
+"""Meters of the base's step, along each axis, and its quarter turn."""
+LENGTHS: Mapping[str, float] = {"m": 1, "cm": 0.01, "mm": 0.001}
+ANGLES: Mapping[str, float] = {"deg": radians(1), "°": radians(1)}
+PHRASES = "go n = forward n*1m\nspin n r = left 360deg/n radius r*50cm\nlift n = up n*2m/3\n"
 ARMS = {"l_arm": "r_arm", "r_arm": "l_arm"}
 TOML = """
 [profiles.p]
-step = 1
+step = 0.25
+quarter_turn = 92.5
 [profiles.p.body.head]
 left = { joint = "yaw", degrees = 30 }
 up = { joint = "pitch", degrees = -20 }
@@ -98,17 +104,17 @@ class Pose:
 
 @dataclass(frozen=True)
 class Does:
-    """The motion of one performer in a piece."""
+    """The motion of one performer in a piece: along each axis its own steps, then meters or radians, a beat."""
 
-    velocity: tuple[Fraction, ...] = (Fraction(0),) * 4
+    velocity: tuple[float, ...] = (0.0,) * 8
     poses: tuple[Pose, ...] = ()
 
     def plus(self, other: Does) -> Does:
         pairs = zip(self.velocity, other.velocity, strict=True)
         return Does(tuple(one + another for one, another in pairs), self.poses + other.poses)
 
-    def times(self, *factors: Fraction | int) -> Does:
-        pairs = zip(self.velocity, factors, strict=True)
+    def times(self, *factors: float) -> Does:
+        pairs = zip(self.velocity, factors * 2, strict=True)
         return replace(self, velocity=tuple(each * factor for each, factor in pairs))
 
 
@@ -141,7 +147,7 @@ def _together(one: Mapping[str, Does], other: Mapping[str, Does]) -> Mapping[str
 def _paced(pieces: Pieces, rate: Fraction) -> Pieces:
     def change(does: Does) -> Does:
         poses = tuple(replace(pose, rate=pose.rate * rate) for pose in does.poses)
-        return replace(does.times(rate, rate, rate, rate), poses=poses)
+        return replace(does.times(*[float(rate)] * 4), poses=poses)
 
     return [Piece(beats / rate, who) for beats, who in _each(pieces, change)]
 
@@ -205,7 +211,7 @@ def _series(dice: random.Random, depth: int, part: str, poses: bool, squeezed: b
 def _term(dice: random.Random, depth: int, part: str, poses: bool) -> Term:
     if depth <= 0 or dice.random() < 0.3:
         return _word(dice, part, poses)
-    kind = dice.choice(["()", "[]", "rate", "repeat", "scale", "backward", "YZ", "YZ", "plane", "part", "part", "part"])
+    kind = dice.choice(("()", "[]", "rate", "fit", "repeat", "scale", "backward", "plane", *["YZ"] * 2, *["part"] * 3))
     if kind == "()":
         inner = movement(dice, depth - 1, part, poses)
         return Term(f"({inner.text})", inner.pieces)
@@ -217,11 +223,13 @@ def _term(dice: random.Random, depth: int, part: str, poses: bool) -> Term:
         inner = _term(dice, depth - 1, name, poses)
         parts = ["l_arm", "r_arm"] if name == "arms" else [name]
         return Term(f"{name} {inner.text}", lambda: _by(parts, inner.pieces()))
-    inner = _term(dice, depth - 1, part, poses and kind in ("rate", "repeat", "YZ"))
+    inner = _term(dice, depth - 1, part, poses and kind in ("rate", "fit", "repeat", "YZ"))
     number = dice.choice([2, 3])
     if kind == "rate":
         word, rate = dice.choice([("fast", Fraction(number)), ("slow", Fraction(1, number))])
         return Term(f"{word} {number} {inner.text}", lambda: _paced(inner.pieces(), rate))
+    if kind == "fit":
+        return Term(f"fit 3 {inner.text}", lambda: _paced(pieces := inner.pieces(), beats_of(pieces) / 3))
     if kind == "repeat":
         return Term(f"repeat {number} {inner.text}", lambda: [p for _ in range(number) for p in inner.pieces()])
     if kind == "scale":
@@ -233,7 +241,7 @@ def _term(dice: random.Random, depth: int, part: str, poses: bool) -> Term:
         return Term(f"{word} {inner.text}", lambda: _each(inner.pieces(), lambda does: does.times(*[sign] * 4))[::-1])
     if kind == "YZ":
         return Term(f"reflect YZ {inner.text}", lambda: _reflected(inner.pieces()))
-    plane, signs = dice.choice([("XZ", (-1, 1, 1, 1)), ("XY", (1, 1, -1, 1))])
+    plane, signs = dice.choice([("XZ", (-1, 1, 1, 1)), ("frontal", (-1, 1, 1, 1)), ("XY", (1, 1, -1, 1))])
     return Term(f"reflect {plane} {inner.text}", lambda: _each(inner.pieces(), lambda does: does.times(*signs)))
 
 
@@ -241,23 +249,75 @@ def _word(dice: random.Random, part: str, poses: bool) -> Term:
     if part and poses and dice.random() < 0.5:
         name = dice.choice(["aside", "start"] if part == "head" else ["high", "wide", "start"])
         return Term(f"to {name}", lambda: [Piece(Fraction(1), {"": Does(poses=(Pose(next(_numbers), name),))})])
+    if not part and dice.random() < 0.2:
+        return _phrase(dice)
     word = dice.choice([*WORDS])
-    axis, speed = WORDS[word]
-    velocity = tuple(speed if each == axis else Fraction(0) for each in range(4))
-    return Term(word, lambda: [Piece(Fraction(1), {"": Does(velocity)})])
+    axis, steps = WORDS[word]
+    text, own, measured = word, [0.0] * 4, [0.0] * 4
+    units = {} if "half" in word or word == "rest" else _units(part, AXES[axis])
+    if units and dice.random() < 0.4:
+        measure, value = _measure(dice, units)
+        text, measured[axis] = f"{word} {measure}", steps * value
+    else:
+        own[axis] = steps
+    if axis == 3 and not part and dice.random() < 0.3:
+        radius, value = _measure(dice, LENGTHS)
+        text, measured[0] = f"{text} radius {radius}", value * abs(own[3] * OWN[3] + measured[3])
+    return _moves(text, *own, *measured)
+
+
+def _moves(text: str, *velocity: float) -> Term:
+    return Term(text, lambda: [Piece(Fraction(1), {"": Does(velocity)})])
+
+
+def _phrase(dice: random.Random) -> Term:
+    """Return a use of a phrase with numbers that its measures take."""
+    number, radius = (dice.choice(["1", "2", "3", "1/2", "5"]) for _ in range(2))
+    n, turn = float(Fraction(number)), radians(360) / float(Fraction(number))
+    text, x, z, yaw = dice.choice(
+        [
+            (f"go {number}", n, 0.0, 0.0),
+            ("go 0", 0.0, 0.0, 0.0),
+            (f"lift {number}", 0.0, n * 2 / 3, 0.0),
+            (f"spin {number} {radius}", float(Fraction(radius)) / 2 * turn, 0.0, turn),
+        ]
+    )
+    return _moves(text, *[0.0] * 4, x, 0.0, z, yaw)
+
+
+def _units(part: str, axis: str) -> Mapping[str, float]:
+    """Return the units of measures along an axis, none if no joint of the part takes it."""
+    if not part:
+        return ANGLES if axis == "yaw" else LENGTHS
+    drives = [DRIVES[each][axis] for each in (ARMS if part == "arms" else [part]) if axis in DRIVES[each]]
+    return {} if not drives else LENGTHS if drives[0].joint == "l_reach" else ANGLES
+
+
+def _measure(dice: random.Random, units: Mapping[str, float]) -> tuple[str, float]:
+    """Return a product in which one number has a unit, and its value."""
+    unit = dice.choice([*units])
+    numbers = dice.choices(["1", "2", "3", "1.5", ".5", "40", "7"], k=dice.choice([1, 2, 3]))
+    marked, text, value = dice.randrange(len(numbers)), "", units[unit]
+    for place, number in enumerate(numbers):
+        sign = dice.choice("*/") if place else ""
+        text += sign + number + unit * (place == marked)
+        value = value / float(number) if sign == "/" else value * float(number)
+    return text, value
 
 
 class Stretch(NamedTuple):
-    """A stretch from one beat to another, the velocities of the joints in it, and their positions at its end."""
+    """A stretch from one beat to another, the velocities of the base and of the joints in it, and the positions of
+    these at its end."""
 
     begin: float
     end: float
+    base: Sequence[float]
     velocities: Mapping[str, float]
     positions: Mapping[str, float]
 
 
 def performed(pieces: Pieces) -> list[Stretch]:
-    """Return the motion of the joints, at one beat a second."""
+    """Return the motion of the base and the joints, at one beat a second."""
     drives = {drive.joint: drive for part in DRIVES.values() for drive in part.values()}
     positions = {joint: drive.start for joint, drive in drives.items()}
     reaching: dict[tuple[int, str], Mapping[str, float]] = {}
@@ -266,7 +326,8 @@ def performed(pieces: Pieces) -> list[Stretch]:
         velocities = dict.fromkeys(positions, 0.0)
         for part, does in who.items():
             for axis, drive in DRIVES.get(part, {}).items():
-                velocities[drive.joint] += float(does.velocity[AXES.index(axis)]) * drive.step
+                steps, measured = does.velocity[AXES.index(axis) :: 4]
+                velocities[drive.joint] += steps * drive.step + copysign(measured, measured * drive.step)
             for pose in does.poses if part else ():
                 if (pose.number, part) not in reaching:
                     reaching[pose.number, part] = _velocities_to(part, pose, positions)
@@ -275,7 +336,9 @@ def performed(pieces: Pieces) -> list[Stretch]:
         for joint, speed in velocities.items():
             drive = drives[joint]
             positions[joint] = min(max(positions[joint] + speed * float(beats), drive.least), drive.most)
-        found.append(Stretch(float(at), float(at + beats), velocities, dict(positions)))
+        base = who.get("", Does()).velocity
+        speeds = [steps * own + measured for steps, own, measured in zip(base[:4], OWN, base[4:], strict=True)]
+        found.append(Stretch(float(at), float(at + beats), speeds, velocities, dict(positions)))
         at += beats
     return found
 

@@ -24,6 +24,8 @@ ROOT = Path(sys.executable).anchor
 """The folder in which children start: it contains no modules, and only administrators can add some."""
 KILL_LIMIT = 5.0
 """Seconds that a killed process may take until it is gone."""
+KILLED = -9
+"""The exit code of a process that got SIGKILL, which Windows doesn't have."""
 MOST_ERRORS = 50
 """The lines of standard error that are kept."""
 ERRORS_LIMIT = 0.5
@@ -78,7 +80,8 @@ class Child:
         self._input, self._output = self._process.stdin, self._process.stdout
         self._unsent = self._unread = b""
         self.errors: deque[str] = deque(maxlen=MOST_ERRORS)
-        """The last lines on its standard error, if they are kept; complete once `wait` has returned."""
+        """The last lines on its standard error, if they are kept; complete once `wait` has returned, and empty then if
+        somebody else has killed it: nothing that it wrote before is the reason."""
         if not policy.waits:
             os.set_blocking(self._input.fileno(), False)
         if policy.pipe_size:
@@ -171,11 +174,13 @@ class Child:
         """Close its output, and wait until it has exited, or kill it if it takes too long. Returns its exit code; None
         if even a kill has not ended it."""
         self._output.close()
-        for limit in (self._policy.end, KILL_LIMIT):
+        for is_killed, limit in ((False, self._policy.end), (True, KILL_LIMIT)):
             with suppress(subprocess.TimeoutExpired):
                 code = self._process.wait(limit)
                 if self._process.stderr:
                     self._errors.join(ERRORS_LIMIT)
+                if code == KILLED and not is_killed:
+                    self.errors.clear()
                 return code
             self.kill()
         return None

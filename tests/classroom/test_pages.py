@@ -102,9 +102,10 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     expect(page.locator("#children li")).to_have_count(2)
     page.locator("#children .look").last.click()
     expect(page.locator("#front-real")).to_be_hidden()  # this class has no real robots
+    expect(page.locator("#front-text")).to_have_text("s $ forwrd")
     send(address, "send", "s $ backward", secret)
     expect(page.locator("#front-line")).to_contain_text("Bo has sent another dance.")
-    expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # the dance in front stays
+    expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # it stays
     page.get_by_role("button", name="Close").click()
     hidden = "# \x1b\u202e\r\ns $ backward\r\n"
     send(address, "send", hidden, secret)

@@ -66,6 +66,16 @@ def test_its_last_error_is_known() -> None:
         assert fails.last_error == "this"
 
 
+def test_the_last_line_of_a_child_that_somebody_kills_is_no_reason() -> None:
+    policy = Policy(LIMIT, errors=subprocess.PIPE)
+    with child(SPEAK, "print('a log', file=sys.stderr)", "say(1)", "input()", policy=policy) as logs:
+        assert logs.read(LIMIT) == [b"1"]
+        os.kill(logs.pid, signal.SIGKILL)
+        assert all_of(logs) == []
+        assert logs.wait() == -signal.SIGKILL
+        assert logs.last_error == ""
+
+
 def test_a_child_that_does_not_read_delays_nobody_and_gets_everything_later() -> None:
     with child("input()", "print(len(input()))", policy=Policy(LIMIT, waits=False)) as slow:
         long = b"x" * 1_000_000

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
@@ -79,6 +81,15 @@ def _open(inner: st.SearchStrategy[str], conditions: st.SearchStrategy[str]) -> 
         st.builds("pause {} ({})".format, conditions, inner),
         st.builds("if {} ({}) else ({})".format, conditions, inner, inner),
     )
+
+
+def written(words: Sequence[str], forms: Iterable[str], most: int) -> st.SearchStrategy[str]:
+    """Generate movements of at most so many words. In a form, `{0}` and `{1}` are movements."""
+
+    def larger(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+        return st.one_of(*(st.builds(form.format, *[inner] * (1 + ("{1}" in form))) for form in forms))
+
+    return st.recursive(st.sampled_from(words), larger, max_leaves=most)
 
 
 SHORTEST = 1 / 12

@@ -16,6 +16,7 @@ from improv_core.program.compiler import compiled
 from improv_core.score.performance import SenseSpan
 from improv_core.text import Span
 from tests.ide.cursor import CURSOR
+from tests.random_programs import written
 
 CHANGING = ("Wrap in [ ]", "Wrap in slow", "Other dice", "Write")
 
@@ -217,31 +218,20 @@ def test_nothing_outside_movements() -> None:
 
 
 SENSED = [SenseSpan("near", None, Fraction(3, 4), Fraction(5, 2)), SenseSpan("near", None, 5)]
-TERMS = st.recursive(
-    st.sampled_from(["forward", "left", "up", "rest", "x", "y"]),
-    lambda inner: st.one_of(
-        st.lists(inner, min_size=1, max_size=4).map(lambda items: f"({' '.join(items)})"),
-        st.lists(inner, min_size=1, max_size=4).map(lambda items: f"[{' '.join(items)}]"),
-        st.tuples(inner, inner).map(lambda voices: f"({voices[0]} {voices[0]} || {voices[1]})"),
-        st.tuples(inner, inner).map(lambda voices: f"[{voices[0]} || {voices[1]}]"),
-        inner.map("repeat 2 {}".format),
-        inner.map("reverse {}".format),
-        inner.map("fast 3/2 {}".format),
-        inner.map("reflect YZ {}".format),
-        inner.map("choose ({0} {0})".format),
-        inner.map("shuffle ({0} up {0})".format),
-        inner.map("accumulate ({0} left {0})".format),
-        inner.map("chance 1/2 {}".format),
-        inner.map("seed 3 {}".format),
-        inner.map("fit 2 {}".format),
-        inner.map("f 2 {}".format),
-        inner.map("until near {}".format),
-        inner.map("pause not near {}".format),
-        st.builds("if near {} else {}".format, inner, inner),
-        inner.map("g {0} (left {0})".format),
-    ),
-    max_leaves=6,
-)
+FORMS = [
+    "({0})",
+    "({0} {1})",
+    "[{0} {1}]",
+    "({0} {0} || {1})",
+    "[{0} || {1}]",
+    "repeat 2 {0}",
+    "reverse {0}",
+    "fit 2 {0}",
+]
+FORMS += ["fast 3/2 {0}", "reflect YZ {0}", "choose ({0} {0})", "shuffle ({0} up {0})", "accumulate ({0} left {0})"]
+FORMS += ["chance 1/2 {0}", "seed 3 {0}", "f 2 {0}", "g {0} (left {0})", "until near {0}", "pause not near {0}"]
+FORMS += ["fit 2 {0}", "if near {0} else {1}"]
+TERMS = written(["forward", "left", "up", "rest", "x", "y"], FORMS, 6)
 BODIES = st.lists(TERMS, min_size=1, max_size=4).map(" ".join)
 STATEMENTS = st.one_of(
     st.builds("{} = {}".format, st.sampled_from("xy"), BODIES),

@@ -15,6 +15,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.walk import Moment, walk
 from improv_core.syntax import nodes
 from improv_core.text import Span
+from tests.random_programs import written
 
 WORDS = 12
 """The most words of a robot that a test compares."""
@@ -167,21 +168,10 @@ def test_selections_that_play_nothing_are_refused_in_one_line() -> None:
     refused(f"«{many}»", "these are 200 definitions: select 100 or fewer")
 
 
-def movements(terms: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    several = st.lists(terms, min_size=1, max_size=3)
-    return (
-        several.map(lambda each: f"({' '.join(each)})")
-        | several.map(lambda each: f"[{' '.join(each)}]")
-        | several.map(lambda each: f"choose ({' '.join(f'fit 1 {item}' for item in each)})")
-        | several.map(lambda each: f"shuffle ({' '.join(each)})")
-        | terms.map(lambda each: f"chance 2/3 {each}")
-        | terms.map(lambda each: f"seed 3/2 {each}")
-        | st.tuples(terms, terms).map(lambda each: f"if near {each[0]} else {each[1]}")
-    )
-
-
 THROWS = ["shuffle (left right up down)", "choose (left right up down)"]
-dances = st.recursive(st.sampled_from([*THROWS, "x", "y"]), movements, max_leaves=8)
+FORMS = ["({0})", "({0} {1})", "[{0} {1}]", "choose (fit 1 {0} fit 1 {1})", "shuffle ({0} {1})", "chance 2/3 {0}"]
+FORMS += ["seed 3/2 {0}", "if near {0} else {1}"]
+dances = written([*THROWS, "x", "y"], FORMS, 8)
 
 
 def once(movement: str, letter: str, word: str) -> str:

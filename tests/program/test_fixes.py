@@ -6,7 +6,6 @@ from fractions import Fraction
 
 import pytest
 from hypothesis import example, given
-from hypothesis import strategies as st
 
 from improv_core.diagnostics import Edit, Fix, applied
 from improv_core.program.analysis import Analysis, analyze
@@ -14,6 +13,7 @@ from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.performance import SenseSpan
 from tests.program.test_keyboards import assert_alike
+from tests.random_programs import written
 
 
 def fixed(analysis: Analysis, fix: Fix) -> str:
@@ -158,23 +158,21 @@ def test_a_motion_in_a_definition_is_left_to_the_other_robots_that_play_it() -> 
     assert [(each.code, each.fixes) for each in analysis.diagnostics] == [("unsupported-direction", ())]
 
 
-WORDS = st.sampled_from(
-    ["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left", "choose (left right)"]
-)
+WORDS = ["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left", "choose (left right)"]
+FORMS = ["({0} {1})", "({0} || {1})", "[{0}]", "[{0} || {1}]", "reverse ({0} {1})", "repeat 3 [{0} {1}]", "fit 3 ({0})"]
+FORMS += [
+    "ease ({0})",
+    "accumulate ({0} {1})",
+    "shuffle ({0} {1})",
+    "chance 1/2 ({0})",
+    "seed 2 ({0})",
+    "cut ({0} {1})",
+]
+FORMS += ["ramp 1 2 ({0})", "until near ({0} || {1})", "pause near ({0})", "(if near ({0}) else left left)"]
+FORMS += ["cut ({0} {1})", "(if not near ({0} {1}) else ())", "until not near ({0})"]
 
 
-FORMS = ["({})", "[{}]", "reverse ({})", "repeat 3 [{}]", "fit 3 ({})", "ease ({})", "accumulate ({})", "shuffle ({})"]
-FORMS += ["chance 1/2 ({})", "seed 2 ({})", "ramp 1 2 ({})", "cut ({})", "until near ({})", "pause near ({})"]
-FORMS += ["(if near ({}) else left left)", "(if not near ({}) else ())", "until not near ({})"]
-
-
-def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    series = st.lists(inner, min_size=1, max_size=4).map(" ".join)
-    voices = st.lists(series, min_size=1, max_size=3).map(" || ".join)
-    return st.builds(str.format, st.sampled_from(FORMS), voices)
-
-
-@given(st.recursive(WORDS, combined, max_leaves=20))
+@given(written(WORDS, FORMS, 20))
 @example("left || reverse (left left || left forward)")
 @example("(left left || left fit 3 (left left))")
 @example("((slow 2 left || left left forward) repeat left)")

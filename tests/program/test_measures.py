@@ -218,13 +218,3 @@ def test_a_base_that_stops_by_itself_counts_measured_ways_back() -> None:
         robots='[robots.anna]\nprofile = "create3"',
         hints=True,
     )
-
-
-def test_what_is_too_fast_fits_with_a_whole_factor() -> None:
-    check(
-        """
-        anna $ forward 1.5m
-               ^^^^^^^ too-fast: 1.5 m/s is over anna's limit of 0.22 m/s: use `beat 8`, or `slow 7 ( … )` around the whole movement
-        """,
-        robots='[robots.anna]\nprofile = "turtlebot3_burger"',
-    )

@@ -1,6 +1,6 @@
 """The messages that only the page and its server exchange (docs/protocol.md). Standard library only.
 
-`page/messages.js` checks those that arrive at the page, and `read` those that arrive at its server.
+`read` checks those that arrive at the server. The page has its types from here: `python -m tests.page_requests`.
 """
 
 from __future__ import annotations
@@ -256,7 +256,7 @@ Window = TypedDict(
 ToPage = (
     DrawnRobots | ServerTime | DrawnPoses | DrawnTrails | DrawnMeasured | TransportMessage | Stopped | ProgramMessage
     | ShownScore | Bumps | Window | MeetingsMessage | Misplaced | Armed | Sensed | Decided | FaultMessage | Vitals
-    | WhyStill | JointPositions | ProgramSource | Draft | EditorAnswer
+    | WhyStill | Link | JointPositions | ProgramSource | Draft | EditorAnswer
 )  # fmt: skip
 FromPage = Press | PageConduct | Restart | AskWindow | AskEditor
 ForPages = (

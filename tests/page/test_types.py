@@ -23,7 +23,8 @@ def test_the_types_of_the_page_fit_together_and_a_wrong_one_is_found(tmp_path: P
         f'// @ts-check\nimport {{ Clock }} from "{PAGE / "score" / "clock.js"}"\nnew Clock().isSilent(7)\n', "utf-8"
     )
     config = tmp_path / "tsconfig.json"
-    settings = {"extends": str(HERE / "tsconfig.json"), "include": [str(PAGE / "**" / "*.js"), "wrong.js"]}
+    checks = [str(HERE / "messages.d.ts"), str(PAGE / "**" / "*.js"), "wrong.js"]
+    settings = {"extends": str(HERE / "tsconfig.json"), "include": checks}
     config.write_text(json.dumps(settings), encoding="utf-8")
     checked = subprocess.run(
         [compiler, "--project", tmp_path], capture_output=True, text=True, timeout=290, check=False

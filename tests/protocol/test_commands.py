@@ -46,9 +46,9 @@ def test_a_stop_voids_each_command_that_could_move_robots() -> None:
     assert COMMANDS["stop"].voids == COMMANDS.keys() - LEFT
 
 
-def test_the_page_has_the_same_requests_and_limits() -> None:
-    written = page_requests.FILE.read_text(encoding="utf-8")
-    assert written == page_requests.text(), "run `python -m tests.page_requests`"
+def test_the_page_has_the_same_messages_and_limits() -> None:
+    written = [file.read_text(encoding="utf-8") for file in (page_requests.TYPES, page_requests.LIMITS)]
+    assert written == [page_requests.types(), page_requests.limits()], "run `python -m tests.page_requests`"
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,6 @@ import { stillOf } from "./website/still.js"
 
 /** @import { Point } from "./floor/camera.js" */
 /** @import { Change } from "./score/changes.js" */
-/** @import { Message, Messages } from "./net/messages.js" */
 
 // First of all, so that Stop works even if a part of the page fails.
 const put = connect(take, connection)
@@ -134,7 +133,7 @@ const HANDLERS = {
   stopped: (message) => {
     const { transport } = clock
     if (!message.message && ["playing", "paused", "waiting"].includes(transport.state)) {
-      takeTransport({ type: "transport", ...transport, state: "stopped", beat: clock.beat() }) // perhaps nobody sends that any more
+      takeTransport({ ...transport, state: "stopped", beat: clock.beat() }) // perhaps nobody sends that any more
     }
     notices.takeStopped(message)
   },

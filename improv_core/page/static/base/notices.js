@@ -4,7 +4,6 @@
 import { button, find } from "./elements.js"
 import { refit } from "./frames.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {"opening" | "open" | "lost" | "refused" | "over"} Connection */
 
 /** @type {Partial<Record<Connection, string>>} */

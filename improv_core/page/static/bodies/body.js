@@ -3,7 +3,6 @@
 
 import { about, plus } from "./vectors.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Place } from "./vectors.js" */
 /** @typedef {Messages["score"]["robots"][string]["body"]} Body */
 /** @typedef {Body[number]["joints"][number]} Joint */

@@ -11,7 +11,6 @@ import { clearTurntable, stickFigure } from "./turntable.js"
 
 /** @import { Body, Joint, Positions } from "./body.js" */
 /** @import { Robot } from "../score/robot-list.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Picture } from "./puppet.js" */
 /** @typedef {(robot: string, part: string, axis: Joint["axis"]) => number} Asked returns the commanded speed of a body part */
 /** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */

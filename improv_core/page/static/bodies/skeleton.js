@@ -3,7 +3,6 @@
 
 import { about, along, plus } from "./vectors.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Positions } from "./body.js" */
 /** @import { Axes, Place } from "./vectors.js" */
 /** @typedef {Messages["score"]["skeletons"][string]} Skeleton */

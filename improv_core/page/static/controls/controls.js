@@ -4,7 +4,7 @@
 import { element, find } from "../base/elements.js"
 import { notices } from "../base/notices.js"
 import { isWebsite } from "../net/backend.js"
-import { LIMITS } from "../net/requests.js"
+import { LIMITS } from "../net/limits.js"
 import { send } from "../net/send.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"

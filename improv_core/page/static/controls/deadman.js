@@ -4,7 +4,6 @@
 import { find, write } from "../base/elements.js"
 import { send } from "../net/send.js"
 
-/** @import { Messages } from "../net/messages.js" */
 
 const SEND_PERIOD = 100 // milliseconds between two messages that the button is held
 

@@ -6,7 +6,6 @@ import { notices } from "../base/notices.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
 
-/** @import { Messages } from "../net/messages.js" */
 
 /** Shows why a program that was saved can't play. @param {Messages["program"]} message */
 export function showProblems({ name, problems, count }) {

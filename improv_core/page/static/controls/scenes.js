@@ -6,7 +6,6 @@ import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
 import { seek } from "./seek.js"
 
-/** @import { Messages } from "../net/messages.js" */
 
 const list = findA("scene", HTMLSelectElement)
 list.addEventListener("change", () => seek(begins()[list.selectedIndex]))

@@ -10,7 +10,6 @@ import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
 
 /** @import { Robot } from "../score/robot-list.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {{ reach: number, start: number, end: number } | { reach: number, radius: number }} Field a sector, or what is straight ahead */
 
 const CUE = "cue"

@@ -7,7 +7,6 @@ import { announce } from "../base/notices.js"
 import { measured } from "../floor/measured.js"
 import { clock } from "../score/clock.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Brick one robot as the wall shows it
  * @property {string} name

@@ -4,7 +4,6 @@
 /** @import { CodePoints } from "../base/code-points.js" */
 /** @import { Diagnostic } from "./diagnostics.js" */
 /** @import { Color } from "./highlight.js" */
-/** @import { Messages } from "../net/messages.js" */
 
 // In the order of improv_core/ide/semantic_tokens_legend.py.
 const KINDS = [

@@ -24,7 +24,6 @@ import { Tooltip } from "./tooltip.js"
 
 /** @import { Edit, Span } from "./edits.js" */
 /** @import { Color, Light } from "./highlight.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Diagnostic } from "./diagnostics.js" */
 
 const DIAGNOSTICS_DELAY = 400 // milliseconds without a key after which diagnostics are shown, and the handle: half a word is no word

@@ -6,7 +6,6 @@ import { send } from "../net/send.js"
 import { Completions } from "./completions.js"
 
 /** @import { CodePoints } from "../base/code-points.js" */
-/** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Text
  * @property {() => number | null} sent the number of the text, once it was sent to the server

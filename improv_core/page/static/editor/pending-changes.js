@@ -5,7 +5,6 @@ import { send } from "../net/send.js"
 
 /** @import { Edit } from "./edits.js" */
 /** @import { Change } from "../score/changes.js" */
-/** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Text
  * @property {() => number | null} known the number of the text, once the server has it

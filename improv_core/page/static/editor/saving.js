@@ -9,7 +9,6 @@ import { keptToml } from "../net/backend.js"
 import { send } from "../net/send.js"
 
 /** @import { Work } from "./draft.js" */
-/** @import { Messages } from "../net/messages.js" */
 /**
  * @typedef {object} Page
  * @property {() => string} getText

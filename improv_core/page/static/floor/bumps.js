@@ -1,7 +1,6 @@
 // @ts-check
 // Bumps: where robots ran into each other or into obstacles, how often, and how that is announced.
 
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {Messages["bumps"]["bumps"][number]} Bump */
 
 const MOST_BUMPS = 200

@@ -3,10 +3,9 @@
 
 import { find, findA } from "../base/elements.js"
 import { tomlLines } from "../editor/toml-lines.js"
-import { LIMITS } from "../net/requests.js"
+import { LIMITS } from "../net/limits.js"
 import { changes } from "../score/changes.js"
 
-/** @import { Messages } from "../net/messages.js" */
 
 /** @type {Record<string, { shape: "line" | "circle" | "grid", facing: "in" | "out" }>} */
 const CHOICES = {

@@ -11,7 +11,6 @@ import { robotList } from "../score/robot-list.js"
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Hold } from "./gestures.js" */
 /** @import { Change } from "../score/changes.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {{ number: number | null, offset: number }} Cursor the number of the text, once the server has it, and an offset in code points */
 

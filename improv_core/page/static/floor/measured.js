@@ -4,7 +4,6 @@
 import { bounds } from "./camera.js"
 
 /** @import { Point } from "./camera.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Pose } from "../base/path.js" */
 /**

@@ -7,7 +7,6 @@ import { redraw } from "../base/frames.js"
 import { formatPosition } from "../score/clock.js"
 
 /** @import { Camera, Point } from "./camera.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @typedef {{ beat: number, robots: string[], poses: Point[], words: string }} Meeting */
 /** @typedef {{ meeting: Meeting, place: Point, shows: boolean }} Mark on the screen, and whether its robots are drawn there */

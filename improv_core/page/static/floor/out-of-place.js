@@ -10,7 +10,6 @@ import { drawFacing } from "./rings.js"
 import { drawText, textPicture } from "./texts.js"
 
 /** @import { Camera } from "./camera.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @typedef {{ name: string, from: Pose | null, to: Pose }} ReturnPath from where a robot stands to its place; null if nobody knows where that is */

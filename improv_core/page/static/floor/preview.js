@@ -16,7 +16,6 @@ import { kindOf } from "./robots.js"
 /** @import { Point } from "./camera.js" */
 /** @import { Pose } from "../base/path.js" */
 /** @import { Pen } from "../base/pen.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {NonNullable<Messages["preview"]["robots"][string]>} Sent */
 /** @typedef {{ start: Pose, strokes: [from: Pose, to: Pose][], certain: number, sent: Sent }} PreviewedPath */
 

@@ -12,8 +12,8 @@ import { nearestRing, placeRings } from "./rings.js"
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Hold } from "./gestures.js" */
 /** @import { Robot } from "../score/robot-list.js" */
-/** @import { StartPose } from "../net/requests.js" */
-/** @import { Messages } from "../net/messages.js" */
+
+/** @typedef {Messages["analyze"]["starts"][string]} StartPose in meters and degrees */
 
 const LONG_NAME = 9 // letters: a longer name takes two smaller lines
 const PRECISION = 0.001 // meters and degrees, as they are written

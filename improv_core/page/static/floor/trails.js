@@ -7,7 +7,6 @@ import { bounds } from "./camera.js"
 
 /** @import { Point } from "./camera.js" */
 /** @import { Lookahead, Segment } from "../score/lookahead.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
 /** @typedef {{ x: number, y: number }} Spot */
 /** @typedef {Pose & { at: number }} Place a pose at a time of the performance, in seconds */

@@ -83,13 +83,13 @@ export class View {
    * The commanded speed of a body part now: only the sign counts.
    * @param {string} robot
    * @param {string} part
-   * @param {keyof Velocity} axis
+   * @param {string} axis
    * @param {number} beat
    */
   #asked(robot, part, axis, beat) {
     if (!clock.playing || clock.isSilent(robot)) return 0
     const segment = program.current?.at(robot, part, beat)
-    return segment && segment.start <= beat ? segment.velocity[axis] : 0
+    return segment && segment.start <= beat ? segment.velocity[/** @type {keyof Velocity} */ (axis)] : 0
   }
 
   /** @param {number} until the beat up to which paths are shown */

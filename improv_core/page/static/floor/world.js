@@ -2,9 +2,10 @@
 // The world around the robots: the walls of the floor, and obstacles.
 
 /** @import { Point } from "./camera.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
-/** @typedef {NonNullable<Messages["score"]["world"]>} World */
+/** @typedef {{ x: number, y: number, radius: number }} Circle */
+/** @typedef {{ x: number, y: number, width: number, height: number, heading: number }} Box */
+/** @typedef {{ size: number[] | null, walls: number[][], circles: Circle[], boxes: Box[] }} World */
 
 /**
  * Paints a world with a pen in meters; `scale` is pixels per meter.

@@ -1,13 +1,10 @@
 // @ts-check
 // The WebSocket to the server, opened again whenever it closes. Stops also go over a connection of their own.
 
-import { read } from "./messages.js"
 import { Stops } from "./stops.js"
 import { framed, isReplaced, withToken } from "./token.js"
 
-/** @import { Message } from "./messages.js" */
-/** @import { Request } from "./requests.js" */
-/** @typedef {Request | { type: "press", number: number }} Sent */
+/** @typedef {PageRequest | { type: "press", number: number }} Sent */
 
 const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
@@ -17,7 +14,7 @@ const LONGEST_DELAY = 3000
  * request; while there is no connection, it sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @returns {(request: Request) => void}
+ * @returns {(request: PageRequest) => void}
  */
 export function connect(onMessage, onChange) {
   const stops = new Stops()
@@ -36,9 +33,10 @@ export function connect(onMessage, onChange) {
       onChange("open")
     }
     socket.onmessage = (event) => {
-      const message = read(event.data)
-      if (message?.type === "stopped" && !message.message) stops.end()
-      if (message) onMessage(message)
+      /** @type {Message} */
+      const message = JSON.parse(event.data)
+      if (message.type === "stopped" && !message.message) stops.end()
+      onMessage(message)
     }
     socket.onclose = async () => {
       onChange("lost")

@@ -1,17 +1,16 @@
 // @ts-check
 // Requests to Improv, wherever it is.
 
-/** @import { Request } from "./requests.js" */
 
-/** @type {(request: Request) => void} */
+/** @type {(request: PageRequest) => void} */
 let way = () => {}
 
-/** Sends a request: while there is no connection, only a stop. @param {Request} request */
+/** Sends a request: while there is no connection, only a stop. @param {PageRequest} request */
 export function send(request) {
   way(request)
 }
 
-/** Has requests go this way from now on. @param {(request: Request) => void} put */
+/** Has requests go this way from now on. @param {(request: PageRequest) => void} put */
 export function sendBy(put) {
   way = put
 }

@@ -4,11 +4,8 @@
 import { isClass } from "../website/class.js"
 import { openProgram, path, showStill, storeProgram, storeStill } from "../website/local-program.js"
 import { notices } from "../base/notices.js"
-import { read } from "./messages.js"
 import { PressedStops } from "./stops.js"
 
-/** @import { Message } from "./messages.js" */
-/** @import { Request } from "./requests.js" */
 /** @import { Program } from "../website/local-program.js" */
 /** @typedef {{ message: string } | { ready: true } | { stage: string } | { obeyed: number } | { drawn: string | null } | { problem: string }} FromWorker */
 
@@ -29,7 +26,7 @@ let beat = 0 // at which the program begins when it is first played as it was op
  * Keeps a worker. Returns a function that sends a request.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
- * @returns {(request: Request) => void}
+ * @returns {(request: PageRequest) => void}
  */
 export function connect(onMessage, onChange) {
   const stops = new PressedStops()
@@ -50,14 +47,15 @@ export function connect(onMessage, onChange) {
   /** @param {FromWorker} said */
   function take(said) {
     if ("message" in said) {
-      const message = read(said.message)
-      if (message?.type === "source") {
+      /** @type {Message} */
+      const message = JSON.parse(said.message)
+      if (message.type === "source") {
         const linked = program.linked && message.text === program.text
         program = { ...program, text: message.text, revision: message.revision, linked }
         isKept = storeProgram(program)
         if (!isKept) return // for the page, the text stays unsaved
       }
-      if (message) onMessage(message.type === "write" && !isKept ? { ...message, problem: NO_ROOM } : message)
+      onMessage(message.type === "write" && !isKept ? { ...message, problem: NO_ROOM } : message)
     } else if ("ready" in said) {
       ready = true
       if (!isClass) keepSite() // the server of a class has it only as long as the class

@@ -3,8 +3,7 @@
 
 import { find } from "../base/elements.js"
 
-/** @import { Request } from "../net/requests.js" */
-/** @typedef {Extract<Request, { type: "change" }>["change"]} Change */
+/** @typedef {Extract<PageRequest, { type: "change" }>["change"]} Change */
 
 export const changes = {
   /** Has a change written: into the text on this page, or by an editor; null if nobody can. @type {((change: Change) => void) | null} */

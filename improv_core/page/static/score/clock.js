@@ -4,15 +4,13 @@
 import { clockOffset, withAnswer } from "../net/clock-offset.js"
 
 /** @import { TimeAnswer } from "../net/clock-offset.js" */
-/** @import { Messages } from "../net/messages.js" */
-/** @typedef {Omit<Messages["transport"], "type" | "speed" | "muted" | "soloed"> &
- *   { speed: number, muted: string[], soloed: string[] }} Transport */
+/** @typedef {Messages["transport"]} Transport */
 
 export class Clock {
   /** @type {Messages["armed"] | null} */
   armed = null // everything is ready, and waits for a person or a time
   /** @type {Transport} */
-  transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, poses: undefined, muted: [], soloed: [] }
+  transport = { type: "transport", monotonic: 0, generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", behind: 0, muted: [], soloed: [] }
 
   /** The server's clock minus that of the page's machine, in seconds: over SSH, they are two. */
   #ahead = 0
@@ -47,8 +45,7 @@ export class Clock {
   take(message) {
     const expected = this.beat()
     const { generation } = this.transport
-    const { speed = 1, muted = [], soloed = [] } = message
-    this.transport = { ...message, speed, muted, soloed }
+    this.transport = message
     return message.generation !== generation || Math.abs(expected - this.beat()) * (60 / message.tempo) > 0.1
   }
 

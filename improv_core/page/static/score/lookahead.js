@@ -5,7 +5,6 @@ import { partitionPoint } from "../base/search.js"
 import { pointsAlong, poseAfter, poseOf } from "../base/path.js"
 import { ProgramText } from "./program-text.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pose, Velocity } from "../base/path.js" */
 /**
  * @typedef {object} Segment one robot's motion at one velocity
@@ -175,7 +174,7 @@ export class Lookahead {
    * @param {Map<string, Segment[]>} tracks
    * @param {string} name
    * @param {number[] | null} pose
-   * @param {Messages["window"]["robots"][string]["moments"]} moments
+   * @param {any[][]} moments
    */
   #add(tracks, name, pose, moments) {
     const segments = tracks.get(name) ?? []
@@ -187,7 +186,7 @@ export class Lookahead {
       if (last && end <= last.end + NEAR) continue // this segment was at the end of the piece before, whole
       const velocity = { x, y, z, yaw }
       const seconds = (beats * 60) / this.score.tempo
-      last = { start, end, seconds, velocity, pose: next, words: words.flatMap((word) => this.spans(word)) }
+      last = { start, end, seconds, velocity, pose: next, words: words.flatMap((/** @type {number[]} */ word) => this.spans(word)) }
       next = next && poseAfter(next, velocity, seconds)
       segments.push(last)
       this.#count++
@@ -197,7 +196,7 @@ export class Lookahead {
 
   /**
    * The place of a word in the program: none if its statement is no longer there.
-   * @param {[statement: number, start: number, end: number]} word as the server counts
+   * @param {number[]} word its statement, start, and end, as the server counts
    * @returns {[start: number, end: number][]}
    */
   spans([statement, start, end]) {

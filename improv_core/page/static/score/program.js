@@ -7,7 +7,6 @@ import { clock, formatPosition } from "./clock.js"
 import { fetchPicture } from "../net/backend.js"
 import { send } from "../net/send.js"
 
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pose } from "../base/path.js" */
 
 export class Program {

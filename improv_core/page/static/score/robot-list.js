@@ -6,7 +6,6 @@ import { kindOf } from "../floor/robots.js"
 import { program } from "./program.js"
 
 /** @import { Segment } from "./lookahead.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {RobotList["all"][number]} Robot */
 
 export const RADIUS = 0.3 // meters, until the stage says otherwise

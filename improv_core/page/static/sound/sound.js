@@ -15,7 +15,6 @@ import { Waveform } from "./waveform.js"
 
 /** @import { Audio, Song } from "./audio.js" */
 /** @import { Transport } from "../score/clock.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
 const UNLOCK_TIMEOUT = 300 // milliseconds in which a browser turns sound on, if it does without a click

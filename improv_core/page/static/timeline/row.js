@@ -9,7 +9,6 @@ import { direction, itemsOf, labels, namesOf, outline, runs } from "./items.js"
 /** @import { Item } from "./items.js" */
 /** @import { Lookahead } from "../score/lookahead.js" */
 /** @import { Meeting } from "../floor/meetings.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { ProgramText, Voice } from "../score/program-text.js" */
 /** @import { RowPlace } from "./timerows.js" */

@@ -17,7 +17,6 @@ import { TimelineSheet } from "./timesheet.js"
 
 /** @import { Robot } from "../score/robot-list.js" */
 /** @import { Meeting } from "../floor/meetings.js" */
-/** @import { Messages } from "../net/messages.js" */
 
 const LONG_NAME = 12 // letters: a longer name takes two or three smaller lines
 const LEAST_BEAT_WIDTH = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls

@@ -4,7 +4,6 @@
 import { partsOf } from "../score/lookahead.js"
 
 /** @import { Robot } from "../score/robot-list.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @typedef {Robot & { part: string | null }} TimelineRow of a robot, or of one of its body parts */
 /** @typedef {{ robot: TimelineRow, y: number, row: number }} RowPlace where a row begins, and how high it is, in pixels */
 /** @typedef {{ head: number, row: number, top: number }} Heights in pixels: above all rows, of a robot's row, and scrolled out of view */

@@ -13,7 +13,6 @@ import { TimelineRows } from "./timerows.js"
 
 /** @import { Lookahead } from "../score/lookahead.js" */
 /** @import { Meeting } from "../floor/meetings.js" */
-/** @import { Messages } from "../net/messages.js" */
 /** @import { Pen } from "../base/pen.js" */
 /**
  * @typedef {object} TimelineView

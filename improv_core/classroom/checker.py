@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 from improv_core.diagnostics import Severity
 from improv_core.ide.merging import Dance, MergeError, merge, renamed
-from improv_core.ipc.child import Child, Policy
+from improv_core.ipc.asking import Answerer
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes, summary
 from improv_core.program.timing import moment
-from improv_core.protocol.json_lines import own_output
 from improv_core.robots.config import FILE_NAME, read_robots
 from improv_core.score.meetings import check_room
 from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
 from improv_core.score.svg import plot
 
-MODULE = "improv_core.classroom.checker"
 LIMIT = 10.0
 """Seconds of processor time that an answer may take, however busy the machine is. Then the process ends, and another
 one answers the next question."""
@@ -38,8 +35,6 @@ PATIENCE = 1 if sys.platform == "win32" else 60
 which can't limit the processor time of a process, it is 1."""
 MOST_MEMORY = 2_000_000_000
 """The most bytes of address space for the process, where the system can limit that."""
-NICENESS = 5
-"""The process's niceness: playing comes first."""
 LARGEST_PICTURE = 200_000
 LARGEST_SCORE = 400_000
 """The most characters of a score as JSON: about 6,000 movements. The event loop that receives the teacher's stop sends
@@ -52,7 +47,6 @@ MOST_WORK = 100_000
 """The work to find robots that meet: about 2 s of processor time on a slow machine."""
 MOST_MEETINGS = 3
 """The most meetings of robots that a line lists."""
-_POLICY = Policy(1.0)
 HEAVY = "this dance takes too long to read: make it shorter"
 LONG = "this has too many movements to play in a class: make it shorter, or play fewer together"
 
@@ -161,7 +155,8 @@ class DanceReader:
 
     def __init__(self, limit: float = LIMIT) -> None:
         self._limit = limit
-        self._child: Child | None = None
+        self._process = Answerer(answer)
+        self._process.limit = PATIENCE * limit
         self._one = asyncio.Lock()
 
     async def look(self, text: str) -> Impression | None:
@@ -179,52 +174,47 @@ class DanceReader:
 
     def close(self) -> None:
         """End the process."""
-        child, self._child = self._child, None
-        if child:
-            child.kill()
-            child.close_input()
+        self._process.give_up()
 
-    async def _ask(self, *question: object) -> Any:
+    async def _ask(self, what: str, *about: object) -> Any:
         """Return the answer; None if it took too long or the process has ended. Cancelling ends the process, so that
         the next question doesn't wait for an answer that nobody needs."""
         async with self._one:
-            child = self._child = self._child or Child([sys.executable, "-m", MODULE, str(self._limit)], _POLICY)
-            answering = asyncio.ensure_future(asyncio.to_thread(self._answer, child, question))
+            answering = asyncio.ensure_future(asyncio.to_thread(self._answer, Question(what, about, self._limit)))
             try:
                 return await asyncio.shield(answering)
             except asyncio.CancelledError:
-                child.kill()
+                self._process.give_up()
                 await asyncio.wait([answering])
                 raise
 
-    def _answer(self, child: Child, question: Sequence[object]) -> Any:
+    def _answer(self, question: Question) -> Impression | Prepared | None:
         try:
-            return json.loads(child.ask(json.dumps(question).encode(), PATIENCE * self._limit))
+            return self._process.ask(question)
         except (OSError, EOFError):
-            self._child = None
-            child.kill()
-            child.close_input()
-            child.wait()
+            self._process.close()
             return None
 
 
-def _serve(limit: float) -> None:
-    """Answer questions from standard input, until it is closed. Ends if an answer takes more than `limit` seconds of
-    processor time."""
-    say = own_output()
-    with suppress(AttributeError, OSError):  # not on Windows
-        os.nice(NICENESS)
+class Question(NamedTuple):
+    """A function here, its arguments, and the seconds of processor time after which its process ends."""
+
+    what: str
+    about: Sequence[Any]
+    limit: float
+
+
+def answer(question: Question) -> Impression | Prepared:
+    """Answer a question, in a process of its own."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     answers: Mapping[str, Callable[..., Impression | Prepared]] = {"look": look, "prepare": prepare, "embody": embody}
-    for line in sys.stdin.buffer:
-        what, *about = json.loads(line)
-        _end_after(limit)
-        answer = answers[what](*about)
-        _end_after(0.0)
-        say(answer)
+    _end_after(question.limit)
+    found = answers[question.what](*question.about)
+    _end_after(0.0)
+    return found
 
 
 def _end_after(limit: float) -> None:
@@ -232,7 +222,3 @@ def _end_after(limit: float) -> None:
     even in the middle of a regular expression."""
     if sys.platform != "win32":
         signal.setitimer(signal.ITIMER_PROF, limit)
-
-
-if __name__ == "__main__":
-    _serve(float(sys.argv[1]))

@@ -30,8 +30,6 @@ _KINDS = {
     "section": types.SymbolKind.Module,
     "key": types.SymbolKind.Property,
 }
-_FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRangeKind.Region}
-
 
 _CLOSED = "closed"
 """The ID of the annotation of edits in files that aren't open."""
@@ -108,7 +106,8 @@ def call_hierarchy_item(document: AnyDocument, entry: OutlineEntry, encoding: En
 
 
 def folding_range(fold: Fold) -> types.FoldingRange:
-    return types.FoldingRange(fold.first, fold.last, kind=_FOLDS.get(fold.kind))
+    kind = types.FoldingRangeKind.Comment if fold.kind == "comment" else None
+    return types.FoldingRange(fold.first, fold.last, kind=kind)
 
 
 def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding) -> types.SelectionRange:

@@ -1,8 +1,7 @@
-"""Folding ranges: scenes, brackets over several lines, comment blocks, and regions."""
+"""Folding ranges: scenes, brackets over several lines, and comment blocks."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -12,12 +11,10 @@ from improv_core.syntax import nodes
 from improv_core.syntax.characters import HASHES
 from improv_core.text import LINE_END, LineIndex
 
-_REGION = re.compile(rf"\s*[{HASHES}]\s*(end)?region\b")
-
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """Lines, counted from 0, that fold into the first. `kind` is code, comment, or region."""
+    """Lines, counted from 0, that fold into the first. `kind` is code or comment."""
 
     first: int
     last: int
@@ -65,19 +62,11 @@ def _scenes(analysis: Analysis) -> Iterator[Fold]:
 
 
 def comment_folds(lines: LineIndex) -> Iterator[Fold]:
-    """Fold blocks of several comment lines, and the lines between region markers."""
-    regions: list[int] = []
+    """Fold blocks of several comment lines."""
     begin: int | None = None
     for number in in_slices(range(len(lines.starts) + 1)):
-        line = lines.line(number)
-        marker = _REGION.match(line)
-        if line.lstrip().startswith(tuple(HASHES)) and not marker:
+        if lines.line(number).lstrip().startswith(tuple(HASHES)):
             begin = number if begin is None else begin
-            continue
-        if begin is not None:
+        elif begin is not None:
             yield Fold(begin, number - 1, "comment")
             begin = None
-        if marker and not marker[1]:
-            regions.append(number)
-        elif marker and regions:
-            yield Fold(regions.pop(), number, "region")

@@ -20,12 +20,8 @@ def test_brackets_fold_and_keep_their_closing_line_in_sight() -> None:
     check("r $ (\n)", *[])
 
 
-def test_comments_regions_and_scenes_fold() -> None:
+def test_comments_and_scenes_fold() -> None:
     check("# one\n  # two\n\n# alone\nr $ (up # no\n# yes\n# yes\n)", "0-1 comment", "4-6 code", "5-6 comment")
     check("# one\r# two\r\n# three", "0-2 comment")
-    check(
-        "# region verse\nr $ up\n#region\n# endregion\n# a\n# b\n#endregion", "0-6 region", "2-3 region", "4-5 comment"
-    )
-    check("# endregion\n# regional\n# region", *[])
     check("r $ up\n---\nr $ (\n  up\n)\n\n  --- # two\nr $ left", "1-4 code", "2-3 code", "6-7 code")
     check("---\n---\n# one\n# two\n", "1-3 code", "2-3 comment")

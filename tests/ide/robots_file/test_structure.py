@@ -54,12 +54,12 @@ def check_folds(text: str, *expected: str) -> None:
     assert [f"{fold.first}-{fold.last} {fold.kind}" for fold in folds(LineIndex(text))] == list(expected)
 
 
-def test_sections_values_comments_and_regions_fold() -> None:
+def test_sections_values_and_comments_fold() -> None:
     check_folds(
         "[robots.a]\nprofile = 'husky'\n\n# about b\n[robots.b]\n\n[world]\nsize = [6, 4]", "0-1 code", "6-7 code"
     )
     check_folds("[world]\nwalls = [\n  [0, 0, 1, 1],\n]\nsize = [6,\n  4]\n", "0-5 code", "1-2 code", "4-5 code")
-    check_folds("# one\n# two\n# region a\n[ros]\n# endregion\n", "0-1 comment", "2-4 region")
+    check_folds("# one\n# two\n[ros]\n", "0-1 comment")
     check_folds("[ros]\nnode = '''\n# one\n# two\n'''\n", "0-4 code", "1-4 code")
 
 

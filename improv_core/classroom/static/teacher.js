@@ -1,7 +1,7 @@
 // @ts-check
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
-import { button, element, find, findA, svgAddress } from "/base/elements.js"
+import { button, download, element, find, findA, svgAddress } from "/base/elements.js"
 import { store, stored } from "/base/storage.js"
 
 /** @typedef {{ count: number, sent: number, ok: boolean | null, line: string, picture: string }} Sent a dance; `sent` in seconds since 1970 */
@@ -289,11 +289,11 @@ find("front-perform").addEventListener("click", () => {
   dialog.close()
 })
 find("front-save").addEventListener("click", () => {
-  if (front && frontText !== null) save(new Blob([frontText], { type: "text/plain;charset=utf-8" }), `${harmless(front.child.name)}.improv`)
+  if (front && frontText !== null) download(`${harmless(front.child.name)}.improv`, new Blob([frontText], { type: "text/plain;charset=utf-8" }))
 })
 find("save-all").addEventListener("click", async () => {
   const answer = await fetch(withToken("dances.zip")).catch(() => null)
-  if (answer?.ok) save(await answer.blob(), "dances.zip")
+  if (answer?.ok) download("dances.zip", await answer.blob())
   else say("The dances can't be saved now: they are in the folder.")
 })
 find("remove").addEventListener("click", () => askToRemove([...chosen]))
@@ -310,13 +310,6 @@ function askToRemove(numbers) {
   const [first, ...more] = numbers.map((number) => cards.get(number)?.child.name)
   find("sure-title").textContent = more.length ? `Send out ${numbers.length} children?` : `Send out ${first}?`
   sure.showModal()
-}
-
-/** @param {Blob} content @param {string} name of the file */
-function save(content, name) {
-  const link = element("a", { href: URL.createObjectURL(content), download: name })
-  link.click()
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
 }
 
 /** @param {string} name */

@@ -341,45 +341,17 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 
 /** For tests: the page's state and display. */
 const improv = {
-  get robots() {
-    return view.robots
-  },
-  get transport() {
-    return clock.transport
-  },
-  get beat() {
-    return clock.beat()
-  },
-  get connected() {
-    return notices.isOpen
-  },
-  /** For each robot, the beat up to which its path is known. */
-  get known() {
-    return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
-  },
-  /** The drawn places of robots: real ones where they were seen. */
-  get drawn() {
-    return floor.poses
-  },
-  /** The moves of paths that do not begin at their start poses. */
-  get moved() {
-    return Object.fromEntries(program.anchor.moved)
-  },
-  get view() {
-    return floor.camera.view
-  },
-  /** The handle of the movement at the cursor. */
-  get handle() {
-    return handle.shown
-  },
-  /** The number of texts whose paths have been painted. */
-  get previewed() {
-    return preview.painted
-  },
-  /** The position of the song that is heard, in seconds; null if none is, or it plays in grains. */
-  get song() {
-    return sound.audio?.position(seconds()) ?? null
-  },
+  get robots() { return view.robots },
+  get transport() { return clock.transport },
+  get beat() { return clock.beat() },
+  get connected() { return notices.isOpen },
+  get known() { return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0])) }, // up to a beat
+  get drawn() { return floor.poses }, // real robots where they were seen
+  get moved() { return Object.fromEntries(program.anchor.moved) },
+  get view() { return floor.camera.view },
+  get handle() { return handle.shown },
+  get previewed() { return preview.painted },
+  get song() { return sound.audio?.position(seconds()) ?? null },
   toScreen: (/** @type {number} */ x, /** @type {number} */ y) => floor.camera.toScreen({ x, y }),
 }
 Object.assign(window, { improv })

@@ -90,6 +90,13 @@ export function svgAddress(svg) {
   return `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`
 }
 
+/** Saves a file. @param {string} name @param {Blob} blob */
+export function download(name, blob) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name })
+  link.click()
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
+}
+
 /**
  * Has a parent hold a child for each name, in this order. A child that is there already stays, and is not made again:
  * somebody may be pressing it.

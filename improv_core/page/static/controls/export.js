@@ -1,7 +1,7 @@
 // @ts-check
 // Files to save: the paths as SVG and PNG, and a video of the stage.
 
-import { element, find, svgAddress } from "../base/elements.js"
+import { download, element, find, svgAddress } from "../base/elements.js"
 import { announce } from "../base/notices.js"
 import { penOn } from "../base/pen.js"
 import { clock } from "../score/clock.js"
@@ -9,13 +9,6 @@ import { program } from "../score/program.js"
 
 const PNG_WIDTH = 2400 // pixels of the longer side
 const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"]
-
-/** Saves a file. @param {string} name @param {Blob} blob */
-export function download(name, blob) {
-  const link = element("a", { href: URL.createObjectURL(blob), download: name })
-  link.click()
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000)
-}
 
 /** An SVG as a PNG. @param {string} svg */
 async function drawPng(svg) {

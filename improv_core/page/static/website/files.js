@@ -1,8 +1,7 @@
 // @ts-check
 // Programs as files: where browsers let pages choose a file to write, there, and elsewhere as a download.
 
-import { findA } from "../base/elements.js"
-import { download } from "../controls/export.js"
+import { download, findA } from "../base/elements.js"
 
 /**
  * @typedef {object} Chosen a file that somebody has chosen to write

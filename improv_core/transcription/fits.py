@@ -6,7 +6,9 @@ import cmath
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import accumulate
+from operator import mul
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from improv_core.score.motion import Pose, Twist
@@ -25,6 +27,8 @@ _USUAL, _GOOD = 3.5, 10.0
 """A fit that is better than so many is as good as noise allows,"""
 _BACK = 24
 """so that a stretch ends at most so many nodes before it is worse."""
+_MOST_KEPT = 100_000
+"""So many fits are kept: beats of several tempi are at the same samples."""
 
 Told = TypeVar("Told")
 
@@ -100,6 +104,7 @@ class VelocityFits:
         self._heading = _Sums(self.times, [each.heading - track[0].heading for each in track])
         self._height = _Sums(self.times, [each.z - track[0].z for each in track])
         self._place = _Sums(self.times, self._places)
+        self.fit = lru_cache(maxsize=_MOST_KEPT)(self._fit)
 
     def edges(
         self, nodes: Sequence[float], parts: Sequence[float], others: Iterable[int] = ()
@@ -140,7 +145,7 @@ class VelocityFits:
         """Meters that poses may be apart by noise alone."""
         return 4 * (self._noise.meters + self._noise.radians / 2)
 
-    def fit(self, first: int, past: int) -> FittedVelocity:
+    def _fit(self, first: int, past: int) -> FittedVelocity:
         """Return the velocity of these samples, of which there are at least two."""
         count = past - first
         mean = (self._time[past] - self._time[first]) / count
@@ -157,13 +162,10 @@ class VelocityFits:
         if not rate:
             place, speed, missed = self._place.line(first, past, mean, spread)
         else:
-            places = self._places[first:past]
-            ways = [cmath.exp(1j * rate * (time - mean)) for time in self.times[first:past]]
-            middle, way = sum(places) / count, sum(ways) / count
-            square = max(sum([abs(each) ** 2 for each in ways]) - count * abs(way) ** 2, 1e-12)
-            mixed = sum([p * w.conjugate() for p, w in zip(places, ways, strict=True)])
-            spoke = (mixed - count * middle * way.conjugate()) / square
-            total = sum([abs(each) ** 2 for each in places]) - count * abs(middle) ** 2
+            back = [cmath.rect(1.0, rate * (mean - time)) for time in self.times[first:past]]
+            way, (middle, total) = sum(back).conjugate() / count, self._place.spread(first, past)
+            square = max(count - count * abs(way) ** 2, 1e-12)
+            spoke = (sum(map(mul, self._places[first:past], back)) - count * middle * way.conjugate()) / square
             missed = max(total - abs(spoke) ** 2 * square, 0.0)
             place, speed = middle - spoke * (way - 1), spoke * 1j * rate
             wide = math.sqrt(square) / abs(rate)
@@ -192,11 +194,15 @@ class _Sums:
 
     def line(self, first: int, past: int, mean: float, spread: float) -> tuple[complex, complex, float]:
         """Return the mean of these values, their slope, and the sum of squares that is left."""
+        value, square = self.spread(first, past)
+        slope = (self._mixed[past] - self._mixed[first] - (past - first) * mean * value) / spread
+        return value, slope, max(square - abs(slope) ** 2 * spread, 0.0)
+
+    def spread(self, first: int, past: int) -> tuple[complex, float]:
+        """Return the mean of these values, and the sum of squares of their distances from it."""
         count = past - first
         value = (self._value[past] - self._value[first]) / count
-        slope = (self._mixed[past] - self._mixed[first] - count * mean * value) / spread
-        square = self._square[past] - self._square[first] - count * abs(value) ** 2
-        return value, slope, max(square - abs(slope) ** 2 * spread, 0.0)
+        return value, self._square[past] - self._square[first] - count * abs(value) ** 2
 
 
 def _sums(values: Iterable[complex]) -> list[Any]:

@@ -13,18 +13,14 @@ from itertools import accumulate
 from operator import mul
 from typing import TypeAlias
 
-from improv_core.score.motion import Pose
+from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.grouping import Grouped, GroupMember, motions_of
 from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
-from improv_core.transcription.track import Noise, Track
+from improv_core.transcription.track import Sample, Track
 from improv_core.transcription.wording import ANGLES, LENGTHS
 
-_WINDOW = 2
-"""Noisy poses are compared in means of so many,"""
-_NOISY = 1e-3
-"""if their noise is at least this, in meters."""
 SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 """Shares of the seconds by which a robot may be early or late."""
 _STEPS = 2
@@ -32,7 +28,7 @@ _STEPS = 2
 _MOST_UNKNOWNS = 160
 _NUDGE = 1e-5
 _RIDGE = 1e-9
-"""The least weight of an unknown, so that one of which no sample tells stays as it is."""
+"""The weight of an unknown besides that of its samples, so that one of which they tell nothing stays as it is."""
 _MOST_ROWS = 300
 """Neighboring samples of a robot are taken together, so that there are at most so many."""
 _WORD = 4.0
@@ -55,6 +51,7 @@ class TranscribedPath:
             (float(each.beats), each.curve.progress(each.beats) if isinstance(each, Gentle) else float)
             for each in items
         ]
+        self._timed = [(float(each.beats), Twist(*each.amounts)) for each in self.motions]
         self._firsts = list(accumulate((len(motions_of([each])) for each in items), initial=0))
         self._ends = list(accumulate(beats for beats, _ in self._items))
 
@@ -66,50 +63,50 @@ class TranscribedPath:
         beats, played = self._items[place]
         left = played(max(beat - (self._ends[place] - beats), 0.0))
         for number in range(self._firsts[place], self._firsts[place + 1]):
-            length = float(self.motions[number].beats)
+            length = self._timed[number][0]
             if left < length:
                 return number, left / length
             left -= length
         return self._firsts[place + 1] - 1, 1.0
 
     def pose(self, beat: float) -> Pose:
-        number, share = self.at(beat)
-        return self.starts[number].then(self.motions[number].amounts.pose(share))
+        return self.pose_in(*self.at(beat))
+
+    def pose_in(self, number: int, share: float) -> Pose:
+        """Return the pose after a share of a motion."""
+        return self.starts[number].after(self._timed[number][1], share)
 
 
 def deviation_of(
-    track: Track,
-    start: Pose,
-    items: Sequence[Item],
-    tempo: int,
-    noise: Noise,
-    allowed: tuple[float, float, float],
+    track: Track, start: Pose, items: Sequence[Item], tempo: int, window: int, allowed: tuple[float, float, float]
 ) -> tuple[float, float]:
-    """Return how far a performance is from a track at most, in meters and radians, if it may be early or
-    late. Of a noisy track, means of neighboring poses count. `allowed` is in meters, radians, and seconds: nearer
-    performances are not compared at other times."""
+    """Return how far a performance is from a track at most, in meters and radians.
+
+    Means of `window` neighboring poses count. `allowed` is in meters, radians, and seconds: where a performance is
+    farther away, it may be early or late.
+    """
     performed = TranscribedPath(start, items)
     origin = track[0].time
-    window = window_of(track, noise)
     meters, radians, seconds = allowed
-    best: list[tuple[float, float]] = []
-    for shift in SHIFTS:
-        misses = []
-        for sample in track:
-            pose = performed.pose((sample.time - origin + shift * seconds) * tempo / 60)
-            misses.append((sample.x - pose.x, sample.y - pose.y, sample.z - pose.z, sample.heading - pose.heading))
-        sums = [list(accumulate(values, initial=0.0)) for values in zip(*misses, strict=True)]
-        means = [[(each[at + window] - each[at]) / window for each in sums] for at in range(len(track) - window + 1)]
-        apart = [(math.hypot(x, y, z), abs(yaw)) for x, y, z, yaw in means]
-        best = apart if not best else [min(pair) for pair in zip(best, apart, strict=True)]
-        if max(far for far, _ in best) <= meters and max(turned for _, turned in best) <= radians:
-            break
-    return max(far for far, _ in best), max(turned for _, turned in best)
 
+    def missed(sample: Sample, shift: float) -> tuple[float, float, float, float]:
+        pose = performed.pose((sample.time - origin + shift * seconds) * tempo / 60)
+        return sample.x - pose.x, sample.y - pose.y, sample.z - pose.z, sample.heading - pose.heading
 
-def window_of(track: Track, noise: Noise) -> int:
-    """Return the number of poses whose mean is compared with a performance."""
-    return 1 if noise.meters < _NOISY else min(_WINDOW, len(track))
+    def apart(misses: Sequence[tuple[float, float, float, float]]) -> tuple[float, float]:
+        x, y, z, yaw = (sum(each) / window for each in zip(*misses, strict=True))
+        return math.hypot(x, y, z), abs(yaw)
+
+    misses = [missed(sample, 0.0) for sample in track]
+    worst = (0.0, 0.0)
+    for first in range(len(track) - window + 1):
+        far, turned = apart(misses[first : first + window])
+        if far > meters or turned > radians:
+            near = track[first : first + window]
+            others = [apart([missed(each, shift) for each in near]) for shift in SHIFTS]
+            far, turned = min(others, key=lambda each: max(each[0] / meters, each[1] / radians))
+        worst = max(worst[0], far), max(worst[1], turned)
+    return worst
 
 
 class FittedGroups:
@@ -192,7 +189,7 @@ class FittedGroups:
         path = TranscribedPath(self._starts[robot], self._groups.items(robot))
         members = self._groups.members[robot]
         places = [path.at((sample.time - track[0].time) * tempo / 60) for sample in track]
-        poses = [path.starts[number].then(path.motions[number].amounts.pose(share)) for number, share in places]
+        poses = [path.pose_in(*place) for place in places]
         missed = [(s.x - p.x, s.y - p.y, s.z - p.z, s.heading - p.heading) for s, p in zip(track, poses, strict=True)]
         columns = {}
         start = self._starts[robot]
@@ -282,13 +279,13 @@ def _row(values: Sequence[tuple[float, float, float, float]], weights: Sequence[
 
 def _factored(normal: Sequence[Sequence[float]]) -> tuple[list[list[float]], list[float]]:
     """Return M, whose diagonal of ones is left out, and D, of which Mᵀ D⁻¹ M is a symmetric matrix whose lower half is
-    given."""
-    left = [list(row[: place + 1]) for place, row in enumerate(normal)]
+    given, with a ridge: no pivot is lost to rounding then (Levenberg, 1944)."""
+    left = [[*row[:place], row[place] * (1 + _RIDGE) + _RIDGE] for place, row in enumerate(normal)]
     factors: list[list[float]] = []
     variances: list[float] = []
-    for place in reversed(range(len(left))):
+    while left:
         row = left.pop()
-        pivot = max(row.pop(), _RIDGE * normal[place][place], _RIDGE)
+        pivot = row.pop()
         scaled = [each / pivot for each in row]
         for other, factor in enumerate(row):
             if factor:

@@ -15,9 +15,9 @@ from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
 from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.fits import TellingStep, VelocityFits, cheapest
-from improv_core.transcription.stretches import EvenStretch, chained, stretches_of
+from improv_core.transcription.stretches import EvenStretch, are_even, chained, stretches_of
 from improv_core.transcription.tempo import on_grid
-from improv_core.transcription.track import Noise, Track
+from improv_core.transcription.track import Noise, Sample, Track
 
 _GRID = (1, 2, 3, 4)
 """Noisy changes are taken to be on these parts of a beat."""
@@ -35,6 +35,8 @@ _GENTLE_COST = 4.0
 """The cost of a gentle movement besides what it is made of."""
 _MOST_GENTLE = 32
 """The most beats of a gentle movement."""
+_NEAR_CURVE, _NEARLY_ROUND = 8.0, 5.0
+"""Poses of one gentle motion are near it by so many standard deviations, if it turns by less radians."""
 _SWELL = 0.7
 """In the first eighth of an `ease`, a robot moves at most so much of what it moves in the second one."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})
@@ -43,6 +45,10 @@ _FINE = 1e-5
 """Seconds by which an end may be moved to a simple part of a beat, of stretches that stay near their track:"""
 _NEAR = 2.0
 """no pose is off by more standard deviations."""
+_WINDOW = 2
+"""Noisy poses are compared in means of so many,"""
+_JITTER = 1e-3
+"""if their noise is at least this, in meters."""
 _EXACT = 1e-4
 """Seconds by which a sample may be off and still be at a beat."""
 
@@ -98,13 +104,19 @@ Item: TypeAlias = TimedMotion | Gentle
 
 
 class TrackedRobot(NamedTuple):
-    """A robot's track and its stretches. `allowed` is how many seconds a change may be off."""
+    """A robot's track, its fits, and its stretches. `allowed` is how many seconds a change may be off."""
 
     track: Track
     noise: Noise
     noisy: bool
     allowed: float
+    fits: VelocityFits
     stretches: Sequence[EvenStretch]
+
+    @property
+    def window(self) -> int:
+        """The number of neighboring poses whose mean is compared with a performance."""
+        return 1 if self.noise.meters < _JITTER else min(_WINDOW, len(self.track))
 
 
 def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[Item]:
@@ -126,9 +138,8 @@ def items_of(
     several motions, only if it isn't to be told `roughly`. `stops` ends the search for more of them.
     """
     seconds = 60 / tempo
-    fits = VelocityFits(robot.track, robot.noise)
     nodes = _nodes(robot, tempo)
-    cost, placed = _placed(fits, nodes, seconds)
+    cost, placed = _placed(robot.fits, nodes, seconds)
     spans = {} if stops() else _gentle_spans(placed, robot, seconds)
     if not spans:
         return cost, [each.motion for each in placed]
@@ -136,7 +147,7 @@ def items_of(
     ends = [bisect_left(nodes, end) for _, end, _ in spans]
     edges: list[list[TellingStep[Item]]] = [
         [TellingStep(end, price, TimedMotion(nodes[end] - start, told)) for end, price, told in begun]
-        for start, begun in zip(nodes, _stretches(fits, nodes, seconds, ends), strict=False)
+        for start, begun in zip(nodes, _stretches(robot.fits, nodes, seconds, ends), strict=False)
     ]
     left = 0 if roughly else _MOST_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
@@ -283,9 +294,18 @@ def _gentle(
     track = robot.track[first:past]
     if len(track) < 4:
         return math.inf, None
-    beats = end - start
+    beats, begin = end - start, float(start)
     progress = curve.progress(beats)
-    times = [progress(max((each.time - origin) / seconds - float(start), 0.0)) * seconds for each in track]
+
+    def played(sample: Sample) -> float:
+        return progress(max((sample.time - origin) / seconds - begin, 0.0)) * seconds
+
+    few = [track[place * (len(track) - 1) // 4] for place in range(5)]
+    if roughly and abs(few[-1].heading - few[0].heading) < _NEARLY_ROUND:
+        near = [_NEAR_CURVE * each for each in robot.noise]
+        if not are_even(few, [played(each) for each in few], *near):
+            return math.inf, None
+    times = [played(each) for each in track]
     fits = VelocityFits(track, robot.noise, times)
     nodes = [Fraction(0), beats]
     if _stretches(fits, nodes, seconds)[0][0].cost > _BAD + 1.5 * len(track):  # it is of several motions

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,7 +17,7 @@ from improv_core.transcription.ensemble import SharedLine, formation_of, lines_o
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.grouping import grouped
-from improv_core.transcription.performing import FittedGroups, deviation_of, window_of
+from improv_core.transcription.performing import FittedGroups, deviation_of
 from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
@@ -42,10 +43,14 @@ _STRICTER = 10
 """The number of times that numbers are made finer,"""
 _STRICTNESS = 0.25
 """from fits that count so much on."""
+_TELLING = 40
+"""The number of stretches that tell the tempo."""
 _CLOSELY = 3
 """The number of tempi that are compared closely."""
 _CLOSER = 0.2
 """The share of a tolerance that rounding may take where noise takes the rest."""
+_HIDDEN = 2.0
+"""The standard deviations of a mean of poses by which noise may hide how far it is off."""
 _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
 
@@ -60,9 +65,10 @@ class Tolerance(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Transcription:
-    """A program, and how far each robot's path is from it at most, in meters and radians."""
+    """A program and its tempo, and how far each robot's path is from it at most, in meters and radians."""
 
     text: str
+    tempo: int
     deviations: Mapping[str, tuple[float, float]]
 
 
@@ -85,23 +91,27 @@ def transcribe(
     noises = {robot: noise_of(track) for robot, track in tracks.items()}
     best: _Draft | None = None
     for each in _drafts(tracks, noises, robots, tolerance, tempo, stops):
-        if best is None or _misses(each, tolerance) < _misses(best, tolerance):
+        if best is None or each.excess < best.excess:
             best = each
-        if stops() or not _misses(best, tolerance):
+        if stops() or not best.excess:
             break
     assert best
-    return Transcription(_program(best, robots, is_whole), best.deviations)
+    return Transcription(_program(best, robots, is_whole), best.tempo, best.deviations)
 
 
 @dataclass(frozen=True, slots=True)
 class _Draft:
-    """The content of a program: its tempo, the robots' starts and parts, and how far they are from the tracks."""
+    """The content of a program: its tempo, the robots' starts and parts, and how far they are from the tracks.
+
+    `excess` is the greatest share of a tolerance by which they are farther than that; 0 if none is.
+    """
 
     tempo: int
     starts: Mapping[str, Pose]
     parts: Mapping[str, Sequence[Node]]
     rounding: Rounding
     deviations: Mapping[str, tuple[float, float]]
+    excess: float
 
 
 def _drafts(
@@ -129,7 +139,8 @@ def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
     noisy = max(noise) > NOISY
     noise = Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
     allowed = min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
-    return TrackedRobot(track, noise, noisy, allowed, stretches_of(VelocityFits(track, noise)))
+    fits = VelocityFits(track, noise)
+    return TrackedRobot(track, noise, noisy, allowed, fits, stretches_of(fits))
 
 
 def _tempo(
@@ -138,18 +149,23 @@ def _tempo(
     tolerance: Tolerance,
     stops: Callable[[], bool],
 ) -> int:
-    """Return the tempo at which the part of the busiest robot costs the least: a likely one or a simple multiple."""
+    """Return the tempo at which the part of the busiest robot costs the least: a likely one or a simple multiple. Its
+    first stretches count."""
     changes = [time for each in tracked.values() for time in _changes(each.stretches)]
     found = tempi(changes, max(each.allowed for each in tracked.values()))
     likely = list(dict.fromkeys(other for each in found for other in multiples(each, 2)))
-    busiest = max(tracked, key=lambda robot: len(tracked[robot].stretches))
-    profile = robots.profile_of(busiest)
+    robot = max(tracked, key=lambda robot: len(tracked[robot].stretches))
+    busiest, profile = tracked[robot], robots.profile_of(robot)
+    stretches = busiest.stretches[:_TELLING]
+    last = bisect_right(busiest.track, busiest.track[0].time + stretches[-1].end, key=lambda each: each.time)
+    track = busiest.track[:last]
+    busiest = busiest._replace(track=track, fits=VelocityFits(track, busiest.noise), stretches=stretches)
 
     @lru_cache
     def price(tempo: int, roughly: bool = True) -> float:
         if stops():
             return math.inf
-        misfit, items = items_of(tracked[busiest], tempo, stops, roughly)
+        misfit, items = items_of(busiest, tempo, stops, roughly)
         nodes = written(Pose(), items, profile, exact=Rounding(*tolerance[:2]))
         words = list(dropwhile(is_rest, (node for node, _ in nodes)))
         return misfit / _NATS + cost(folded(bracketed(words))) + rareness(tempo)
@@ -159,12 +175,13 @@ def _tempo(
     return min(closest, key=lambda tempo: price(tempo, False))
 
 
-def _misses(found: _Draft, tolerance: Tolerance) -> float:
-    """Return what being outside of the tolerance costs: more than any words."""
-    worst = max(
-        (max(far / tolerance.meters, turn / tolerance.radians) for far, turn in found.deviations.values()), default=0.0
-    )
-    return 1000.0 * worst if worst > 1 else 0.0
+def _within(tolerance: Tolerance, robot: TrackedRobot) -> Tolerance:
+    """Return how far means of a robot's poses may be off: less than its path may, since noise hides some of it."""
+    if not robot.noisy:
+        return tolerance
+    hidden = (_HIDDEN * noise / math.sqrt(robot.window) for noise in robot.noise)
+    meters, radians = (most - min(less, most / 3) for most, less in zip(tolerance[:2], hidden, strict=True))
+    return tolerance._replace(meters=meters, radians=radians)
 
 
 def _from(track: Track, begin: float) -> Track:
@@ -198,16 +215,19 @@ def _draft(
     for step in range(_STRICTER):
         rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
         groups, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile)
-        parts, deviations = {}, {}
-        for robot, (track, noise, *_) in tracked.items():
-            guide = Guide(track, tempo, window_of(track, noise), rounding.times(_CLOSER)) if guided else None
+        parts, deviations, excess = {}, {}, 0.0
+        for robot, each in tracked.items():
+            guide = Guide(each.track, tempo, each.window, rounding.times(_CLOSER)) if guided else None
             words = list(written(placed[robot], groups.items(robot), robots.profile_of(robot), guide))
             parts[robot], made = [node for node, _ in words], [item for _, item in words]
-            deviations[robot] = deviation_of(track, placed[robot], made, tempo, noise, tolerance)
-        found = _Draft(tempo, placed, parts, rounding, deviations)
-        if best is None or _misses(found, tolerance) < _misses(best, tolerance):
+            within = _within(tolerance, each)
+            far, turned = deviation_of(each.track, placed[robot], made, tempo, each.window, within)
+            deviations[robot] = far, turned
+            excess = max(excess, far / within.meters - 1, turned / within.radians - 1)
+        found = _Draft(tempo, placed, parts, rounding, deviations, excess)
+        if best is None or found.excess < best.excess:
             best = found
-        if stops() or not _misses(found, tolerance):
+        if stops() or not found.excess:
             break
     assert best
     return best

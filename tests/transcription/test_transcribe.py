@@ -147,6 +147,22 @@ def test_errors_of_velocities_that_change_all_the_time_do_not_add_up(program: st
     assert farthest(path, transcribe(path, tolerance=CLEAN)) < 0.001
 
 
+@pytest.mark.slow("a search takes seconds")
+def test_noise_hides_no_miss_that_is_outside_of_the_tolerance() -> None:
+    inner = "(forward || halfright) left 60deg ease (forward 80cm forward (forward || halfright) right)"
+    first = "strafeleft ease (reflect sagittal (scale 1/2 (right 90deg radius 1m forward 1.5m)))"
+    program = f"beat 120\na $ {first} ease (halfleft left 60deg ramp 1/2 3/2 ({inner}))"
+    made = transcribe(path_of(program, noise=(0.005, math.radians(1))))
+    assert farthest(path_of(program), made) < 0.03
+
+
+@pytest.mark.slow("a search takes seconds")
+def test_more_motions_than_samples_tell_of_end_in_a_program() -> None:
+    phrase = "ease (repeat 2 (strafeleft right right) left) right 90deg radius 1m repeat 3 halfleft"
+    path = path_of(f"beat 80\na $ repeat 4 ({phrase} left 180deg radius 50cm)")
+    assert farthest(path, transcribe(path, tolerance=CLEAN)) < 0.001
+
+
 def test_headings_come_from_the_path_if_there_are_none() -> None:
     path = [place._replace(heading=None) for place in path_of("a $ forward slow 4 left 180deg radius 1m")["a"]]
     assert farthest({"a": path}, transcribe({"a": path})) < 0.03

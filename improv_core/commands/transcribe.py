@@ -76,6 +76,8 @@ def command(
     made = _searched(recorded, robots, Tolerance(tolerance), tempo, output is not None)
     if output is None:
         echo_text(made.text)
+        beat = made.tempo
+        echo(f"improv: its tempo is {beat}: beside `beat N`, write `slow N/{beat} (…)` around its words", err=True)
     else:
         write_new(output, made.text)
     for name, (far, turned) in made.deviations.items():

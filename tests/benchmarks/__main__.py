@@ -14,7 +14,7 @@ BENCHMARKS = {
     "first_save": "from the first save of a session to the first Twist, and whether first movements are whole",
     "heavy": "keys and requests in and beside programs that take seconds to understand",
     "hosts": "when robots on bad links change their velocities, with a stage on each, and with one for all",
-    "joints": "what is said of controllers that refuse, lag, or jam, and how soon joints rest when something fails",
+    "joints": "how soon joints rest when something fails",
     "keep_apart": "how far apart two robots come to rest that drive toward each other",
     "keystroke": "from a keystroke to its diagnostics, start, and memory",
     "placing": "how near to their places `improv place` drives robots that slip",

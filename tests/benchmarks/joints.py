@@ -1,15 +1,14 @@
-"""Reports about joints whose controller refuses, lags, or jams, and the time until joints rest after a fault."""
+"""Time until joints rest after a fault, by the interfaces of their controllers."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -32,28 +31,6 @@ FAULTS: dict[str, Cause] = {
     "stage halted": lambda playing: os.kill(next(iter(players(playing.pid))), signal.SIGSTOP),
     "parent halted": lambda playing: playing.send_signal(signal.SIGSTOP),
 }
-TROUBLES = {
-    "nothing": [],
-    "refuses everything": ["--inactive", "head"],
-    "lags by 0.3 s": ["--lag", "yaw", "0.3"],
-    "jams at 15°": ["--jam", "yaw", "0.26"],
-}
-"""Troubles of the controller of a head with three joints, one of which dances."""
-DANCE, KEPT = "ada $ head repeat 4 (left right)\n", 120
-"""Eight seconds at 30° a second, and the highest acceleration of the joint, in degrees per second²."""
-HEAD = f"""
-[robots.ada]
-profile = "nao"
-[profiles.nao]
-step = 1
-joint_states = "joint_states"
-[profiles.nao.body.head]
-left = {{ joint = "yaw", degrees = 30 }}
-[profiles.nao.joints.yaw]
-max_acceleration = {KEPT}
-[profiles.nao.controllers.head]
-joints = ["yaw"]
-"""
 NO_NETWORK = "network gone"
 """Joints are on one host, and Improv on another. Nothing stops those that a velocity controller moves."""
 
@@ -62,34 +39,12 @@ def run(quick: bool) -> None:
     """Measure and print; `quick` does it once."""
     rounds = 1 if quick else 5
     print(f"{machine()}\n")
-    print(f"A joint of three dances; its trajectories must keep {KEPT} degrees/s²\n")
-    print_head("wrong with its controller", "refused", "degrees/s²", "a fault at beat", "exit code")
-    for trouble, arguments in TROUBLES.items():
-        print_row(trouble, *_dance(arguments))
-    print("\nMilliseconds from a fault until joints are at rest (50 messages a second say so), worst of each\n")
+    print("Milliseconds from a fault until joints are at rest (50 messages a second say so), worst of each\n")
     print_head("fault", "times", *JOINTS.values())
     for fault in (*FAULTS, NO_NETWORK):
         found = [_rest_after(fault) for _ in range(rounds)]
         worst = (max(each[joint] for each in found) for joint in JOINTS)
         print_row(fault, f"{rounds}", *("never" if each >= AFTER - UNEVEN else f"{1000 * each:.0f}" for each in worst))
-
-
-def _dance(arguments: Sequence[str]) -> Sequence[str]:
-    """Return a row about a dance whose controller has such a trouble."""
-    pipe = subprocess.PIPE
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "improv.toml").write_text(HEAD)
-        Path(folder, "dance.improv").write_text(DANCE)
-        head = [PYTHON, str(CONTROLLER), "ada", "--controller", "head", "trajectory", "jaw", "yaw", "pitch", *arguments]
-        with subprocess.Popen(head, env=ENV, stdin=pipe, stdout=pipe, text=True) as controller:
-            assert controller.stdout
-            controller.stdout.readline()
-            play = [*IMPROV, "play", "--backend", "ros", "--no-browser", "--report", "json", "dance.improv"]
-            played = subprocess.run(play, cwd=folder, env=ENV, stdin=subprocess.DEVNULL, stdout=pipe, check=False)
-            refused, accelerations, _ = json.loads(controller.communicate()[0])
-    beats = [each["from"] for each in json.loads(played.stdout)["faults"] if each["kind"] == "joints"]
-    fastest = math.degrees(accelerations.get("yaw", 0.0))
-    return f"{refused}", f"{fastest:.0f}", f"{1 + beats[0]:.1f}" if beats else "", f"{played.returncode}"
 
 
 def _rest_after(fault: str) -> dict[str, float]:

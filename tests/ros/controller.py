@@ -9,8 +9,7 @@ they keep the latest command forever (ros2_controllers#95).
 
 Each is a node with a parameter `joints` and listens on /NAME/CONTROLLER_controller/…, and /NAME/joint_states has the
 positions of all joints fifty times a second. The process prints a line once they listen, and ends with its input; then
-it prints how many trajectories were refused, the largest acceleration of each joint between points of the others, and
-how goals ended.
+it prints how many trajectories were refused, and how goals ended.
 """
 
 from __future__ import annotations
@@ -50,12 +49,6 @@ def cubic(begin: tuple[float, float], end: tuple[float, float], whole: float, pa
     return position, slope + (3 * square - 4 * share + 1) * v + (3 * square - 2 * share) * w
 
 
-def steepness(begin: tuple[float, float], end: tuple[float, float], whole: float) -> tuple[float, float]:
-    """Return the accelerations at both ends of a cubic, between which it has the largest one."""
-    v, w, mean = begin[1], end[1], (end[0] - begin[0]) / whole
-    return abs(6 * mean - 4 * v - 2 * w) / whole, abs(6 * mean - 2 * v - 4 * w) / whole
-
-
 @dataclass
 class TrajectoryController:
     """A controller that follows trajectories. Times are monotonic, in seconds."""
@@ -67,7 +60,6 @@ class TrajectoryController:
     _state: Sequence[tuple[float, float]] = ()
     refused: list[str] = field(default_factory=list)
     inactive: bool = False
-    steepest: dict[str, float] = field(default_factory=dict)
 
     def take(self, names: Sequence[str], points: Sequence[Point], now: float) -> None:
         if not points:
@@ -85,10 +77,6 @@ class TrajectoryController:
             order = [names.index(joint) for joint in self.joints]
             self._points = [(at, [p[each] for each in order], [v[each] for each in order]) for at, p, v in points]
             self._began = now
-            for (begin, p, v), (end, q, w) in pairwise(self._points):
-                for number, joint in enumerate(self.joints):
-                    ends = (p[number], v[number]), (q[number], w[number])
-                    self.steepest[joint] = max(self.steepest.get(joint, 0.0), *steepness(*ends, end - begin))
 
     def hold(self, now: float) -> None:
         """Have joints stand where they are."""
@@ -232,16 +220,13 @@ def main() -> None:
     for name, about in (
         ("--start", "a joint, and where it is, in radians"),
         ("--jam", "a joint, and the position that it doesn't pass"),
-        ("--lag", "a joint, and the time constant with which it follows, in seconds"),
     ):
         parser.add_argument(name, nargs=2, action="append", default=[], help=about)
     parser.add_argument("--inactive", action="append", default=[], help="a controller that refuses everything")
     parser.add_argument("--action", action="append", default=[], help="a controller that serves FollowJointTrajectory")
     parser.add_argument("--deaf", action="append", default=[], help="a controller that has no topic")
     options = parser.parse_args()
-    starts, jams, lags = (
-        {joint: float(number) for joint, number in each} for each in (options.start, options.jam, options.lag)
-    )
+    starts, jams = ({joint: float(number) for joint, number in each} for each in (options.start, options.jam))
 
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -255,14 +240,12 @@ def main() -> None:
     states = node.create_publisher(JointState, f"/{options.robot}/joint_states", 10)
     made: list[Made] = []
     actions: list[TrajectoryAction] = []
-    real = dict(starts)
+    real: dict[str, float] = dict(starts)
 
     def follow(joint: str, position: float) -> float:
         """Return where a joint really is."""
-        before = real.get(joint, 0.0)
-        share: float = 1 - math.exp(-PERIOD / lags[joint]) if joint in lags else 1.0
-        real[joint] = min(before + (position - before) * share, jams.get(joint, math.inf))
-        return float(real[joint])
+        real[joint] = min(position, jams.get(joint, math.inf))
+        return real[joint]
 
     def listen(name: str, interface: str, joints: Sequence[str]) -> None:
         controller = make(interface, joints, starts)
@@ -323,9 +306,8 @@ def main() -> None:
     rclpy.try_shutdown()
     spinning.join()
     followers = [each for each in made if isinstance(each, TrajectoryController)]
-    steepest = {joint: most for each in followers for joint, most in each.steepest.items()}
     ended = Counter(end for action in actions for end in action.ends)
-    print(json.dumps([sum(len(each.refused) for each in followers), steepest, ended]), flush=True)
+    print(json.dumps([sum(len(each.refused) for each in followers), ended]), flush=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.misuse import conditions
 from improv_core.program.numbers import product
 from improv_core.program.timing import decimal, end_after, moment
+from improv_core.score.approach import Encounters
 from improv_core.score.encounters import RoomResults
 from improv_core.score.meetings import Hit, Meeting, check_room, would_meet
 from improv_core.score.movement import STILL, Source, near
@@ -39,6 +40,11 @@ MOST_FIXED = 150
 fewer, it covers more meetings."""
 MOST_TRIED = 10
 """The most meetings for which fixes are searched."""
+MOST_RESTS, MOST_PREDICTED = 16, 3
+"""The most beats of `rest` that are tried, and the most with a prediction of their own."""
+MOST_SIZES = 15
+LARGER = 1.25
+"""The number of larger formations that are tried, and the factor from each to the next."""
 FREES_IT = "start it farther from what it senses, or give it a larger room"
 
 
@@ -84,7 +90,7 @@ def check(
     prediction = prediction_of(analysis, score, predict)
     found = check_room(prediction.score if prediction else score, before=before)
     drawn = prediction.score if prediction else pictured(score)
-    room = _Room(analysis, drawn, _assumed(score, prediction), predict if prediction else None)
+    room = _Room(analysis, drawn, _assumed(score, prediction), predict if prediction else None, found.known)
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
     most = min(MOST_FIXED // len(score.parts), MOST_TRIED)
     most_predicted = 1 if prediction and prediction.cut is None else 0
@@ -138,12 +144,13 @@ def _flies(analysis: Analysis) -> bool:
 @dataclass(frozen=True)
 class _Room:
     """The reports about a program. The score is the one for pictures, for which something was `assumed`, or its senses
-    were predicted."""
+    were predicted. What is `known` about robots saves tries of fixes."""
 
     analysis: Analysis
     score: Score
     assumed: str
     predict: Predict | None
+    known: RoomResults
 
     def senses(self, meeting: Meeting) -> bool:
         """Return whether something that was predicted decides about a meeting."""
@@ -176,8 +183,7 @@ class _Room:
                 f"`{one}` and `{other}` meet at {moment(meeting.beat)}{self.assumed}, as near as"
                 f" {decimal(meeting.distance, 3)} m{again}: keep them {decimal(needed)} m apart"
             )
-        predict = self.predict if self.senses(meeting) else None
-        found = _fixes(self.analysis, self.score, meeting, predict) if fixed else ()
+        found = self._fixes(meeting, self.predict if self.senses(meeting) else None) if fixed else ()
         return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
 
     def hit(self, hit: Hit) -> Diagnostic:
@@ -272,6 +278,53 @@ class _Room:
     def _indices(self) -> Mapping[int, int]:
         return {statement: index for index, statement in enumerate(self.analysis.statement_ids)}
 
+    def _fixes(self, meeting: Meeting, predict: Predict | None) -> tuple[Fix, ...]:
+        """Return the fixes that keep two robots apart that meet. If senses decide about them, `predict` says how after
+        a fix."""
+        return (*self._rests(meeting, predict), *(() if predict else self._distances(meeting.robots)))
+
+    def _rests(self, meeting: Meeting, predict: Predict | None) -> Iterator[Fix]:
+        """Have one of the two rest first: the one that needs fewer beats, or if both need the same, the one named
+        later."""
+        scene, _ = self.score.scene_at(near(meeting.beat))
+        pair = Encounters() if predict else self.known.pairs.get(meeting.robots, Encounters())
+        while pair.rests <= (MOST_PREDICTED if predict else MOST_RESTS):
+            for robot in reversed(meeting.robots):
+                fix = _rest(self.analysis, robot, scene, pair.rests)
+                if fix and self._clears(meeting.robots, fix.edits[0], predict):
+                    yield fix
+                    return
+            pair.rests += 1
+
+    def _distances(self, pair: tuple[str, str]) -> Iterator[Fix]:
+        """Enlarge the formation in which both stand a little."""
+        analysis = self.analysis
+        for index in analysis.openings:
+            said, node = analysis.meanings[index].said, analysis.statements[index].opening
+            if said and isinstance(node, InFormation) and said.poses and set(pair) <= set(said.robots):
+                span = node.size.span.shifted(analysis.offsets[index])
+                size = product(node.size.tokens, {})
+                assert isinstance(size, Fraction)
+                tenths = _least(math.ceil(size * 10), partial(self._clears_sized, pair, span))
+                if tenths:
+                    edit = _sized(span, tenths)
+                    yield Fix(f"Change to {node.shape.text} {edit.text}", (edit,))
+
+    def _clears_sized(self, pair: tuple[str, str], span: Span, tenths: int) -> bool:
+        return self._clears(pair, _sized(span, tenths))
+
+    def _clears(self, pair: tuple[str, str], edit: Edit, predict: Predict | None = None) -> bool:
+        """Return whether two robots don't meet any more after an edit, which must leave all robots at their places."""
+        edited = self.analysis.edited(*edit.span, edit.text)
+        if not edited.ok:
+            return False
+        before, after = score_of(self.analysis).parts, score_of(edited)
+        moved = [name for name, part in after.parts.items() if part.start != before[name].start]
+        if moved and edit.span.start == edit.span.end:
+            return False
+        prediction = predict and prediction_of(edited, after, predict)
+        return not would_meet(prediction.score if prediction else after, pair, self.known)
+
 
 def _leaves(part: Part) -> bool:
     """Return whether a part ever moves a robot from its place."""
@@ -280,31 +333,6 @@ def _leaves(part: Part) -> bool:
 
 def _s(count: int) -> str:
     return "" if count == 1 else "s"
-
-
-MOST_RESTS, MOST_PREDICTED = 16, 3
-"""The most beats of `rest` that are tried, and the most with a prediction of their own."""
-MOST_SIZES = 15
-LARGER = 1.25
-"""The number of larger formations that are tried, and the factor from each to the next."""
-
-
-def _fixes(analysis: Analysis, score: Score, meeting: Meeting, predict: Predict | None) -> tuple[Fix, ...]:
-    """Return the fixes that keep two robots apart that meet. `score` is that of the program for pictures. If senses
-    decide about them, `predict` says how after a fix."""
-    larger = () if predict else _distances(analysis, meeting.robots)
-    return (*_rests(analysis, score, meeting, predict), *larger)
-
-
-def _rests(analysis: Analysis, score: Score, meeting: Meeting, predict: Predict | None) -> Iterator[Fix]:
-    """Have one of the two rest first: the one that needs fewer beats, or if both need the same, the one named later."""
-    scene, _ = score.scene_at(near(meeting.beat))
-    for beats in range(1, (MOST_PREDICTED if predict else MOST_RESTS) + 1):
-        for robot in reversed(meeting.robots):
-            fix = _rest(analysis, robot, scene, beats)
-            if fix and _clears(analysis, fix.edits[0], meeting.robots, predict):
-                yield fix
-                return
 
 
 def _rest(analysis: Analysis, robot: str, scene: int, beats: int) -> Fix | None:
@@ -323,24 +351,6 @@ def _rest(analysis: Analysis, robot: str, scene: int, beats: int) -> Fix | None:
     return Fix(f"Start {robot} {beats} beat{'' if beats == 1 else 's'} later", (edit,))
 
 
-def _distances(analysis: Analysis, pair: tuple[str, str]) -> Iterator[Fix]:
-    """Enlarge the formation in which both stand a little."""
-    for index in analysis.openings:
-        said, node = analysis.meanings[index].said, analysis.statements[index].opening
-        if said and isinstance(node, InFormation) and said.poses and set(pair) <= set(said.robots):
-            span = node.size.span.shifted(analysis.offsets[index])
-            size = product(node.size.tokens, {})
-            assert isinstance(size, Fraction)
-            tenths = _least(math.ceil(size * 10), partial(_clears_sized, analysis, span, pair))
-            if tenths:
-                edit = _sized(span, tenths)
-                yield Fix(f"Change to {node.shape.text} {edit.text}", (edit,))
-
-
-def _clears_sized(analysis: Analysis, span: Span, pair: tuple[str, str], tenths: int) -> bool:
-    return _clears(analysis, _sized(span, tenths), pair)
-
-
 def _sized(span: Span, tenths: int) -> Edit:
     return Edit(span, f"{tenths / 10:g}")
 
@@ -356,16 +366,3 @@ def _least(too_small: int, is_enough: Callable[[int], bool]) -> int | None:
             return larger
         too_small = larger
     return None
-
-
-def _clears(analysis: Analysis, edit: Edit, pair: tuple[str, str], predict: Predict | None = None) -> bool:
-    """Return whether two robots don't meet any more after an edit, which must leave all robots at their places."""
-    edited = analysis.edited(*edit.span, edit.text)
-    if not edited.ok:
-        return False
-    before, after = score_of(analysis).parts, score_of(edited)
-    moved = [name for name, part in after.parts.items() if part.start != before[name].start]
-    if moved and edit.span.start == edit.span.end:
-        return False
-    prediction = predict and prediction_of(edited, after, predict)
-    return not would_meet(prediction.score if prediction else after, *pair)

@@ -44,6 +44,8 @@ class Encounters:
     together: bool = False
     until: float | None = None
     """The beat up to which they were followed last. In gaps before it, they were far apart."""
+    rests: int = 1
+    """The beats from which on a rest of one of them may keep them apart: shorter ones were tried out."""
 
 
 def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters, work: Budget) -> None:

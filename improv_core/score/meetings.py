@@ -14,7 +14,7 @@ from typing import NamedTuple
 from improv_core.score.cycles import common_cycle
 from improv_core.score.encounters import RoomResults, first_encounter, follow_all
 from improv_core.score.motion import Pose
-from improv_core.score.score import Score
+from improv_core.score.score import Part, Score
 from improv_core.score.strokes import pictured
 from improv_core.score.trajectories import BLOCK, Trajectory
 
@@ -78,12 +78,18 @@ def check_room(
     return RoomCheck(start, end, False, _meetings(known, start, end), _hits(known, start, end), trajectories)
 
 
-def would_meet(score: Score, one: str, other: str) -> bool:
+def would_meet(score: Score, robots: tuple[str, str], known: RoomResults) -> bool:
     """Return whether two robots ever come too near to each other, as far as that is checked. No others are examined."""
     parts = pictured(score).parts
-    trajectories = Trajectory(parts[one]), Trajectory(parts[other])
-    end, _ = _end(trajectories, 0)
-    return first_encounter(*trajectories, score.world.margin, max(end, 1)) is not None
+    one, other = (_trajectory(parts[name], 0, known) for name in robots)
+    end, _ = _end((one, other), 0)
+    return first_encounter(one, other, score.world.margin, max(end, 1)) is not None
+
+
+def _trajectory(part: Part, start: float, known: RoomResults) -> Trajectory:
+    """Return the trajectory of a part: the known one, if that still holds."""
+    old = known.trajectories.get(part.robot)
+    return old if old and old.is_of(part, start) else Trajectory(part, start)
 
 
 def _end(trajectories: Iterable[Trajectory], start: float) -> tuple[float, bool]:
@@ -117,8 +123,7 @@ def _still_known(score: Score, start: float, before: RoomResults) -> tuple[RoomR
     """Return the results that still hold for a score, and the robots that they are about."""
     known = RoomResults(world=score.world)
     for name, part in score.parts.items():
-        old = before.trajectories.get(name)
-        known.trajectories[name] = old if old and old.is_of(part, start) else Trajectory(part, start)
+        known.trajectories[name] = _trajectory(part, start, before)
     if score.world != before.world:
         return known, ()
     kept = {name for name, each in known.trajectories.items() if each is before.trajectories.get(name)}

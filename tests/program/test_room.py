@@ -9,7 +9,10 @@ from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.room import RoomReport
 from improv_core.robots.config import read_robots
+from improv_core.score.encounters import RoomResults
+from improv_core.score.meetings import would_meet
 from improv_core.score.prediction import Predict
+from improv_core.score.score import Score
 from improv_core.stage import dry_run
 from improv_core.text import Span
 from tests.program import drawing
@@ -297,7 +300,7 @@ def test_no_fix_is_offered_if_none_helps() -> None:
 
 
 def test_after_an_edit_the_report_is_that_of_the_whole_program() -> None:
-    analysis: Analysis = analyze(f"{CROSSING}ada $ forward\nbo $ forward\ncy at 9 9\n")
+    analysis: Analysis = analyze(f"{CROSSING}ada $ slow 5 forward\nbo $ slow 5 forward\ncy at 9 9\n")
     first = room.check(analysis)
     assert first
     edited = analysis.edited(0, 0, "# one more line\ndan at 5 5\n")
@@ -305,6 +308,28 @@ def test_after_an_edit_the_report_is_that_of_the_whole_program() -> None:
     assert again
     assert whole
     assert again.diagnostics == whole.diagnostics
+
+
+def test_fixes_that_did_not_help_are_tried_again_once_one_of_the_two_moves_otherwise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried = []
+
+    def notice(score: Score, robots: tuple[str, str], known: RoomResults) -> bool:
+        tried.append(robots)
+        return would_meet(score, robots, known)
+
+    monkeypatch.setattr(room, "would_meet", notice)
+    analysis = analyze(f"{CROSSING}ada $ slow 5 forward\nbo $ slow 5 forward\ncy at 9 9\n")
+    known, counts = None, []
+    for edit in ("", "cy $ left\n", "ada $ left\n"):
+        tried.clear()
+        analysis = analysis.edited(len(analysis.text), len(analysis.text), edit)
+        found = room.check(analysis, known)
+        assert found
+        known = found.known
+        counts.append(len(tried))
+    assert counts == [5, 1, 5]  # 1 and 2 beats, each for both robots, and 3 for one
 
 
 def test_many_meetings_are_counted() -> None:

@@ -6,8 +6,9 @@ import re
 from bisect import bisect_right
 from collections.abc import Callable, Container
 from itertools import chain, count
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
+Items = TypeVar("Items", str, list[int])
 LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -96,8 +97,8 @@ def free_name(name: str, taken: Container[str]) -> str:
     return next(each for each in names if each not in taken)
 
 
-def difference(before: str, after: str) -> tuple[int, int, str]:
-    """Return one edit that turns `before` into `after`: its start and end in `before`, and the new text."""
+def difference(before: Items, after: Items) -> tuple[int, int, Items]:
+    """Return one edit that turns `before` into `after`: its start and end in `before`, and what is new."""
     shorter = min(len(before), len(after))
     start = _common(shorter, lambda length: before[:length] == after[:length])
     end = _common(shorter - start, lambda length: before[len(before) - length :] == after[len(after) - length :])

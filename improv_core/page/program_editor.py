@@ -6,7 +6,7 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Severity
 from improv_core.ide.bending import handle_at
@@ -34,7 +34,9 @@ from improv_core.protocol.editing import (
     EditorAnswer,
     Explain,
     Explained,
+    FirstProblems,
     Preview,
+    RoomChecked,
     ShownHandle,
     TextProblem,
 )
@@ -53,6 +55,14 @@ MOST_WORDS = 50
 REHEARSES = "this rehearsal doesn't begin at {}: leave out --from and --only to move {}"
 
 
+class _PageText(NamedTuple):
+    """A page's latest text, and the numbers of its colors."""
+
+    number: int
+    analysis: Analysis
+    colors: list[int]
+
+
 class PageEditor:
     """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points.
 
@@ -63,7 +73,7 @@ class PageEditor:
         self.robots = robots
         """The robots for which later requests are answered; may be replaced."""
         self._write_first_beat = write_first_beat
-        self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
+        self._texts: OrderedDict[int, _PageText] = OrderedDict()  # by page
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
@@ -95,14 +105,22 @@ class PageEditor:
         return self._latest
 
     def analyze(self, page: int, ask: Analyze) -> Analyzed:
-        """Return the colors and problems of a page's text, and keep the text."""
-        analysis = self.analysis(ask["text"])
-        self._texts[page] = ask["number"], analysis
-        self._texts.move_to_end(page)
+        """Return the problems of a page's text and the colors that the page doesn't have, and keep the text."""
+        before, text = self._texts.pop(page, None), self.analysis(ask["text"])
+        known = before.colors if before and before.number == ask.get("known") else []
+        colors = list(_colors(text))
+        self._texts[page] = _PageText(ask["number"], text, colors)
         if len(self._texts) > MOST_PAGES:
             oldest, _ = self._texts.popitem(last=False)
             self._previewed.pop(oldest, None)
-        return self._analyzed(ask["number"], analysis, analysis.diagnostics)
+        first, end, new = difference(known, colors)
+        return {
+            "type": "analyze",
+            "number": ask["number"],
+            "colors": {"first": first, "last": len(known) - end, "new": new},
+            **self._problems(text, text.diagnostics),
+            "starts": _starts(text),
+        }
 
     def previews(self, page: int, ask: AskPreview) -> Iterator[Preview]:
         """Yield the paths of a page's text that it doesn't have, and all again once it is known what robots sense: that
@@ -116,8 +134,8 @@ class PageEditor:
                 robots = {name: None if known.get(name) is path else path for name, path in preview["robots"].items()}
                 yield preview | {"robots": robots}
 
-    def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
-        """Return the answer of `analyze` with meetings, collisions, and motions that joints can't make.
+    def check_room(self, page: int, ask: Analyze) -> RoomChecked | None:
+        """Return the problems of a page's text with meetings, collisions, and motions that joints can't make.
 
         May take a second. None if there are no such problems, or if the page has another text by then.
         """
@@ -127,11 +145,13 @@ class PageEditor:
         answer = partial(self._check_room, analysis, ask["number"])
         return self._unless_edited(page, ask["number"], answer)
 
-    def _check_room(self, analysis: Analysis, number: int) -> Analyzed | None:
+    def _check_room(self, analysis: Analysis, number: int) -> RoomChecked | None:
         report = room.check(analysis, self._known, self._predict)
         found = [*(report.diagnostics if report else ()), *check_joints(analysis)]
         self._known = report.known if report else self._known
-        return self._analyzed(number, analysis, [*analysis.diagnostics, *found]) if found else None
+        if not found:
+            return None
+        return {"type": "check", "number": number, **self._problems(analysis, [*analysis.diagnostics, *found])}
 
     def _unless_edited(self, page: int, number: int, work: Callable[[], T | None]) -> T | None:
         """Return the result of work on a page's text; None as soon as the page has another one."""
@@ -194,15 +214,9 @@ class PageEditor:
             "pens": {robot: _millimeters((pose.x, pose.y)) for robot, pose in pens.items()},
         }
 
-    def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
-        return {
-            "type": "analyze",
-            "number": number,
-            "colors": list(_colors(analysis)),
-            "problems": _problems(found, analysis.lines, self.robots)[:MOST_PROBLEMS],
-            "count": len(found) + len(self.robots.diagnostics),
-            "starts": _starts(analysis),
-        }
+    def _problems(self, analysis: Analysis, found: Sequence[Diagnostic]) -> FirstProblems:
+        problems = _problems(found, analysis.lines, self.robots)[:MOST_PROBLEMS]
+        return {"problems": problems, "count": len(found) + len(self.robots.diagnostics)}
 
     def change(self, page: int, ask: Change, *, rehearses: bool = False) -> ChangeEdits | None:
         """Return the edits that make a change, after a change of `improv.toml` none. None if the page has another text.
@@ -227,8 +241,8 @@ class PageEditor:
         return self._text(page, number) is not None
 
     def _text(self, page: int, number: int) -> Analysis | None:
-        known, analysis = self._texts.get(page, (-1, None))
-        return analysis if known == number else None
+        text = self._texts.get(page)
+        return text.analysis if text and text.number == number else None
 
 
 def _moved(number: int, edits: Sequence[Edit], problem: str) -> ChangeEdits:

@@ -38,11 +38,13 @@ class ProgramSource(TypedDict):
 
 
 class Analyze(TypedDict):
-    """Asks for the colors and problems of a page's text. The page numbers its texts."""
+    """Asks for the colors and problems of a page's text. The page numbers its texts, and has the colors of the `known`
+    one."""
 
     type: Literal["analyze"]
     number: Count
     text: Text
+    known: NotRequired[Count]
 
 
 class Complete(TypedDict):
@@ -201,18 +203,38 @@ class TextProblem(TypedDict):
     fixes: Sequence[TextFix]
 
 
-class Analyzed(TypedDict):
-    """`colors` has three numbers for each colored word: characters since the end of the last one, length, and kind.
+class ColorChange(TypedDict):
+    """The numbers of the colors: the `first` and `last` ones of those that the page has, and `new` ones between them.
 
-    `problems` are the first of `count`. `starts` are the starts of its robots, if it has no errors.
+    A colored word has three: characters since the end of the last one, length, and kind.
     """
+
+    first: int
+    last: int
+    new: Sequence[int]
+
+
+class FirstProblems(TypedDict):
+    """The first problems of a text, of `count`."""
+
+    problems: Sequence[TextProblem]
+    count: int
+
+
+class Analyzed(FirstProblems):
+    """`starts` are the starts of the robots of a text that has no errors."""
 
     type: Literal["analyze"]
     number: int
-    colors: Sequence[int]
-    problems: Sequence[TextProblem]
-    count: int
+    colors: ColorChange
     starts: Mapping[str, StartPoseJson]
+
+
+class RoomChecked(FirstProblems):
+    """The problems of the text with this number, also those that take long to find."""
+
+    type: Literal["check"]
+    number: int
 
 
 class OfferedWord(TypedDict):
@@ -311,7 +333,7 @@ class ChangeEdits(TypedDict):
     problem: str
 
 
-EditorAnswer = Analyzed | Completed | Explained | ShownHandle | Preview | Written | ChangeEdits
+EditorAnswer = Analyzed | RoomChecked | Completed | Explained | ShownHandle | Preview | Written | ChangeEdits
 
 
 class Answer(TypedDict):

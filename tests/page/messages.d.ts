@@ -24,7 +24,8 @@ interface Messages {
   joints: { beat: number, performed: number, wall: number, generation: number, robot: string, type: "joints", positions: Record<string, number> }
   source: { type: "source", path: string, text: string, revision: string, toml: string }
   draft: { type: "draft", text: string, paths: { type: "preview", number: number, robots: Record<string, { start: number[], strokes: number[][], certain: number, look: { profile: string, radius: number, motions: string[], body: ({ name: string, joints: ({ name: string, axis: string, sign: number, slides: boolean, min: number | null, max: number | null, start: number })[], moves: boolean })[] } } | null>, problem: string, waits_for: string[] } }
-  analyze: { type: "analyze", number: number, colors: number[], problems: { start: number, end: number, file: string, line: number, severity: string, message: string, fixes: { title: string, kind: string, edits: { start: number, end: number, text: string }[] }[] }[], count: number, starts: Record<string, { x: number, y: number, heading: number }> }
+  analyze: { problems: { start: number, end: number, file: string, line: number, severity: string, message: string, fixes: { title: string, kind: string, edits: { start: number, end: number, text: string }[] }[] }[], count: number, type: "analyze", number: number, colors: { first: number, last: number, new: number[] }, starts: Record<string, { x: number, y: number, heading: number }> }
+  check: { problems: { start: number, end: number, file: string, line: number, severity: string, message: string, fixes: { title: string, kind: string, edits: { start: number, end: number, text: string }[] }[] }[], count: number, type: "check", number: number }
   complete: { type: "complete", number: number, start: number, end: number, words: { word: string, about: string }[] }
   explain: { type: "explain", number: number, start: number, end: number, text: string, picture: string }
   handle: { type: "handle", number: number, offset: number, robot: string, text: string, place: number[] | null, others: number[][], pens: Record<string, number[]> }
@@ -47,7 +48,7 @@ type PageRequest =
   | { type: "force", robot: string, sense: string, value: boolean | null }
   | { type: "restart" }
   | { type: "window", generation: number, from: number, to: number }
-  | { type: "analyze", number: number, text: string }
+  | { type: "analyze", number: number, text: string, known?: number }
   | { type: "complete", number: number, offset: number }
   | { type: "explain", number: number, offset: number }
   | { type: "handle", number: number, offset: number, draws: boolean }

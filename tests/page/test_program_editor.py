@@ -10,7 +10,7 @@ import pytest
 from improv_core.ide.semantic_tokens_legend import TYPES
 from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
-from improv_core.protocol.editing import Analyzed, ArrangeRobots, PlaceRobots, TuneMusic
+from improv_core.protocol.editing import Analyze, Analyzed, ArrangeRobots, PlaceRobots, RoomChecked, TuneMusic
 from improv_core.robots.config import read_robots
 from improv_core.slices import on_checkpoint
 from improv_core.storage.program_file import TEMPLATE
@@ -30,7 +30,7 @@ def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Ana
 
 def colored(text: str) -> list[str]:
     """Return `word:kind` of each colored word."""
-    colors, found, at = ask(PageEditor(read_robots(""), str), text)["colors"], [], 0
+    colors, found, at = ask(PageEditor(read_robots(""), str), text)["colors"]["new"], [], 0
     for gap, length, kind in zip(colors[::3], colors[1::3], colors[2::3], strict=True):
         start, at = at + gap, at + gap + length
         found.append(f"{text[start:at]}:{TYPES[kind]}")
@@ -41,6 +41,23 @@ def test_words_have_the_colors_that_editors_give_them() -> None:
     assert colored("# 🤖\nr $ repeat 2 left\n") == [
         *("# 🤖:comment", "r:class", "$:operator", "repeat:keyword", "2:number", "left:function")
     ]
+
+
+@pytest.mark.parametrize(
+    ("known", "text", "change"),
+    [
+        (1, "r $ left\ns $ right left\n", {"first": 16, "last": 2, "new": [5, 2, 1]}),
+        (1, "r $ left\n", {"first": 9, "last": 0, "new": []}),
+        (0, "r $ left\n", {"first": 0, "last": 0, "new": [0, 1, 4, 1, 1, 7, 1, 4, 2]}),
+        (None, "r $ left\n", {"first": 0, "last": 0, "new": [0, 1, 4, 1, 1, 7, 1, 4, 2]}),
+    ],
+)
+def test_a_page_gets_the_colors_that_it_lacks(
+    editor: PageEditor, known: int | None, text: str, change: dict[str, object]
+) -> None:
+    ask(editor, "r $ left\ns $ left\n")
+    later: Analyze = {"type": "analyze", "number": 2, "text": text}
+    assert editor.analyze(PAGE, later if known is None else {**later, "known": known})["colors"] == change
 
 
 def test_a_problem_has_its_place_its_message_and_its_fixes(editor: PageEditor) -> None:
@@ -54,7 +71,7 @@ def test_a_problem_has_its_place_its_message_and_its_fixes(editor: PageEditor) -
 HEAD_ON = "ada at -2 0\nbo at 2 0 facing 180\nada bo $ forward\n"
 
 
-def in_room(editor: PageEditor, text: str, number: int = 1) -> Analyzed | None:
+def in_room(editor: PageEditor, text: str, number: int = 1) -> RoomChecked | None:
     return editor.check_room(PAGE, {"type": "analyze", "number": number, "text": text})
 
 
@@ -87,7 +104,7 @@ def test_meetings_come_later_with_all_other_problems(editor: PageEditor) -> None
     assert later is not None
     meeting, hint = later["problems"]
     assert (later["number"], later["count"], hint) == (1, 2, at_once["problems"][0])
-    assert (later["colors"], meeting["line"], meeting["severity"]) == (at_once["colors"], 4, "warning")
+    assert (meeting["line"], meeting["severity"]) == (4, "warning")
     assert "`ada` and `bo` meet" in meeting["message"]
 
 

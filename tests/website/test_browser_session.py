@@ -76,7 +76,7 @@ async def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.Monke
 
     async with at_home() as at:
         at.ask("analyze", number=1, text="ada at 0 0\nbo at 1 0 facing 180\nada bo $ forward")
-        found = await at.wait("analyze", lambda each: each["count"] == 1)
+        found = await at.wait("check")
         assert "`ada` and `bo` meet at beat" in found["problems"][0]["message"]
 
 

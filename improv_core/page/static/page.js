@@ -139,6 +139,7 @@ const HANDLERS = {
   },
   source: takeSource,
   analyze: (message) => editor.takeAnalysis(message),
+  check: (message) => editor.takeProblems(message),
   complete: (message) => editor.offer.take(message),
   handle: (message) => {
     if (handle.take(message)) gesturing.takePens(message.pens)
@@ -154,7 +155,7 @@ const HANDLERS = {
 }
 
 /** Messages that change nothing on the stage, but may move controls. */
-const OFF_STAGE = new Set(["analyze", "complete", "explain", "handle", "preview", "write", "change", "source", "program"])
+const OFF_STAGE = new Set(["analyze", "check", "complete", "explain", "handle", "preview", "write", "change", "source", "program"])
 
 /** @template {Message["type"]} T @param {Messages[T] & { type: T }} message */
 function take(message) {

@@ -11,22 +11,30 @@ const KINDS = [
 ]
 
 /**
- * @param {Messages["analyze"]} message has a color as three numbers: the code points between the one before and it, its
- *   length, and its kind
- * @param {CodePoints} codePoints of the text
- * @returns {{ colors: Color[], diagnostics: Diagnostic[] }}
+ * The numbers of a text's colors, from those of the one before.
+ * @param {number[]} before
+ * @param {Messages["analyze"]["colors"]} change
  */
-export function readAnalysis({ colors, problems }, codePoints) {
+export const changed = (before, change) => [...before.slice(0, change.first), ...change.new, ...before.slice(before.length - change.last)]
+
+/**
+ * @param {number[]} numbers three for each color: the code points between the one before and it, its length, and its kind
+ * @param {CodePoints} codePoints of the text
+ */
+export function readColors(numbers, codePoints) {
   /** @type {Color[]} */
   const found = []
-  for (let i = 0, at = 0; i < colors.length; i += 3) {
-    const start = at + colors[i]
-    at = start + colors[i + 1]
-    found.push({ ...codePoints.inUnits({ start, end: at }), name: KINDS[colors[i + 2]] })
+  for (let i = 0, at = 0; i < numbers.length; i += 3) {
+    const start = at + numbers[i]
+    at = start + numbers[i + 1]
+    found.push({ ...codePoints.inUnits({ start, end: at }), name: KINDS[numbers[i + 2]] })
   }
-  const diagnostics = problems.map((problem) => ({
+  return found
+}
+
+/** @param {Messages["check"]["problems"]} problems @param {CodePoints} codePoints of the text @returns {Diagnostic[]} */
+export const readProblems = (problems, codePoints) =>
+  problems.map((problem) => ({
     ...codePoints.inUnits(problem),
     fixes: problem.fixes.map((fix) => ({ ...fix, edits: fix.edits.map((edit) => codePoints.inUnits(edit)) })),
   }))
-  return { colors: found, diagnostics }
-}

@@ -13,7 +13,7 @@ import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
 import { showProblem } from "../score/changes.js"
 import { program } from "../score/program.js"
-import { readAnalysis } from "./analysis.js"
+import { changed, readColors, readProblems } from "./analysis.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
 import { applyEdits, difference, marksAfter, offsetsAfter } from "./edits.js"
 import { Highlight } from "./highlight.js"
@@ -44,7 +44,10 @@ export class Editor {
   #number = 0 // of the text
   #asking = false // about colors and diagnostics
   #sent = -1 // the number of the text that the server was sent,
-  #analyzed = -1 // and of the one about which it has answered
+  /** @type {number | undefined} */
+  #analyzed // of the one about which it has answered,
+  /** @type {number[]} */
+  #numbers = [] // and those of its colors
   #replacing = false // a text by another, in one step or more
   #edited = -Infinity // when, in milliseconds
   #calm = 0 // the timer that shows diagnostics
@@ -129,7 +132,8 @@ export class Editor {
 
   /** The connection has changed. */
   reconnect() {
-    this.#sent = this.#analyzed = -1
+    this.#sent = -1
+    this.#analyzed = undefined
     this.#asking = false
     this.pendingChanges.forget()
     if (this.open) this.#analyze()
@@ -261,7 +265,7 @@ export class Editor {
     if (this.#asking || !notices.isOpen) return
     this.#asking = true
     this.#sent = this.#number
-    send({ type: "analyze", number: this.#number, text: this.#text })
+    send({ type: "analyze", number: this.#number, text: this.#text, known: this.#analyzed })
     this.preview.edit(this.#text)
     this.#preview()
   }
@@ -278,21 +282,29 @@ export class Editor {
   /** @param {Messages["analyze"]} message */
   takeAnalysis(message) {
     this.#asking = false
+    this.#numbers = changed(this.#numbers, message.colors)
+    this.#analyzed = message.number
     if (message.number !== this.#number) {
       this.#analyze()
       this.offer.ask()
       return
     }
-    this.#analyzed = this.#number
     this.pendingChanges.ask()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
-    ;({ colors: this.#colors, diagnostics: this.#diagnostics } = readAnalysis(message, this.#codePoints))
-    this.#count = message.count
+    this.#colors = readColors(this.#numbers, this.#codePoints)
+    this.#look()
+    this.takeProblems(message)
+  }
+
+  /** @param {Omit<Messages["check"], "type">} message */
+  takeProblems({ number, problems, count }) {
+    if (number !== this.#number) return
+    this.#diagnostics = readProblems(problems, this.#codePoints)
+    this.#count = count
     clearTimeout(this.#calm)
     const rest = this.#edited + DIAGNOSTICS_DELAY - performance.now()
     if (rest <= 0) this.#showDiagnostics()
     else this.#calm = window.setTimeout(() => whenReleased(() => this.#showDiagnostics()), rest)
-    this.#look()
   }
 
   #showDiagnostics() {

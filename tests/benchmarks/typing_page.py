@@ -104,6 +104,13 @@ LISTEN = """(() => {
 })()"""
 
 
+# Resolves once the camera has not moved for half a second.
+REST = """(async () => {
+  let before = null
+  while (before !== (before = JSON.stringify(improv.view))) await new Promise((end) => setTimeout(end, 500))
+})()"""
+
+
 @dataclass(frozen=True, slots=True)
 class Typed:
     """Milliseconds from keys to letters and to colors, and the browser's processor milliseconds for each key."""
@@ -143,12 +150,12 @@ def run(quick: bool) -> None:
         for name, program in PROGRAMS.items():
             with opened(browser, Path(folder), program) as (page, tool):
                 tool.send("Emulation.setCPUThrottlingRate", {"rate": 1})
-                print_row(f"{name}, opened", f"{AT_REST:.2f}", f"{_busy(tool, rest):.3f}")
+                print_row(f"{name}, opened", f"{AT_REST:.2f}", f"{_busy(page, tool, rest):.3f}")
                 page.keyboard.press("Control+Enter")
                 wait(page, "improv.transport.state === 'playing'")
                 page.keyboard.press("Escape")
                 wait(page, "improv.transport.state === 'stopped'")
-                print_row(f"{name}, stopped", f"{AT_REST:.2f}", f"{_busy(tool, rest):.3f}")
+                print_row(f"{name}, stopped", f"{AT_REST:.2f}", f"{_busy(page, tool, rest):.3f}")
 
 
 @contextmanager
@@ -194,9 +201,9 @@ def _type(page: Page, tool: CDPSession, rounds: int) -> Typed:
             began = time.monotonic()
             page.keyboard.press(key)
             time.sleep(max(0, began + PERIOD - time.monotonic()))
-    time.sleep(1)
     keys = rounds * (1 + len(WRITTEN))
     work = (_work(tool) - before) * 1000 / keys
+    wait(page, "Math.max(...Object.keys(window.seen.colored)) === document.querySelector('#text').value.length")
     seen = page.evaluate("seen")
     return Typed(_times(seen, "painted"), _times(seen, "colored"), work)
 
@@ -215,9 +222,9 @@ def _previews(page: Page, words: int) -> list[float]:
 
 def _times(seen: dict[str, dict[str, float]], kind: str) -> list[float]:
     """Return the milliseconds of each key until a text at least as long as the one after it was shown."""
-    shown = {int(length): at for length, at in seen[kind].items()}
-    pressed = [(int(length), at) for length, at in seen["pressed"].items() if int(length) <= max(shown)]
-    return [min(at for reached, at in shown.items() if reached >= length) - begun for length, begun in pressed]
+    shown = [(int(length), at) for length, at in seen[kind].items()]
+    pressed = [(int(length), at) for length, at in seen["pressed"].items()]
+    return [min(at for reached, at in shown if reached >= length) - begun for length, begun in pressed]
 
 
 def _cells(goal: int, times: list[float]) -> tuple[str, ...]:
@@ -229,8 +236,8 @@ def _work(tool: CDPSession) -> float:
     return float(next(each["value"] for each in metrics if each["name"] == "TaskDuration"))
 
 
-def _busy(tool: CDPSession, seconds: float) -> float:
-    time.sleep(3)  # until the camera rests
+def _busy(page: Page, tool: CDPSession, seconds: float) -> float:
+    page.evaluate(REST)
     before, began = _work(tool), time.monotonic()
     time.sleep(seconds)
     return (_work(tool) - before) / (time.monotonic() - began)

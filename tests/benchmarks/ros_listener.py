@@ -8,6 +8,8 @@ middleware note the time of a message and takes it later, so that a thousand rob
 from __future__ import annotations
 
 import gc
+import json
+import platform
 import struct
 import sys
 import threading
@@ -31,7 +33,7 @@ Taken = tuple[int, float, bytes, dict[str, Any]]
 
 
 def main() -> None:
-    """Listen; print `ready`, then records as bytes."""
+    """Listen; print `ready` with versions as one JSON line, then records as bytes."""
     way, *topics = sys.argv[1:]
     gc.disable()
     offset = _offset()
@@ -40,7 +42,8 @@ def main() -> None:
     ended = threading.Event()
     taken: list[Taken] = []
     listen = {"spin": _spin, "drain": _drain}[way](node, topics, taken)
-    print("ready", flush=True)
+    versions = {"rmw": rclpy.get_rmw_implementation_identifier(), "python": platform.python_version()}
+    print(json.dumps(versions), flush=True)
     threading.Thread(target=_wait, args=(ended,), daemon=True).start()
     while not ended.is_set():
         listen(ended)

@@ -91,10 +91,20 @@ class Server:
         start, end = ({"line": edit.line, "character": character} for character in (0, edit.length))
         return self._change({"range": {"start": start, "end": end}, "text": edit.text})
 
+    def replace(self, text: str) -> Seen:
+        """Replace the whole document."""
+        return self._change({"text": text})
+
     def save(self) -> float:
         """Save the document, and return the time at which the write began, by the monotonic clock."""
         begin = perf_counter()
         self.client.save(self._uri)
+        return begin
+
+    def command(self, name: str) -> float:
+        """Have a command executed, and return the time at which the write began, by the monotonic clock."""
+        begin = perf_counter()
+        self.client.command(name)
         return begin
 
     def settle(self) -> float:

@@ -373,6 +373,15 @@ def play_anew(page: Page, show: Show, program: str, robots: str = "", **how: Any
     page.locator("#stage").focus()
 
 
+def begin_paused(page: Page, show: Show, program: str, **how: Any) -> None:
+    """Begin a program on an open page, and have it pause at its first beat."""
+    play_anew(page, show, program, **how)
+    page.keyboard.press("n")  # which pauses, also a short dance that is over already
+    wait(page, "improv.transport.state === 'paused'")
+    page.keyboard.press("Home")
+    wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
+
+
 def next_frame(page: Page) -> None:
     """Wait until changes are laid out and drawn."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")

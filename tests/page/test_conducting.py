@@ -17,6 +17,7 @@ from tests.page.conftest import (
     Show,
     asked,
     at,
+    begin_paused,
     box,
     play_anew,
     transport,
@@ -213,8 +214,9 @@ def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
     expect(stage.get_by_role("button", name="Help", exact=True)).to_be_focused()
 
 
-def test_the_view_moves_by_keys_and_fits_again(still: Callable[..., Page]) -> None:
-    page = still(PROGRAM)
+def test_the_view_moves_by_keys_and_fits_again(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    begin_paused(page, show, PROGRAM)
     fit = page.get_by_role("button", name="Fit")
     at(page, 0, 0)  # once the view has come to rest
     before = page.evaluate("improv.view")

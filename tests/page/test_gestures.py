@@ -10,6 +10,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
+from tests.open_page import CALMLY
 from tests.page.conftest import Keep, at, box, wait
 from tests.page.editing import Edit
 from tests.page.looks import COUNT
@@ -23,9 +24,9 @@ AT_REST = """(
   window.before = window.seen,
   window.seen = JSON.stringify(improv.view),
   window.same = window.seen === window.before ? window.same + 1 : 0,
-  window.same > 30
+  window.same > 8
 )"""
-"""True once the camera has not moved for 30 frames: while somebody writes, it moves only in some of them."""
+"""True once the camera has not moved for 8 frames: while somebody writes, it moves only in some of them."""
 
 
 def put_cursor(page: Page, behind: str) -> None:
@@ -39,7 +40,9 @@ def drag(page: Page, places: list[tuple[float, float]], meanwhile: Callable[[], 
     """Drag the mouse along places on the floor, in meters, once the camera stands still. `meanwhile` comes before the
     mouse is released."""
     wait(page, AT_REST)
-    first, *others = [at(page, *place) for place in places]
+    stage = box(page, "#stage")
+    seen = page.evaluate("places => places.map(([x, y]) => improv.toScreen(x, y))", places)
+    first, *others = [(stage["x"] + place["x"], stage["y"] + place["y"]) for place in seen]
     page.mouse.move(*first)
     page.mouse.down()
     for place in others:
@@ -51,6 +54,8 @@ def drag(page: Page, places: list[tuple[float, float]], meanwhile: Callable[[], 
 
 @pytest.fixture
 def window(lively: BrowserContext) -> BrowserContext:
+    """A window of its own, because a test stops the clock of its window."""
+    lively.add_init_script(CALMLY)
     return lively
 
 

@@ -21,12 +21,12 @@ from tests.page.conftest import (
     Keep,
     Show,
     at,
+    begin_paused,
     box,
     next_frame,
     play_anew,
     switch_to,
     wait,
-    watch,
 )
 from tests.page.looks import COUNT
 
@@ -38,11 +38,7 @@ FAINT = [222, 164, 124]  # half of the first robot's color in the light
 
 def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page]) -> None:
     show, page = shared
-    play_anew(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
-    page.keyboard.press("n")  # which pauses, also a short dance that is over already
-    wait(page, "improv.transport.state === 'paused'")
-    page.keyboard.press("Home")
-    wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
+    begin_paused(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
     lit = page.locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left", "step"])
     page.keyboard.press("n")
@@ -53,10 +49,12 @@ def test_the_words_that_play_are_lit_even_after_emoji(shared: tuple[Show, Page])
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_the_page_keeps_counting_and_lights_playing_words_at_their_current_places(page: Page, show: Show) -> None:
+def test_the_page_keeps_counting_and_lights_playing_words_at_their_current_places(shared: tuple[Show, Page]) -> None:
+    show, page = shared
     before = "beat 240\nanna $ repeat slow 50 forward\nbert $ repeat slow 40 left\n"
     after = "# bert has another line, and anna's has moved\n" + before.replace("slow 40 left", "slow 40 right")
-    lit = watch(page, show, before).locator("#score-text .lit")
+    play_anew(page, show, before)
+    lit = page.locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left"])
     wait(page, "improv.beat > 4")
     show.play(after, when="bar")
@@ -87,8 +85,9 @@ PAINTED = f"""(
 
 
 @pytest.mark.slow("looks at every pixel, again and again")
-def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -> None:
-    page = still(PROGRAM)
+def test_the_path_ahead_is_drawn_and_can_be_hidden(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    begin_paused(page, show, PROGRAM)
     wait(page, PAINTED)
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) < 40")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import LIMIT, Show, next_frame, play_anew, wait, watch
+from tests.page.conftest import LIMIT, Show, next_frame, play_anew, wait
 from tests.page.editing import Edit
 from tests.page.songs import clicks, improv_toml
 
@@ -72,8 +72,9 @@ DROP = """({ name, content }) => {
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(page: Page, show: Show) -> None:
-    watch(page, show, PROGRAM)
+def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(shared: tuple[Show, Page]) -> None:
+    show, page = shared
+    play_anew(page, show, PROGRAM)
     sent: list[str] = []
     page.on("request", lambda request: sent.append(request.method))
     page.locator("#song-file").set_input_files({"name": "own.wav", "mimeType": "audio/wav", "buffer": SONG})

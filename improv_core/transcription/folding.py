@@ -202,24 +202,19 @@ def _apart(found: Sequence[tuple[int, int, int]], size: int) -> list[tuple[int, 
     return kept
 
 
+def _items(node: Node) -> tuple[Node, ...]:
+    """Return the items of a series; a node that is none stands for a series of one."""
+    return node.items if isinstance(node, NodeSeries) else (node,)
+
+
 def _lists(node: Node) -> Iterator[tuple[Node, ...]]:
-    """Yield all series within a node; a node that is none stands for a series of one."""
-    match node:
-        case NodeSeries(items):
-            yield items
-            for each in items:
-                yield from _inner_lists(each)
-        case _:
-            yield (node,)
-            yield from _inner_lists(node)
-
-
-def _inner_lists(node: Node) -> Iterator[tuple[Node, ...]]:
-    match node:
-        case Shaped(by, _, body) if by not in TURNS:
-            yield from _lists(body)
-        case NodeSeries():
-            yield from _lists(node)
+    """Yield the items of all series within a node, and of what is shaped."""
+    yield _items(node)
+    for each in _items(node):
+        if isinstance(each, Shaped) and each.by not in TURNS:
+            yield from _lists(each.body)
+        elif isinstance(each, NodeSeries):
+            yield from _lists(each)
 
 
 def _replacing(phrase: Window, name: str) -> Callable[[Node], Node]:
@@ -228,17 +223,7 @@ def _replacing(phrase: Window, name: str) -> Callable[[Node], Node]:
     size = len(phrase)
 
     def replaced(node: Node) -> Node:
-        match node:
-            case NodeSeries(items):
-                return series(in_items(items))
-            case Shaped(by, numbers, body):
-                return (
-                    in_items((Shaped(by, numbers, replaced(body)),))[0]
-                    if (node,) not in forms
-                    else in_items((node,))[0]
-                )
-            case _:
-                return in_items((node,))[0]
+        return series(in_items(_items(node)))
 
     def in_items(items: Sequence[Node]) -> list[Node]:
         found: list[Node] = []

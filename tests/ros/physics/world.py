@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -36,6 +37,7 @@ class Robot:
     body: int
     wanted: tuple[float, float] = (0.0, 0.0)
     heard: float = -math.inf
+    told: deque[tuple[float, tuple[float, float]]] = field(default_factory=deque)  # velocities that it hasn't heard yet
     rims: list[float] = field(default_factory=lambda: [0.0, 0.0])  # the speeds that it regulates, in m/s
     held: tuple[float, ...] | None = None  # its pose while it is held
 
@@ -52,8 +54,7 @@ class World:
 
     def tell(self, name: str, linear: float, angular: float, at: float) -> None:
         """Give a robot a velocity at a time, in seconds."""
-        robot = self._robots[name]
-        robot.wanted, robot.heard = (linear, angular), at
+        self._robots[name].told.append((at, (linear, angular)))
 
     def step(self, now: float, lifted: Sequence[str], stuck: Sequence[str]) -> None:
         """Make one step, at a time in seconds."""
@@ -67,6 +68,8 @@ class World:
         return {name: self._pose(robot) for name, robot in self._robots.items()}
 
     def _drive(self, robot: Robot, number: int, now: float, stuck: bool) -> None:
+        while robot.told and robot.told[0][0] <= now:  # steps that the machine was late for come before it
+            robot.heard, robot.wanted = robot.told.popleft()
         linear, angular = robot.wanted if now < robot.heard + TIMEOUT and not stuck else (0.0, 0.0)
         half = angular * SEPARATION / 2
         for side, wanted in enumerate((linear - half, linear + half)):

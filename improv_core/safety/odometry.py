@@ -15,13 +15,11 @@ from improv_core.protocol.messages import SIMULATED
 from improv_core.protocol.output import RawPose
 from improv_core.safety.preflight import Standing
 from improv_core.score.dynamics import motors_of
-from improv_core.score.following import OLDEST, accelerated, before_stopping, correction
+from improv_core.score.following import OLDEST, RESTS, accelerated, before_stopping, correction, learned
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import DEFAULT, Profile, beside_robots
 from improv_core.score.score import Part
 
-RECENT = 0.2
-"""Seconds after which a pose is too old to show where a robot stands when its frame is aligned."""
 LEGS_KEPT = 1000
 """The number of changes of velocity that are remembered until a later pose arrives."""
 JUMP, JUMP_TURN = 0.1, 0.3
@@ -166,7 +164,7 @@ class Odometry:
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose and compare it with the ideal one. Returns None if it can't be compared."""
         track = self._tracks.get(raw.robot)
-        found = track.take(raw) if track else None
+        found = track.take(raw, raw.robot not in self.strays) if track else None
         if raw.source == FROM_ELSEWHERE:
             self._elsewhere[raw.robot] = _frame(raw)
         elif not (track and track.in_world):
@@ -226,7 +224,8 @@ class _Track:
     """One robot: its ideal path since the latest pose, and the pose of its frame in the world (None: unknown).
 
     A robot that is `in_world` has no frame of its own, so it may begin elsewhere than in the score. If it follows its
-    ideal path, `limits` are its own, and `error` has its ideal pose, its measured pose, and the time of both.
+    ideal path, `limits` are its own, and `error` has its ideal pose, its measured pose, and the time of both. Its turns
+    end `late` by so many seconds, and `ended` is the time and the speed of one that has just ended.
     """
 
     since: float
@@ -244,6 +243,8 @@ class _Track:
     accelerations: tuple[float, float] = (math.inf, math.inf)
     limits: tuple[float, float] | None = None
     error: tuple[Pose, Pose, float] | None = None
+    late: float = 0.0
+    ended: tuple[float, float] | None = None
     least: float = math.inf  # seconds from a stamp to its arrival
     youngest: float = math.inf  # the least age of a pose on arrival, lately
     jumped: float = -math.inf  # the time of the latest jump of its poses in the world
@@ -252,6 +253,8 @@ class _Track:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
 
     def set_part(self, part: Part) -> None:
+        if (part.topic, part.profile) != (self.topic, self.profile):
+            self.late, self.ended = 0.0, None
         self.topic, self.odom = part.topic, part.odom
         self.profile = profile = part.profile
         motors = motors_of(beside_robots(profile), part.robot)
@@ -262,15 +265,16 @@ class _Track:
             self.in_world, self.frame, self.aligned = in_world, None, self.aligned + 1
 
     def place(self, pose: Pose, at: float) -> None:
-        self.since, self.frame, self.aligned, self.error = at, None, self.aligned + 1, None
+        self.since, self.frame, self.aligned, self.error, self.ended = at, None, self.aligned + 1, None, None
         self.legs = deque([_Leg(at, pose, STILL)], LEGS_KEPT)
 
     def tell(self, twist: Twist, at: float) -> None:
         last = self.legs[-1]
         if twist == last.twist:
             return
-        at = max(at, last.at)
-        self.legs.append(_Leg(at, last.pose_at(at), twist, self._speed(last, at)))
+        at, speed = max(at, last.at), self._speed(last, at)
+        self.legs.append(_Leg(at, last.pose_at(at), twist, speed))
+        self.ended = None if twist.yaw or at - last.at < RESTS else (at, speed.yaw)
         self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
@@ -292,7 +296,7 @@ class _Track:
         is_near = far < JUMP + fastest * passed and turn < JUMP_TURN + fastest_turn * passed
         return None if is_near else (far, turn)
 
-    def take(self, raw: RawPose) -> Comparison | None:
+    def take(self, raw: RawPose, counts: bool) -> Comparison | None:
         jump = self.jump(raw)
         jumped = jump and raw.source == CONTINUOUS and not self.in_world
         before, self.latest = self.latest, raw
@@ -305,7 +309,7 @@ class _Track:
         elif jumped and before and self.frame:
             self.frame = self.frame.then(before.pose).then(raw.pose.inverse())
         elif self.frame is None:
-            stood = before if before and not jumped and raw.at - before.at <= RECENT else raw
+            stood = before if before and not jumped and raw.at - before.at <= OLDEST else raw
             self.frame = self._ideal(max(stood.at, self.since)).then(stood.pose.inverse())
         pose = (Pose() if raw.source == SIMULATED else self.frame).then(raw.pose)
         recent = tuple(self._ideal(max(raw.at - lag, self.since)) for lag in reversed(LAGS))
@@ -315,17 +319,26 @@ class _Track:
         if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
             taken = self.taken_at(raw)
             then = max(taken, self.since)
-            expected = before_stopping(self._ideal(then), self._speed(self._leg(then), then), self.accelerations)
-            self.error = expected, pose, taken
-        follows = self.correction(self.legs[-1].twist, raw.at) != STILL
+            speed = self._speed(self._leg(then), then)
+            self.error = before_stopping(self._ideal(then), speed, self.accelerations, self.late), pose, taken
+            if self.ended and then >= self.ended[0] + RESTS:
+                if counts and self._fresh(raw.at):
+                    off = math.remainder(self.error[0].heading - pose.heading, math.tau)
+                    self.late = learned(self.late, off, self.ended[1], self.limits[1])
+                self.ended = None
+        follows = counts and self.correction(self.legs[-1].twist, raw.at) != STILL
         return Comparison(raw, pose, ideal, self.aligned, follows, recent, jump)
 
     def correction(self, twist: Twist, at: float) -> Twist:
         """Return the twist to add to a velocity, or zero if the latest pose is too old."""
-        if not self.limits or not self.error or at - self.error[2] > OLDEST or at < self.jumped + DOUBTFUL:
+        if not self.limits or not (error := self._fresh(at)):
             return STILL
-        expected, measured, _ = self.error
+        expected, measured, _ = error
         return correction(expected, self.profile.limited(twist), measured, self.limits, self.profile.turning_radius)
+
+    def _fresh(self, at: float) -> tuple[Pose, Pose, float] | None:
+        """Return the error unless its poses are too old or may be those of another robot."""
+        return self.error if self.error and at - self.error[2] <= OLDEST and at >= self.jumped + DOUBTFUL else None
 
     def taken_at(self, raw: RawPose) -> float:
         """Return the time at which a pose was measured."""

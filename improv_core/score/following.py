@@ -19,9 +19,13 @@ from improv_core.score.profiles import Profile
 SHARE = 0.1
 """The largest correction of a velocity, as a share of the robot's limits."""
 OLDEST = 0.2
-"""Seconds after which a pose is too old for a correction."""
+"""Seconds after which a pose is too old for a correction, or to show where a robot stands."""
 GAIN = 2.0
 """k1 and k3, per second. k2 is such that an error to the side is critically damped at the highest speed."""
+RESTS = 0.25
+"""Seconds after the end of a turn from which on a robot no longer turns: its motors need time, and its base recoils."""
+MOST_LATE = 0.25
+"""The largest lateness that is learned: a robot that is off by more was held or pushed."""
 SAFE_DELAY = math.pi / 4 / GAIN
 """Seconds of delay that the feedback may have: half of those with which e' = -k e would begin to swing without end."""
 
@@ -70,13 +74,27 @@ def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tupl
     return Twist(speed.x + _clamped(x, linear), yaw=speed.yaw + _clamped(yaw, angular))
 
 
-def before_stopping(pose: Pose, speed: Twist, accelerations: tuple[float, float]) -> Pose:
+def before_stopping(pose: Pose, speed: Twist, accelerations: tuple[float, float], late: float = 0.0) -> Pose:
     """Return the pose at which motors at this speed have to begin to stop, so that the robot comes to rest at `pose`.
 
-    They fall behind by as much when they start, so a robot that is there has no error.
+    They fall behind by as much when they start, so a robot that is there has no error. After that it turns for `late`
+    more seconds at its speed.
     """
     linear, angular = accelerations
-    return pose.then(Pose(-speed.x * abs(speed.x) / 2 / linear, heading=-speed.yaw * abs(speed.yaw) / 2 / angular))
+    turn = speed.yaw * late + speed.yaw * abs(speed.yaw) / 2 / angular
+    return pose.then(Pose(-speed.x * abs(speed.x) / 2 / linear, heading=-turn))
+
+
+def learned(late: float, error: float, speed: float, limit: float) -> float:
+    """Return how late a robot is, in seconds, after a turn at this `speed` that has left an `error`, both in radians.
+
+    A base that falls short of its speed has a negative lateness: the pose where it should be is ahead of its ideal one.
+    Each turn corrects the next (D. A. Bristow, M. Tharayil, and A. G. Alleyne, A survey of iterative learning control,
+    IEEE Control Systems 26(3), 2006). A slow turn, or an error that no base makes by itself, counts for nothing.
+    """
+    if abs(speed) < SHARE * limit or abs(error) > MOST_LATE * abs(speed):
+        return late
+    return _clamped(late - error / speed, MOST_LATE)
 
 
 def _clamped(value: float, most: float) -> float:

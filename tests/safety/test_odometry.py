@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -20,7 +21,7 @@ from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import FromStage
 from improv_core.protocol.output import Noticed, RawJoints, RawPose
 from improv_core.robots.config import read_robots
-from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, RECENT, Odometry
+from improv_core.safety.odometry import CONTINUOUS, DOUBTFUL, Odometry
 from improv_core.score.faults import Fault, FaultRules, Response
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import STILL, Pose, Twist
@@ -125,7 +126,7 @@ def test_a_robot_begins_where_it_stood_shortly_before_beat_0() -> None:
     robot.run(0.1)  # since the latest pose, 0.1 s have passed, of which it has played nearly all
     assert robot.off(Pose()) == pytest.approx((0.2, 0), abs=0.03)
     robot.play()
-    robot.run(RECENT + 0.1)  # no pose came in time: it counts as being at its ideal pose
+    robot.run(OLDEST + 0.1)  # no pose came in time: it counts as being at its ideal pose
     assert robot.off(Pose()) == (0, 0)
 
 
@@ -364,6 +365,42 @@ def test_poses_that_have_jumped_correct_nothing_for_a_while() -> None:
     assert corrected(odometry, Pose(0.22 + 0.2 * DOUBTFUL, 1.05), 1.1 + DOUBTFUL) != STILL
 
 
+def turned_off(*, rolls: float = 1.0, late: float = 0.0, held: int = -1, step: float = 0.01) -> list[float]:
+    """Return by how many degrees too little a robot has turned after each of four quarter turns. Its base `rolls` this
+    share of its velocity, `late` by so many seconds, and stands in the middle of the turn `held`. Its poses are 80 ms
+    old."""
+    odometry, ideal, real, seen, off = Odometry(), Pose(), Pose(), deque[Pose](), list[float]()
+    odometry.begin({"r": following()}, 0.0)
+    sent = deque([STILL] * round(late / step))
+    for count in range(4 * 400):
+        now, turn = count * step, count // 400
+        twist = Twist(0.1) if count % 400 < 200 else Twist(yaw=math.pi / 4)
+        odometry.tell("r", twist, now)
+        if count % 3 == 0 and len(seen) == 8:
+            odometry.take(RawPose("r", LOCALIZATION, seen[0], now, "", now - 0.08))
+        sent.append(twist.plus(odometry.correction("r", twist, now)))
+        seen = deque([*seen, real], 8)
+        is_held = turn == held and count % 400 in range(250, 340)
+        real, ideal = real.after(sent.popleft().times(0 if is_held else rolls), step), ideal.after(twist, step)
+        if count % 400 == 20 and turn:
+            off.append(math.degrees(math.remainder(ideal.heading - real.heading, math.tau)))
+    return off
+
+
+@pytest.mark.parametrize(("rolls", "late"), [(0.87, 0.0), (1.1, 0.0), (1.0, 0.06), (0.87, 0.1)])
+def test_a_robot_learns_from_the_ends_of_turns_to_end_the_next_ones_as_written(rolls: float, late: float) -> None:
+    first, *others = turned_off(rolls=rolls, late=late)
+    assert abs(first) > 1 > max(map(abs, others))
+
+
+def test_a_robot_without_a_fault_has_nothing_to_learn() -> None:
+    assert turned_off() == pytest.approx([0, 0, 0], abs=0.01)
+
+
+def test_a_robot_that_was_held_in_a_turn_learns_nothing_from_it() -> None:
+    assert turned_off(rolls=0.95, held=1)[2] == pytest.approx(turned_off(rolls=0.95)[2], abs=0.3)
+
+
 def test_a_robot_that_takes_over_a_part_elsewhere_has_not_jumped() -> None:
     odometry = Odometry()
     odometry.begin({"r": following()}, 0.0)
@@ -393,6 +430,10 @@ def test_poses_in_other_frames_than_most_count_for_nothing(
         odometry.take(RawPose(name, LOCALIZATION, Pose(0.1), 1.0, frame))
         robot.player.measure([RawPose(name, LOCALIZATION, Pose(), robot.stage.now, frame)], robot.stage.now)
     assert [name for name in frames if odometry.correction(name, Twist(0.1), 1.0) == STILL] == strays
+    for name in frames:
+        odometry.tell(name, Twist(0.1), 1.0)
+    found = {name: odometry.take(RawPose(name, LOCALIZATION, Pose(0.1), 1.1, frame)) for name, frame in frames.items()}
+    assert [name for name, each in found.items() if each and not each.follows] == strays
     assert [name for name, place in odometry.places(1.0).items() if place.pose is None] == strays
     robot.run(1)
     assert [each for each in robot.lines if "different frames" in each] == [

@@ -32,6 +32,8 @@ POSES_KEPT, POSES_SPAN = 6, 0.5
 """The most poses, and the most seconds, from which a speed is measured."""
 UNTOLD = 0.1
 """m/s by which a robot's measured speed must exceed the one it was sent so that it counts: poses jitter."""
+BESIDE = 1.1
+"""Meters beside itself at which a camera may see a robot."""
 TOLD_KEPT = 1.5
 """Seconds for which a velocity that was sent to a robot counts."""
 
@@ -52,7 +54,7 @@ class Base(NamedTuple):
 
     @property
     def fastest(self) -> float:
-        """The highest speed that counts, in m/s: if poses show a higher one, they are wrong."""
+        """The highest speed that counts while it turns, in m/s: if it is seen beside itself, it seems to circle."""
         return BEYOND * self.max_speed if self.max_speed else math.inf
 
 
@@ -255,8 +257,9 @@ def _moved(speed: float, wanted: float, braking: float, seconds: float) -> tuple
 def _measured(one: RawPose, other: RawPose, fastest: float) -> _Velocity:
     seconds, from_, to = other.at - one.at, one.pose, other.pose
     turn = math.remainder(to.heading - from_.heading, math.tau)
-    longer = max(to.apart(from_)[0] / fastest, seconds)
     x, y, z = to.x - from_.x, to.y - from_.y, to.z - from_.z
+    moved = math.hypot(x, y, z)
+    longer = max(moved / fastest if moved <= BESIDE * abs(turn) else 0.0, seconds)
     return _Velocity.of(x / longer, y / longer, z / longer, turn / seconds)
 
 

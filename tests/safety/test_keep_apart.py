@@ -4,7 +4,7 @@ and robots that aren't paused."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pytest
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import CONTINUOUS
 from improv_core.safety.separation import LOOK_PERIOD, Proximity
-from improv_core.safety.stopping_distance import BRAKING, REACTION, Base
+from improv_core.safety.stopping_distance import BRAKING, REACTION, Base, coasting
 from improv_core.score.following import accelerated
 from improv_core.score.motion import STILL, Pose, Twist
 
@@ -243,17 +243,27 @@ def test_robots_that_stay_apart_are_not_paused(one: Robot, other: Robot, link: f
         assert not story.paused, jumps
 
 
-def test_poses_that_seem_to_approach_faster_than_a_robot_can_drive_count_as_its_highest_speed() -> None:
-    """A camera sees it 1 m to its left, so that its poses circle around it while it turns."""
-    base, late = Base(0.089, 0.22), 0.08
-    bases, proximity = {"a": base, "b": base}, Proximity().told("a", Twist(yaw=0.785), 0.0)
+def left_when_found(seen_at: Callable[[float], Pose], twist: Twist) -> float | None:
+    """Return the distance that is left between the edges of a robot that stands at -1.5 m and one that is seen at
+    these poses when the two are found too near; None if they never are."""
+    base = Base(0.089, 0.22)
+    bases, proximity = {"a": base, "b": base}, Proximity().told("a", twist, 0.0)
     for number in range(50):
         now = number * 0.04
-        poses = [RawPose("b", CONTINUOUS, Pose(-1.5), now), RawPose("a", CONTINUOUS, seen_left(0.785 * now), now)]
+        poses = [RawPose("b", CONTINUOUS, Pose(-1.5), now), RawPose("a", CONTINUOUS, seen_at(now), now)]
         proximity = proximity.heard(poses, bases)
-        proximity, found, _ = proximity.looked(True, bases, KEEP_APART, now + late)
-        assert not found
+        proximity, found, _ = proximity.looked(True, bases, KEEP_APART, now + 0.08)
+        if found:
+            return found[0].gap - KEEP_APART
+    return None
 
 
-def seen_left(heading: float) -> Pose:
-    return Pose(heading=heading).then(Pose(y=1.0))
+def test_a_robot_that_a_camera_sees_beside_itself_does_not_seem_to_circle_toward_another() -> None:
+    assert left_when_found(lambda now: Pose(heading=0.785 * now).then(Pose(y=1.0)), Twist(yaw=0.785)) is None
+
+
+@pytest.mark.parametrize("turning", [0.0, 0.3])
+def test_a_robot_that_is_pushed_faster_than_it_can_drive_has_room_to_brake(turning: float) -> None:
+    left = left_when_found(lambda now: Pose(-0.1 - 0.6 * now, heading=turning * now), STILL)
+    assert left is not None
+    assert left >= coasting(0.6, BRAKING, 0.08) - 0.6 * 0.04

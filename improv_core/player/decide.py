@@ -54,6 +54,7 @@ from improv_core.score.takeover import OutgoingScore, PendingTakeover, edited, e
 
 SEEN = 0.5
 """Seconds after a fault for which unmuting the robot has no effect: nobody can know yet that it stands."""
+UNHEARD = "no robot listened, so none has moved: start their drivers, check them with `improv doctor`, and play again"
 LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
@@ -207,6 +208,9 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
         return _next_scene(run, beat, due.at, facts)
     if run.next and run.next.at == math.inf:
         return _take_over(run, replace(run.next, at=due.at), facts)
+    if facts.unheard and run.moves:
+        stopped, acts = stop_rules.leave(run, "stopped", facts)
+        return replace(stopped, startable_by=run.startable_by), [error_line(UNHEARD), *acts]
     run = replace(run, mode="ended", transport=replace(run.transport, since=due.at, origin=beat))
     returns = run.score.parts.keys() & facts.standing if run.score.safety.rejoin == "return" else ()
     # A bump in the last second is reported before the end.

@@ -141,7 +141,8 @@ class Facts:
     deadman buttons that people hold. `poses` are those of simulated robots that senses have moved. `places` are the
     ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0 back, `wall` is the
     wall clock, in Unix time. `unseen` are robots that must be seen and aren't. `unreached` are robots that have moved
-    and are out of reach, as far as is known. `paths` computes ideal poses.
+    and are out of reach, as far as is known. `unheard` is true if no real robot has listened. `paths` computes ideal
+    poses.
     """
 
     now: float = 0.0
@@ -156,4 +157,5 @@ class Facts:
     wall: float = 0.0
     unseen: Collection[str] = ()
     unreached: Collection[str] = ()
+    unheard: bool = False
     paths: Paths = field(default_factory=Paths, compare=False)

@@ -45,7 +45,7 @@ def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decid
     if event.pressed:
         run, acts = stop(run, facts)
         return run, [told, *acts, error_line(f"the emergency stop on {event.topic} is on, so all robots were stopped")]
-    return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: save to play again")]
+    return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: play again")]
 
 
 def halted(run: Run, event: events.Halted, facts: Facts) -> Decided:
@@ -58,7 +58,7 @@ def halted(run: Run, event: events.Halted, facts: Facts) -> Decided:
 
 def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
     run, acts = stop(run, facts, unasked=True)
-    line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: save to play again"
+    line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: play again"
     return run, [*acts, error_line(line)]
 
 

@@ -73,6 +73,7 @@ class Listeners:
         before, missing = self._awaited, self._sink.missing(self._awaited)
         self._sink.ask(missing)
         self._awaited, waited = set(missing), self._waits
+        self._heard |= before - self._awaited
         self._waits = any(
             now < self._met[robot] + PATIENCE or (line == "" and now < self._expected + ANSWERS)
             for robot, line in missing.items()
@@ -142,6 +143,11 @@ class Listeners:
             yield line.replace(_TOPIC, what)
         if len(lines) > MOST_LINES:
             yield f"and {len(lines) - MOST_LINES} more warnings"
+
+    @property
+    def unheard(self) -> bool:
+        """True if no robot has listened since the score began, as far as is known."""
+        return self._heard.isdisjoint(self._robots) and all(map(self._warned.get, self._robots))
 
     def _must_stand(self, score: Score, robot: str, problem: str | None) -> bool:
         """Note whether a robot has gone away or come back, and return whether it stands from now on."""

@@ -263,7 +263,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
     moved = not shown and bool(state.editions.sent)
     dead = replace(before, alive=False, armed=False, may_move=False, died_moving=moved)
     state = replace(state, stages={**state.stages, stage: dead}, latest=state.latest if idles else None)
-    again = "" if idles else "; save to play again"
+    again = "" if idles else "; play again"
     if before.only_halts:  # another one would fail too
         what = f": robots may still be moving{again}" if before.died_moving else again
     else:

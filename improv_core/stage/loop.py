@@ -141,7 +141,7 @@ class Loop:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
         slept, self._asleep = asleep - self._asleep, max(asleep, self._asleep)
         if slept > SLEPT and self._may_move:
-            self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: save to play again", now)
+            self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: play again", now)
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""
@@ -259,7 +259,7 @@ class Loop:
     def _parent_lost(self, now: float) -> None:
         """Stop all robots because the parent is silent."""
         if not self._is_far:
-            line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+            line = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: play again"
             self._halt(line, now, events.Halted(counts=True))
             return
         self._tell({"type": "deserted", "seconds": self._parent.patience})
@@ -290,7 +290,7 @@ class Loop:
     def _load(self, asked: Play, now: float) -> None:
         load = asked.load
         if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - SLEPT:
-            self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
+            self._halt("the machine was asleep since somebody asked for this program: play it again", now)
             return
         if load["when"] == "restart":
             self._deserted = False

@@ -239,7 +239,7 @@ def test_a_new_simulator_takes_the_place_of_one_that_is_gone() -> None:
         ((dead, ended),) = (each for each in ours(SIMULATOR).items() if each[0] not in others)
         (page,) = client.wait_for_page()
         os.kill(dead, signal.SIGKILL)
-        client.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; save to play again")
+        client.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; play again")
         wait_until_gone({dead: ended}, LIMIT)
         client.save("file:///dance.improv")
         client.wait_for_line("▶")

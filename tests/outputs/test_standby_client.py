@@ -114,6 +114,6 @@ def test_robots_that_move_without_a_standby_for_too_long_are_stopped(stage: Stag
     stage.live(1.0)
     assert stage.alarms[0] == (
         f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
-        "save to play again, or turn off `ros.standby`"
+        "play again, or turn off `ros.standby`"
     )
     assert stage.standby.problem == "the standby process can't start (no more processes): another one starts"

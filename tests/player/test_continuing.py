@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import pytest
 
+from improv_core.player.decide import UNHEARD
 from improv_core.player.subscribers import LOOK_AT
-from improv_core.protocol.messages import TransportMessage, When
+from improv_core.protocol.messages import State, TransportMessage, When
 from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Safety, Score
@@ -252,3 +253,20 @@ def test_reports_are_not_repeated_at_every_save() -> None:
     stage.save(ANNA + BERT, "restart")
     stage.run(6)
     assert stage.lines == 2 * told
+
+
+@pytest.mark.parametrize(("deaf", "state"), [(["anna", "bert"], "stopped"), (["bert"], "ended"), ([], "ended")])
+def test_a_dance_that_no_robot_has_heard_is_stopped_and_one_that_some_have_heard_ends(
+    deaf: list[str], state: State
+) -> None:
+    stage = Continuing()
+    stage.sink.real = True
+    stage.sink.deaf = {robot: f"nothing is listening on /{robot}/cmd_vel" for robot in deaf}
+    stage.save("beat 60\nanna bert $ forward\n", "restart")
+    stage.run(10)
+    assert stage.transport["state"] == state
+    assert ([each["message"] for each in stage.told if each["type"] == "error"] == [UNHEARD]) == (state == "stopped")
+    stage.sink.deaf = {}
+    stage.save("beat 60\nanna bert $ forward\n", "restart")
+    stage.run(10)
+    assert stage.transport["state"] == "ended"

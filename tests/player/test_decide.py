@@ -266,7 +266,7 @@ def test_real_robots_stop_if_late_or_overloaded(
 def test_robots_stop_before_people_read_why() -> None:
     late, slow = (decide(run("playing"), event, real(3))[1] for event in (events.Stalled(1.23), events.Overloaded()))
     assert names(late) == names(slow) == ["Zero", "Report", "Tell"]
-    assert lines(late) == ["the stage stalled for 1.2 s, so all robots were stopped: save to play again"]
+    assert lines(late) == ["the stage stalled for 1.2 s, so all robots were stopped: play again"]
     assert lines(slow) == ["this machine is too slow for 2 robots, so all were stopped: play fewer robots"]
 
 

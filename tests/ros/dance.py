@@ -18,7 +18,7 @@ OPTIONS = {"backend": "ros", "page": {"open": False}}
 BEFORE, AFTER = "turtle1 $ repeat forward\n", "beat 90\nturtle1 $ repeat forward\n"
 """Two endless dances that differ in speed: `BEFORE_SPEED` and `AFTER_SPEED`, in m/s."""
 BEFORE_SPEED, AFTER_SPEED = 2, 3
-ENDED = "the stage exited unexpectedly: a new one is stopping the robots; save to play again"
+ENDED = "the stage exited unexpectedly: a new one is stopping the robots; play again"
 
 
 class Conductor(Protocol):

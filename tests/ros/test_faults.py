@@ -88,7 +88,7 @@ def server(env: Mapping[str, str], turtles: list[Listener]) -> Iterator[Server]:
 
 
 def test_a_stage_that_hangs_in_a_c_call_is_replaced(server: Server, turtles: list[Listener], folder: Path) -> None:
-    line = ": a new one is stopping the robots; save to play again"  # its standby may be first to kill it
+    line = ": a new one is stopping the robots; play again"  # its standby may be first to kill it
     survives(server, turtles[0], lambda _: (folder / "hang").touch(), line)
 
 
@@ -106,7 +106,7 @@ def test_a_server_that_hangs_stops_the_robots_and_what_was_saved_meanwhile_moves
         server.client.save(server.uri)
     finally:
         os.kill(server.pid, signal.SIGCONT)
-    server.wait_for_line("Improv was suspended or hung for 3.0 s, so all robots were stopped: save to play again")
+    server.wait_for_line("Improv was suspended or hung for 3.0 s, so all robots were stopped: play again")
     server.wait_for_line(OLDER)
     server.save_until_it_plays(BEFORE)
     assert at_speed(BEFORE_SPEED)(turtle.wait(moving)), "the save from before the stop moves nothing"
@@ -124,8 +124,8 @@ def test_an_unreachable_robot_stops_the_others(server: Server, turtles: list[Lis
     server.complaints()
     (folder / "broken").touch()
     turtles[0].wait(still)
-    server.wait_for_line("the stage failed: failed to publish: a new one is stopping the robots; save to play again")
-    server.wait_for_line("the stage failed: failed to publish: robots may still be moving; save to play again")
+    server.wait_for_line("the stage failed: failed to publish: a new one is stopping the robots; play again")
+    server.wait_for_line("the stage failed: failed to publish: robots may still be moving; play again")
     assert players(server.pid) == {}
     (folder / "broken").unlink()
     server.save("beat 90\n" + TWO)

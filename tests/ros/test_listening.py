@@ -37,7 +37,7 @@ def test_an_emergency_stop_stops_robots_until_a_save_after_its_release(
         conductor.client.save(conductor.uri)
         conductor.wait_for_line("✗ the emergency stop on /e_stop is on: release it, then save again")
         stop(OFF)
-        conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
+        conductor.wait_for_line("the emergency stop on /e_stop is off: play again")
         turtle.hear_all()
         conductor.save(AFTER)
         moves = turtle.wait(moving)

@@ -653,7 +653,7 @@ def test_without_any_stage_all_is_over() -> None:
     story = Story.playing(PI)
     assert story.said(PI, "gone", message="the link is gone") == [
         f"start {PI} again",
-        "say the link is gone: a new one is stopping the robots; save to play again",
+        "say the link is gone: a new one is stopping the robots; play again",
     ]
 
 

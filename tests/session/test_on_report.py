@@ -29,7 +29,7 @@ GHOST = score_of(analyze("ghost $ repeat forward\n"))
 OFFER: dict[str, Any] = {"resumes": {"scene": 0.0, "beat": 5.0}}
 BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
 
-STOPPING = "it exited: a new one is stopping the robots; save to play again"
+STOPPING = "it exited: a new one is stopping the robots; play again"
 ROS: From = "ros", READY["ros"]
 SIMULATOR: From = "simulator", READY["simulator"]
 STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
@@ -106,7 +106,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 1"]),
         (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
-        (("ros", GONE), ["simulator: stop", "it exited: robots may still be moving; save to play again"]),
+        (("ros", GONE), ["simulator: stop", "it exited: robots may still be moving; play again"]),
     ],
     "a new stage dies once robots stand": [
         (play(), ["ros: score 1"]),
@@ -114,7 +114,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (ROS, ["ros: score 1 stop"]),
         (("ros", at("playing", 1)), ["transport"]),
         (("ros", at("ended", 1)), ["transport"]),
-        (("ros", GONE), ["simulator: stop", "it exited; save to play again"]),  # or stages would start forever
+        (("ros", GONE), ["simulator: stop", "it exited; play again"]),  # or stages would start forever
     ],
     "a new stage that has played again dies": [
         (play(), ["ros: score 1"]),

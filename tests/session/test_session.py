@@ -165,7 +165,7 @@ async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_fir
     leader, twin = await fakes.play()
     leader.die()
     assert twin.kinds == ["load", "stop"]
-    assert fakes.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
+    assert fakes.lines == ["the stage exited unexpectedly: a new one is stopping the robots; play again"]
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
     new = fakes.latest("ros")
     (standing,) = new.loads
@@ -189,7 +189,7 @@ async def test_a_new_stage_stops_the_robots_of_one_that_is_killed_in_the_end(fak
     new.tell("ended")
     await asyncio.wait_for(closing, LIMIT)
     assert not new.alive
-    assert fakes.lines == [f"{LOST}: a new one is stopping the robots; save to play again"]
+    assert fakes.lines == [f"{LOST}: a new one is stopping the robots; play again"]
 
 
 @performed

@@ -229,7 +229,7 @@ def test_a_parent_is_not_hung_while_the_stage_reads_a_long_line() -> None:
 
 
 SPEED: Speed = {"type": "speed", "factor": 1.0}
-SILENT = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+SILENT = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: play again"
 
 
 @pytest.mark.parametrize(
@@ -279,7 +279,7 @@ def test_what_people_asked_for_before_they_knew_that_the_parent_was_silent_is_re
     assert states(told) == ["playing", "stopped", "stopped", "playing", "stopped"]
 
 
-SLEPT = "the machine was asleep for 30 s, so all robots were stopped: save to play again"
+SLEPT = "the machine was asleep for 30 s, so all robots were stopped: play again"
 
 
 def test_real_robots_stand_after_the_machine_has_slept() -> None:
@@ -297,7 +297,7 @@ def test_a_score_from_before_the_machine_slept_is_refused_and_one_from_after_it_
 
     sink = Memory()
     told = perform(sink, (2, asked(1000.0)), (5, asked(1030.0)), (9, End()), sleeps_at=1)
-    assert errors(told) == ["the machine was asleep since somebody asked for this program: save to play it"]
+    assert errors(told) == ["the machine was asleep since somebody asked for this program: play it again"]
     assert min(at for _, at, twist in sink.sent if twist != STILL) == 0.0
     assert states(told)[:2] == ["stopped", "playing"]
 

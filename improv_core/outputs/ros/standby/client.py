@@ -129,7 +129,7 @@ class Standby:
         if self._monitor.must_stop(bool(self.moving), self.is_ready(self.moving)):
             self.alarm(
                 f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
-                "save to play again, or turn off `ros.standby`"
+                "play again, or turn off `ros.standby`"
             )
 
     def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int], joints: int = 0) -> None:

@@ -167,11 +167,10 @@ def _word_at(analysis: Analysis, offset: int) -> tuple[Span, Word, Iterator[_Per
         return None
     if any(len(number.tokens) != 1 + len(number.units) for number in nodes.numbers(node)):
         return None  # a product, perhaps with a parameter
-    primitive = node.primitive if isinstance(node, nodes.MeasuredWord) else node
     uniform = analysis.movement(found.placed, node).uniform
     if uniform is None or not (uniform.x or uniform.y or uniform.yaw):
         return None
-    source = Source(analysis.statement_ids[found.placed.index], primitive.span)
+    source = Source(analysis.statement_ids[found.placed.index], node.span)
     score, line = score_of(analysis), analysis.played.get(found.placed.index)
     if line:  # others don't play its words
         robots = dict(line.parts)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 from improv_core.program.analysis import Analysis
 from improv_core.score.movement import Duration, Source, near
 from improv_core.score.replay import Replay
-from improv_core.syntax import nodes
 from improv_core.text import Span, difference
 
 MOST_WORDS = 2_000
@@ -43,7 +42,7 @@ class Places:
     def __call__(self, word: Source) -> Span | None:
         """Return the span of a word; None if it was edited or deleted since."""
         if (index := self._indices.get(word.statement)) is not None:
-            return _with_measure(self._now, index, word.span).shifted(self._now.offsets[index])
+            return word.span.shifted(self._now.offsets[index])
         if word.statement not in self._edited:
             return None
         was, index = self._edited[word.statement]
@@ -57,15 +56,6 @@ class Places:
             return None
         beside = text[max(place.start - 1, 0) : place.start] + text[place.end : place.end + 1]
         return None if any(letter.isalnum() for letter in beside) else place.shifted(offset)
-
-
-def _with_measure(analysis: Analysis, index: int, word: Span) -> Span:
-    """Return the span of a word with its measure, if it has one."""
-    statement = analysis.placed(index).statement
-    if not statement.has_measures or not statement.body:
-        return word
-    measured = (each for each in nodes.nodes(statement.body) if isinstance(each, nodes.MeasuredWord))
-    return next((each.span for each in measured if each.primitive.span == word), word)
 
 
 def lit_words(

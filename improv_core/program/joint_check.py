@@ -65,7 +65,7 @@ def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
 
 def _cause(spans: Sequence[Span], drive: Drive, text: str) -> Span:
     """Return the first of the words that play at once that moves a joint; if none does, as with a pose, the first."""
-    words = ((span, PRIMITIVES.get(text[span.start : span.end])) for span in spans)
+    words = ((span, PRIMITIVES.get(text[span.start : span.end].split()[0])) for span in spans)
     return next((span for span, velocity in words if velocity and getattr(velocity, drive.direction)), spans[0])
 
 

@@ -169,7 +169,7 @@ class Reader(ReadNodes):
             if value is not None and unit_of(each)
         }
         measure, radius = known.get(id(node.measure)), known.get(id(node.radius))
-        return algebra.hold(velocity_of(node.word, measure, radius), span=node.primitive.span)
+        return algebra.hold(velocity_of(node.word, measure, radius), span=node.span)
 
     def _argument(self, node: Node) -> Argument:
         before, self.deepest = self.deepest, self.level

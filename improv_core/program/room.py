@@ -271,7 +271,7 @@ class _Room:
     def _moves(self, source: Source) -> bool:
         """Return whether a source is a word that moves robots by itself."""
         text = self.analysis.statements[self._indices[source.statement]].text[slice(*source.span)]
-        word = WORDS.get(text)
+        word = WORDS.get(text.split()[0])  # without its measure
         return word is not None and word.kind is Kind.PRIMITIVE and word.velocity != STILL
 
     @cached_property

@@ -213,7 +213,7 @@ def test_a_base_that_stops_by_itself_counts_measured_ways_back() -> None:
     check(
         """
         anna $ forward 10cm backward 15cm backward 1cm
-                                          ^^^^^^^^ too-far-back: `anna` stops by itself once it has driven 0.15 m backward: turn it around, or lift that limit
+                                          ^^^^^^^^^^^^ too-far-back: `anna` stops by itself once it has driven 0.15 m backward: turn it around, or lift that limit
         """,
         robots='[robots.anna]\nprofile = "create3"',
         hints=True,

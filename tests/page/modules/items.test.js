@@ -104,8 +104,9 @@ test("a word is lit with its measure", () => {
   const words = new ProgramText(text, WORDS)
   const lit = (/** @type {number} */ at, /** @type {string} */ word) =>
     words.wordStarts([at, at + word.length]).map((start) => /^(?:[\d.]+|[a-z]+|.)/.exec(text.slice(start))?.[0])
-  assert.deepEqual(lit(4, "left"), ["left", "180", "deg", "radius", "60", "cm"])
-  assert.deepEqual(lit(28, "forward"), ["forward", "side", "*", "1", "m"])
+  assert.deepEqual(lit(4, "left 180deg radius 60cm"), ["left", "180", "deg", "radius", "60", "cm"])
+  assert.deepEqual(lit(28, "forward side*1m"), ["forward", "side", "*", "1", "m"])
   assert.deepEqual(lit(44, "left"), ["left"])
-  assert.deepEqual(lit(9, "180deg"), ["180", "deg"])
+  const [{ word, sign }] = words.voices({ velocity: { x: 0, y: 0, z: 0, yaw: 3 }, words: [[4, 27]] })
+  assert.deepEqual([word, sign], ["left 180deg radius 60cm", "↰"])
 })

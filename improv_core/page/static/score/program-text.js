@@ -16,10 +16,6 @@ const REST = "·"
 const POSE = "⇢"
 const CHANCE = "chance" // in the place of what dice have left out
 
-const LONGEST = 200 // characters of a measure that are lit
-// A product in which a number has a unit, and a radius.
-const MEASURE = String.raw`(?:[\p{L}\d._]+\s*[*/×]\s*)*[\d.]+(?:deg|cm|mm|m|°)(?![\p{L}\d_])(?:\s*[*/×]\s*[\p{L}\d._]+)*`
-const MEASURES = new RegExp(String.raw`^(?:\s*${MEASURE})?(?:\s*radius\s+${MEASURE})?`, "u")
 const PIECE = /[*/×]|[\d.]+|[^\s\d.*/×]+/g // as words are colored
 
 export class ProgramText {
@@ -52,12 +48,11 @@ export class ProgramText {
   }
 
   /**
-   * The starts of the words in a span: of both in a pose, such as `to high`, and of a measure behind a word.
+   * The starts of the words in a span: of both in a pose, such as `to high`, and of a measure, such as `forward 1.5m`.
    * @param {number[]} span
    */
-  wordStarts([start, end]) {
-    const measure = Object.hasOwn(this.#words, this.word([start, end])) ? (MEASURES.exec(this.#text.slice(end, end + LONGEST))?.[0] ?? "") : ""
-    return [...this.#text.slice(start, end + measure.length).matchAll(PIECE)].map(({ index }) => start + index)
+  wordStarts(span) {
+    return [...this.word(span).matchAll(PIECE)].map(({ index }) => span[0] + index)
   }
 
   /** Returns whether a span moves a robot, and is no name of something that does. @param {number[]} span */
@@ -102,8 +97,9 @@ export class ProgramText {
    */
   #drawn(word, here) {
     if (word === CHANCE) return { sign: REST, rests: true }
-    if (!Object.hasOwn(this.#words, word)) return { sign: POSE, rests: false }
-    const [x, y, z, yaw] = this.#words[word]
+    const [head] = word.split(/\s/)
+    if (!Object.hasOwn(this.#words, head)) return { sign: POSE, rests: false }
+    const [x, y, z, yaw] = this.#words[head]
     const velocity = { x, y, z, yaw }
     const axis = AXES.find((each) => velocity[each] !== 0)
     if (!axis) return { sign: REST, rests: true }

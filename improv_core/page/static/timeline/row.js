@@ -141,9 +141,8 @@ export function drawItems({ pen, current, robot, left, scale, letter, y: above, 
       pen.fillStyle = lit ? colors().ground : colors().ink
       pen.textBaseline = "middle"
       pen.textAlign = item.parts.length > 1 ? "center" : "left" // where a shape is highest
-      const both = `${sign} ${word}`
-      const room = width - 8
-      const text = pen.measureText(both).width <= room ? both : sign
+      const [head] = word.split(" ") // without its measure
+      const text = [`${sign} ${word}`, `${sign} ${head}`].find((each) => pen.measureText(each).width <= width - 8) ?? sign
       if (text === sign) pen.textAlign = "center"
       pen.fillText(text, pen.textAlign === "center" ? x + width / 2 : x + 5, y + tall / 2 + 0.5)
     })

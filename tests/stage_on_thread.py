@@ -15,16 +15,14 @@ from typing import cast
 
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, End, UrgentQueue
 from improv_core.ipc.stage_process import Heard, Stage, StageError
 from improv_core.page.__main__ import TOKEN, open_simulated, options_in
 from improv_core.plain import one_line
-from improv_core.protocol.decoding import read_as
+from improv_core.protocol.decoding import dumps, read_as
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.page_messages import ForPages
-from improv_core.protocol.sliced_json import dumps
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
 from improv_core.session.start import Options, RunningStage, start_stage

@@ -345,7 +345,7 @@ def test_a_class_has_its_name_to_itself() -> None:
 
 IN_PIECES = {
     *("analysis", "cursor", "document_symbol", "formatter", "lexer"),  # of a text
-    *("sliced_json", "dynamics", "strokes"),  # of a line of JSON, a motion, and a path
+    *("decoding", "dynamics", "strokes"),  # of a line of JSON, a motion, and a path
     *("algebra", "limits", "movement", "path", "ramps", "smoothing", "walk"),  # of a movement
 }
 """Modules whose code uses *piece* for a part of something. A performance has a *score*. Only remove names."""

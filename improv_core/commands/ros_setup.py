@@ -11,7 +11,7 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.group import Group
 from improv_core.hosts.connect import ConnectError
-from improv_core.hosts.setup import set_up_there
+from improv_core.hosts.probe import set_up_there
 from improv_core.outputs.ros.setup import setup as ros_setup
 from improv_core.outputs.ros.setup.environment import AGAIN, Say
 from improv_core.outputs.ros.setup.proof import Proof

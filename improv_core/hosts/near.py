@@ -24,7 +24,7 @@ from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkF
 from improv_core.hosts.time_translation import TimeTranslation, to_local, to_remote
 from improv_core.ipc.child import Child
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.protocol.decoding import ProtocolError, dumps, read_as
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import (
@@ -34,10 +34,9 @@ from improv_core.protocol.messages import (
     TransportMessage,
     read_first,
 )
-from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
 from improv_core.safety.allowed import who
-from improv_core.safety.halts import asleep
+from improv_core.safety.heartbeat import asleep
 from improv_core.safety.stage_stops import OBEYED, StageSocket
 from improv_core.safety.stop_server import Answer
 

@@ -1,10 +1,11 @@
-"""Looks at another machine through the same connection that a stage there has, but starts none."""
+"""Looks at another machine, or sets up ROS 2 there, through the same connection that a stage there has. It starts no
+stage."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +15,13 @@ from improv_core.hosts.clock_offset import Estimated
 from improv_core.hosts.clock_queries import OFTEN, Asking, asked, estimated, lag, told
 from improv_core.hosts.connect import ConnectError, Connection, connect
 from improv_core.hosts.frames import FrameError, time_in
+from improv_core.outputs.ros.setup.proof import Proof
+from improv_core.plain import message as in_plain_text
 
 LIMIT = 60.0
 """Seconds that the search for ROS 2 there may take."""
+DONE = b"done"
+"""The last frame of a setup if all went well."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,3 +75,20 @@ def _holds(rest: bytes) -> dict[str, Any]:
         if isinstance(holds, dict) and isinstance(holds.get("python"), str):
             return holds
     raise FrameError("it describes itself in words that we don't know")
+
+
+def set_up_there(host: str, proof: Proof, say: Callable[[str], object], config: str | None = None) -> None:
+    """Set up ROS 2 there, and `say` its lines. Raises ConnectError. The end of our process ends it there.
+
+    `config` is of ssh, for tests.
+    """
+    connection = connect(host, ["--set-up", json.dumps([proof.topic, proof.score])], config)
+    try:
+        while True:
+            for frame in connection.hear():
+                if frame.letter == "t":
+                    say(in_plain_text(frame.rest.decode(errors="replace")))
+                elif frame.letter == "i" and frame.rest == DONE:
+                    return
+    finally:
+        connection.ssh.end()

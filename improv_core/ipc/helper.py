@@ -12,8 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.protocol.decoding import ProtocolError, read_as
-from improv_core.protocol.sliced_json import dumps
+from improv_core.protocol.decoding import ProtocolError, dumps, read_as
 
 MOST_WAITING = 10_000
 """The most messages that may wait for the process. With more, it counts as hung and is killed."""

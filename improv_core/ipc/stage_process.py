@@ -16,17 +16,15 @@ from contextlib import suppress
 from typing import Any, Literal, TypedDict
 
 from improv_core import LineError
+from improv_core.ipc.arrivals import UrgentQueue
 from improv_core.ipc.child import Child, Policy
-from improv_core.ipc.priority_queue import UrgentQueue
 from improv_core.protocol.commands import Stop, is_stop, starts
-from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.protocol.decoding import ProtocolError, dumps, read_as
 from improv_core.protocol.limits import END_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage
-from improv_core.protocol.sliced_json import dumps
 from improv_core.protocol.transport import may_move
-from improv_core.safety.stage_watchdog import LOOK_PERIOD, PING_PERIOD, StageWatchdog
-from improv_core.safety.stop_fence import MOST
-from improv_core.safety.stops import Stops
+from improv_core.safety.heartbeat import LOOK_PERIOD, PING_PERIOD, StageWatchdog
+from improv_core.safety.stops import MOST_DIRECT, Stops
 
 SHORT = 500
 """The movements that a score may bring and still be written at once: longer ones would hold up stops."""
@@ -78,8 +76,10 @@ class Stage:
         self._outbox: UrgentQueue[ToStage | bytes | None] = UrgentQueue()
         self._behind = 0  # the number of items in there that have yet to be written
         self._sending = threading.Lock()
-        self._sent: deque[str] = deque(maxlen=MOST)  # stops that it was sent, which may also come straight to it
-        self._reported: deque[Stop] = deque(maxlen=MOST)  # stops that have come straight to it, and were not sent to it
+        self._sent: deque[str] = deque(maxlen=MOST_DIRECT)  # stops that it was sent, which may also come straight to it
+        self._reported: deque[Stop] = deque(
+            maxlen=MOST_DIRECT
+        )  # stops that have come straight to it, and were not sent to it
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
@@ -259,7 +259,7 @@ class Stage:
 
     def _note_sent(self, direct: str) -> None:
         self._sent.append(direct)
-        self._reported = deque((each for each in self._reported if each["direct"] != direct), MOST)
+        self._reported = deque((each for each in self._reported if each["direct"] != direct), MOST_DIRECT)
 
     def _close_channel(self) -> None:
         with self._sending:

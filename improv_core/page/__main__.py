@@ -32,7 +32,7 @@ from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Play, Ready
 from improv_core.protocol.page_messages import ForPages, for_pages
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.stage.loop import Inbox, OpenedOutput, run
 from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
 

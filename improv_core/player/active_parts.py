@@ -11,7 +11,7 @@ from itertools import chain, islice, takewhile
 
 from improv_core.player.open_part import OpenPart, TooManyChangesError
 from improv_core.player.run import Run
-from improv_core.player.setpoints import Setpoint, setpoints, zeros
+from improv_core.player.setpoint_queue import Setpoint, setpoints, zeros
 from improv_core.score.budget import Budget
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.performance import Mover

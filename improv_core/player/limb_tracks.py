@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import NamedTuple
 
-from improv_core.player import setpoints
+from improv_core.player import setpoint_queue
 from improv_core.score.body import Body
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.joints import DisturbedError, JointMotion, JointOutcomes, Limb
@@ -52,7 +52,7 @@ class LimbTrack:
         self.limb.tempo = tempo
         return self.limb.possible(self.limb.velocities(velocity))
 
-    def tell(self, speeds: setpoints.Velocity, at: float) -> dict[str, JointMotion]:
+    def tell(self, speeds: setpoint_queue.Velocity, at: float) -> dict[str, JointMotion]:
         """Have its joints move at these speeds from a time on."""
         self.settle(at)
         self._told = self.limb.possible(speeds) if isinstance(speeds, Mapping) else {}

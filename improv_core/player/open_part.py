@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
-from improv_core.player.setpoints import SHORTEST
+from improv_core.player.setpoint_queue import SHORTEST
 from improv_core.score.budget import Budget, TooLongError
 from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Movement, Velocity, exact
 from improv_core.score.performer import Performer, performer_at

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from improv_core.player.active_parts import closed_part
 from improv_core.player.run import Run
-from improv_core.player.setpoints import Setpoint
+from improv_core.player.setpoint_queue import Setpoint
 from improv_core.safety.preflight import Standing, is_there
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import Exact

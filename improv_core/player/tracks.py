@@ -18,8 +18,7 @@ from improv_core.player.returning import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor
-from improv_core.player.setpoint_queue import SetpointQueue
-from improv_core.player.setpoints import Velocity, zeros
+from improv_core.player.setpoint_queue import SetpointQueue, Velocity, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.messages import SIMULATED, FromStage, Play
 from improv_core.protocol.output import RawPose, Sink

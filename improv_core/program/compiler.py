@@ -21,8 +21,7 @@ from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Veloc
 from improv_core.score.performance import Mover, SenseSpan, perform
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read
-from improv_core.score.scenes import NOTHING
-from improv_core.score.score import Part, Score, twist
+from improv_core.score.score import NOTHING, Part, Score, twist
 from improv_core.score.senses import Senses
 from improv_core.score.smoothing import smoothed
 from improv_core.score.walk import Moment, walk

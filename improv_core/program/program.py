@@ -19,7 +19,7 @@ from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
 from improv_core.score.lengths import lengths, scene_lengths
 from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movement
-from improv_core.score.scenes import performance, scene_begins
+from improv_core.score.score import performance, scene_begins
 from improv_core.slices import checkpoint, in_slices
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement

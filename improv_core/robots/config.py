@@ -15,16 +15,13 @@ from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.hosts import device_of, host_of, read_hosts
-from improv_core.robots.music import read_music
-from improv_core.robots.osc import read_osc
 from improv_core.robots.profiles import read_profiles
 from improv_core.robots.ros_names import ros_name
-from improv_core.robots.safety import read_safety
+from improv_core.robots.sections import read_music, read_osc, read_safety, read_world
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.robots.toml_text import read_toml
-from improv_core.robots.world import read_world
 from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.music import Music

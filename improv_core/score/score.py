@@ -5,23 +5,27 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import repeat, zip_longest
 from typing import Literal
 
+from improv_core.score.algebra import series, stand
 from improv_core.score.faults import FaultRules
 from improv_core.score.installed import Value
 from improv_core.score.measured import DEGREE, Component, in_si
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import Duration, Exact, Movement, Velocity
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity
 from improv_core.score.music import Music
 from improv_core.score.osc import Osc
 from improv_core.score.profiles import Profile
-from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
 from improv_core.score.world import EMPTY, World
+
+NOTHING = series(())
+
 
 BASE_FRAME = "base_link"
 """The frame of a robot's velocities by default, as in REP 105."""
@@ -329,3 +333,41 @@ def in_axes(components: Iterable[Component | float], profile: Profile) -> list[f
 def in_namespace(topic: str, namespace: str) -> str:
     """Return a topic's full name in a robot's namespace; one that begins with `/` is already full."""
     return topic if topic.startswith("/") else f"{namespace}/{topic}"
+
+
+def scene_begins(
+    parts: Iterable[Sequence[Movement]], since: Exact = 0, entered: Sequence[Exact] | None = None
+) -> tuple[Exact, ...]:
+    """Return the beats at which scenes begin: each on the first whole beat at which all robots' scenes above are over.
+
+    The first scene begins at beat `since`, and each robot's part of it at a beat of `entered`, if they differ. A scene
+    below one that never ends does not begin.
+    """
+    begins: list[Exact] = []
+    begin: Duration = since
+    starts: Iterable[Exact] | None = entered
+    for scene in zip_longest(*parts, fillvalue=NOTHING):
+        assert not isinstance(begin, float)
+        begins.append(begin)
+        lasting = zip(starts or repeat(begin), scene)  # noqa: B905 (endless on purpose)
+        end = max(start + movement.duration for start, movement in lasting)
+        if end == ENDLESS:
+            break
+        begin, starts = math.ceil(end), None
+    return tuple(begins)
+
+
+def performance(scenes: Sequence[Movement], begins: Sequence[Exact]) -> Movement:
+    """All scenes of one robot as one movement, in which it stands still until each of them begins, the first at 0."""
+    if len(scenes) == 1:
+        return scenes[0]
+    items = []
+    end: Duration = 0
+    for scene, begin in zip(scenes, begins, strict=False):
+        if scene.duration and begin > end:
+            assert not isinstance(end, float)
+            items.append(stand(begin - end))
+            end = begin
+        items.append(scene)
+        end += scene.duration
+    return series(items)

@@ -12,8 +12,7 @@ from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Exact, Movement, near
 from improv_core.score.path import pose_at
-from improv_core.score.scenes import NOTHING
-from improv_core.score.score import UNNUMBERED, Part, Score
+from improv_core.score.score import NOTHING, UNNUMBERED, Part, Score
 from improv_core.score.transport import Switch, Transport
 
 SAME_MOMENT = 0.001

@@ -23,7 +23,7 @@ from improv_core.protocol.commands import Editing, Pause, Stop
 from improv_core.protocol.messages import ToStage
 from improv_core.protocol.tickets import issue
 from improv_core.safety import stage_stops
-from improv_core.safety.halts import KNOWN
+from improv_core.safety.heartbeat import KNOWN
 from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host

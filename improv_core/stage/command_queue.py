@@ -11,7 +11,7 @@ from improv_core.ipc.arrivals import Ordered, request_in
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
 from improv_core.protocol.limits import MOST_AHEAD
 from improv_core.protocol.messages import Play
-from improv_core.safety.stop_fence import StopFence
+from improv_core.safety.stops import StopFence
 from improv_core.score.score import Score
 
 SLICE = 0.005

@@ -20,9 +20,8 @@ from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, SILENCE_LIMIT
 from improv_core.protocol.messages import FromStage, Play, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
-from improv_core.safety.halts import SLEPT
+from improv_core.safety.heartbeat import SLEPT, Parent
 from improv_core.safety.interlocks import GAMEPAD
-from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
@@ -40,7 +39,7 @@ LATEST = 0.25
 
 
 class Inbox(Protocol):
-    """A queue of arrivals, such as `ipc.priority_queue.UrgentQueue`."""
+    """A queue of arrivals, such as `ipc.arrivals.UrgentQueue`."""
 
     def get(self, *, timeout: float | None) -> Arrival:
         """Return the next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""

@@ -14,8 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from improv_core.ipc.arrivals import Arrival, DirectStop, End, OutputChannel
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, OutputChannel, UrgentQueue
 from improv_core.plain import one_line
 from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, Stop
 from improv_core.protocol.json_lines import own_output
@@ -23,8 +22,7 @@ from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready, Sent
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
-from improv_core.safety.halts import asleep
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent, asleep
 from improv_core.safety.stage_stops import OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
 from improv_core.score.joints import JointMotion

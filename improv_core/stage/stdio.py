@@ -6,17 +6,15 @@ import time
 from collections.abc import Callable
 from typing import cast
 
-from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Unreadable
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, DirectStop, End, First, Lost, Unreadable, UrgentQueue
 from improv_core.plain import one_line
-from improv_core.player.setpoints import setpoints
+from improv_core.player.setpoint_queue import setpoints
 from improv_core.protocol.commands import Stop
-from improv_core.protocol.decoding import ProtocolError, read_as
+from improv_core.protocol.decoding import LONG, ProtocolError, read_as
 from improv_core.protocol.limits import LONGEST_LINE
 from improv_core.protocol.messages import DIRECT, FromStage, Play, ToStage, after, read_first
 from improv_core.protocol.page_messages import ForPages
-from improv_core.protocol.sliced_json import LONG
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.score.score_json import LackingError, RowsRead, from_json
 
 TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST_LINE // 1_000_000} MB", is_score=True)

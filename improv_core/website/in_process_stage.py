@@ -12,11 +12,11 @@ from improv_core.ipc.arrivals import End
 from improv_core.ipc.stage_process import Heard
 from improv_core.page.broadcast import Broadcast
 from improv_core.plain import one_line
+from improv_core.protocol.decoding import dumps
 from improv_core.protocol.messages import VERSION, FromStage, Ready, ToStage
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
-from improv_core.protocol.sliced_json import dumps
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
 from improv_core.stage.loop import Loop, OpenedOutput

@@ -16,8 +16,7 @@ from improv_core.commands.doctor_hosts import examine_hosts, findings, hosts_of
 from improv_core.commands.ros_setup import proof
 from improv_core.hosts.clock_offset import Estimated
 from improv_core.hosts.connect import ConnectError
-from improv_core.hosts.probe import SeenHost
-from improv_core.hosts.setup import set_up_there
+from improv_core.hosts.probe import SeenHost, set_up_there
 from improv_core.robots.config import read_robots
 from improv_core.score.score import Host as HostOfRobots
 from tests.commands.command_line import run

@@ -10,7 +10,7 @@ import pytest
 from improv_core.hosts.far import FarEnd, FarOutbox
 from improv_core.hosts.frames import LinkFrame
 from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT
-from improv_core.safety.stage_watchdog import LOOK_PERIOD
+from improv_core.safety.heartbeat import LOOK_PERIOD
 
 READY, PLAYS = b'{"type": "ready", "sink": "ros"}', b'{"type": "transport", "state": "playing"}'
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.ipc.priority_queue import MOST_SENSED, UrgentQueue
+from improv_core.ipc.arrivals import MOST_SENSED, UrgentQueue
 from improv_core.protocol.output import Edge, StopButton
 from improv_core.score.senses import RobotSense
 

@@ -18,8 +18,8 @@ import pytest
 from improv_core.ipc.stage_process import SHORT, Heard, Stage
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import ToStage
-from improv_core.safety import stage_watchdog
-from improv_core.safety.stage_watchdog import StageWatchdog
+from improv_core.safety import heartbeat
+from improv_core.safety.heartbeat import StageWatchdog
 from improv_core.safety.stops import Stops
 from tests.ls.client import Client
 from tests.processes import ours, wait_until_gone
@@ -61,7 +61,7 @@ def told_by(
         assert not stage.alive
         return told
 
-    with patch.object(stage_watchdog, "HANG_LIMIT", hang_limit):
+    with patch.object(heartbeat, "HANG_LIMIT", hang_limit):
         return asyncio.run(listen())
 
 

@@ -26,7 +26,7 @@ DANCE = "beat 60\nturtle1 $ repeat 3 (forward left)\n"
 LIMIT = 120.0
 """Seconds to wait for anything: traced code is slow."""
 _SERVES_STOPS = ("improv_core/page/routes.py", "improv_core/safety/stop_request.py")
-_READS_STOPS, _QUEUE = "improv_core/safety/stop_server.py", "improv_core/ipc/priority_queue.py"
+_READS_STOPS, _QUEUE = "improv_core/safety/stop_server.py", "improv_core/ipc/arrivals.py"
 LISTENER = (
     "import rclpy; from geometry_msgs.msg import Twist; rclpy.init(); node = rclpy.create_node('walk_base')\n"
     "node.create_subscription(Twist, '/turtle1/cmd_vel', lambda message: None, 10); rclpy.spin(node)"

@@ -19,7 +19,7 @@ class Fault(NamedTuple):
 
 STAGE = (
     Fault(
-        "player/setpoints.py",
+        "player/setpoint_queue.py",
         "for count in range(LAST_ZEROS))",
         "for count in range(LAST_ZEROS - 1))",
         "a robot's last zero is not sent",
@@ -61,13 +61,13 @@ STAGE = (
         "robots are stopped although a standby is ready",
     ),
     Fault(
-        "safety/parent_heartbeat.py",
+        "safety/heartbeat.py",
         "if now < max(at, self._since + DOUBT):",
         "if now < at:",
         "a loop that was busy takes its parent for silent, though what it said waits to be read",
     ),
     Fault(
-        "ipc/priority_queue.py",
+        "ipc/arrivals.py",
         "if _kind(other) not in void:",
         "if _kind(other) in void:",
         "a stop keeps the requests that it makes void, and drops all others",
@@ -160,13 +160,13 @@ PLAYBACK = (
         "what was asked for before the machine slept plays after it",
     ),
     Fault(
-        "safety/stage_watchdog.py",
+        "safety/heartbeat.py",
         "HANG_LIMIT if real and self._plays else HARMLESS_HANG_LIMIT",
         "HANG_LIMIT if real or self._plays else HARMLESS_HANG_LIMIT",
         "a stage that does no harm is killed as soon as one that moves real robots",
     ),
     Fault(
-        "safety/stage_watchdog.py",
+        "safety/heartbeat.py",
         "return not self._moves and not self.waits and now",
         "return not self._moves and now",
         "a stage that has not answered is no longer pinged, nor found to hang",
@@ -253,7 +253,7 @@ SCORE = (
         "voices at once last as long as the longest",
     ),
     Fault(
-        "score/scenes.py",
+        "score/score.py",
         "begin, starts = math.ceil(end), None",
         "begin, starts = math.floor(end), None",
         "a scene begins before the one above it is over",

@@ -17,8 +17,7 @@ import pytest
 from improv_core.outputs.ros.joints import controller as ros_controller
 from improv_core.outputs.ros.joints import controllers as ros_controllers
 from improv_core.outputs.ros.joints.controller import PERIOD
-from improv_core.outputs.ros.joints.controllers import PATIENCE, RosControllers
-from improv_core.outputs.ros.joints.parameters import LIMIT, STRING_ARRAY
+from improv_core.outputs.ros.joints.controllers import ANSWER_LIMIT, PATIENCE, STRING_ARRAY, RosControllers
 from improv_core.outputs.ros.joints.trajectories import Course
 from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.algebra import hold
@@ -189,7 +188,7 @@ def test_nothing_is_sent_while_a_controller_may_still_list_its_joints() -> None:
     robot.controllers.ask(["ada"])
     assert robot.controllers.waits()
     assert (robot.asked, robot.sent) == ([], [])
-    robot.now += LIMIT
+    robot.now += ANSWER_LIMIT
     assert not robot.controllers.waits()
     robot.send(0.0, yaw=1.0)
     assert robot.sent == [(TOPIC, [(0, 0), (0, 1)])]
@@ -198,7 +197,7 @@ def test_nothing_is_sent_while_a_controller_may_still_list_its_joints() -> None:
 def test_joints_that_a_controller_lists_late_are_sent_from_then_on() -> None:
     """Its listeners have confirmed a command for the joints of `improv.toml`, which have never moved."""
     robot = Robot(part(HEAD), lists=None, pitch=0.0, yaw=0.0, jaw=0.0)
-    robot.now += LIMIT
+    robot.now += ANSWER_LIMIT
     assert not robot.controllers.waits()
     robot.controllers.ask(["ada"])
     robot.lists = ("jaw", "yaw", "pitch")

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from improv_core.outputs.simulator.sight import Scene, is_in_the_way, nearest, scene
+from improv_core.outputs.simulator.senses import Scene, is_in_the_way, nearest, scene
 from improv_core.score.motion import Pose
 from improv_core.score.world import Box, Circle, Wall, World
 

@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.outputs.simulator.robot import MOST_PLACES, TimedPose, Trail
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.outputs.simulator.trails import MOST_PLACES, TimedPose, Trail
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of

@@ -12,14 +12,13 @@ from urllib.parse import urlsplit
 import aiohttp
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, End, UrgentQueue
 from improv_core.page.__main__ import open_simulated, options_in
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.protocol.decoding import dumps
 from improv_core.protocol.messages import FromStage, ToStage
-from improv_core.protocol.sliced_json import dumps
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.stage.loop import run
 from improv_core.stage.process import SystemClock

@@ -11,15 +11,14 @@ from unittest.mock import Mock, call
 import aiohttp
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End, Lost
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, End, Lost, UrgentQueue
 from improv_core.page import __main__ as main
 from improv_core.page.__main__ import SIGNALED, open_alone, options_in
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage, Play, When
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from tests.page.conftest import LIMIT, TOKEN, transport
 from tests.player.test_player import Stage, score
 

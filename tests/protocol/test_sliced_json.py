@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.protocol.sliced_json import LONG, dumps, loads
+from improv_core.protocol.decoding import LONG, dumps, loads
 
 FILLER = "x" * LONG
 

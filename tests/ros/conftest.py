@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 
 import improv_core
-from improv_core.safety import stage_watchdog
+from improv_core.safety import heartbeat
 from tests.needs import lacking
 
 LIMIT = 60.0
@@ -239,7 +239,7 @@ PATIENT = {
     "outputs.ros.sensors.client.SILENT_LIMIT": 20.0,
     "outputs.ros.sensors.client.ALIVE_LIMIT": 20.0,
     "outputs.ros.setup.interpreter.PROBE_LIMIT": LIMIT,
-    "safety.stage_watchdog.HARMLESS_HANG_LIMIT": 20.0,
+    "safety.heartbeat.HARMLESS_HANG_LIMIT": 20.0,
 }
 """Limits with which our processes don't count as failed on a busy machine, and beat 0 waits for the standby."""
 
@@ -256,8 +256,8 @@ def with_limits(**limits: float) -> dict[str, str]:
 
 def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Set patient limits for stages of a playback in this process, for which no variable sets limits."""
-    monkeypatch.setattr(stage_watchdog, "HANG_LIMIT", LIMIT)
-    monkeypatch.setattr(stage_watchdog, "HARMLESS_HANG_LIMIT", LIMIT)
+    monkeypatch.setattr(heartbeat, "HANG_LIMIT", LIMIT)
+    monkeypatch.setattr(heartbeat, "HARMLESS_HANG_LIMIT", LIMIT)
 
 
 def with_code(code: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ from improv_core.commands import ros_setup as commands_setup
 from improv_core.commands.doctor_hosts import examine_hosts
 from improv_core.commands.doctor_ros import ros
 from improv_core.commands.finding import BROKEN
-from improv_core.hosts.setup import set_up_there
+from improv_core.hosts.probe import set_up_there
 from improv_core.outputs.ros.setup import interpreter
 from improv_core.outputs.ros.setup import setup as setup_here
 from improv_core.outputs.ros.setup.environment import unsuited

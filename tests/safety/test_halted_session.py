@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from improv_core.safety.halts import BEHIND, HALTED, KNOWN
+from improv_core.safety.heartbeat import BEHIND, HALTED, KNOWN
 from improv_core.safety.stops import Stops
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from improv_core.protocol.limits import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
-from improv_core.safety.stage_watchdog import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, StageWatchdog
+from improv_core.safety.heartbeat import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, StageWatchdog
 
 
 class Turned:

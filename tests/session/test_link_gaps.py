@@ -18,8 +18,7 @@ from improv_core.protocol.commands import is_stop
 from improv_core.protocol.decoding import read_as
 from improv_core.protocol.messages import FromStage, Play, State, read_first
 from improv_core.protocol.output import Alarm
-from improv_core.safety.parent_heartbeat import Parent
-from improv_core.safety.stage_watchdog import PING_PERIOD
+from improv_core.safety.heartbeat import PING_PERIOD, Parent
 from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead
 from improv_core.session.on_hosts import due, in_time

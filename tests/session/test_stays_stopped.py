@@ -21,7 +21,7 @@ from improv_core.protocol.messages import FromStage, Load, Play
 from improv_core.protocol.output import Edge, StopButton
 from improv_core.safety.fault_monitor import RobotNews
 from improv_core.safety.fault_rules import FaultBegan, Worst
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.separation import Near
 from improv_core.score.faults import FaultRules
 from improv_core.score.peer_clock import Anchor

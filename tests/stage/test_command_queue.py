@@ -10,7 +10,7 @@ import pytest
 from improv_core.ipc.arrivals import Arrival, End, First, Ordered
 from improv_core.protocol.limits import SILENCE_LIMIT
 from improv_core.protocol.messages import Load, Play
-from improv_core.safety.stop_fence import StopFence
+from improv_core.safety.stops import StopFence
 from improv_core.score.motion import STILL
 from improv_core.score.score import Score
 from improv_core.stage.command_queue import SLICE, CommandQueue

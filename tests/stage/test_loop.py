@@ -25,8 +25,8 @@ from improv_core.protocol.messages import FromStage, Load, Ping, Play, RobotsSee
 from improv_core.protocol.output import Alarm, Edge, RawPose, RawPoses
 from improv_core.protocol.page_messages import ForPages, MeetingsMessage, ShownScore
 from improv_core.protocol.robot_messages import FaultMessage, Instant
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.interlocks import OLDER
-from improv_core.safety.parent_heartbeat import Parent
 from improv_core.score.faults import Response
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.peer_clock import Anchor

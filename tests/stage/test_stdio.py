@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from improv_core.ipc.arrivals import Arrival, End, First
-from improv_core.ipc.priority_queue import UrgentQueue
+from improv_core.ipc.arrivals import Arrival, End, First, UrgentQueue
 from improv_core.protocol.messages import Pong, Sent
-from improv_core.safety.parent_heartbeat import Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.stage import stdio
 from improv_core.stage.stdio import TOO_LONG, Outbox, put, read_arrivals, read_stops
 

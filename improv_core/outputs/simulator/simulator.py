@@ -9,10 +9,8 @@ from itertools import pairwise
 from threading import Lock
 
 from improv_core.outputs.simulator.collisions import Collisions, NoCollisions, Pushed
-from improv_core.outputs.simulator.joints import SimulatedJoints
-from improv_core.outputs.simulator.robot import SimulatedRobot
+from improv_core.outputs.simulator.robot import SimulatedJoints, SimulatedRobot, Trail
 from improv_core.outputs.simulator.senses import SimulatedSenses
-from improv_core.outputs.simulator.trails import Trail
 from improv_core.protocol.drawn import Bump, Snapshot
 from improv_core.protocol.output import Edge, Sink
 from improv_core.score.dynamics import STEPS_PER_SECOND, Motion, Motors, moving

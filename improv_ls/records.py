@@ -9,11 +9,16 @@ import asyncio
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime, timezone
+from pathlib import Path
+from typing import Literal, cast
 
-from improv_core.storage import history, on_save
-from improv_core.storage.on_save import Answer
+from improv_core.storage import history
+from improv_core.storage.atomic_write import replacing
 from improv_ls.documents import Document, path_of
 from improv_ls.editor import Editor
+
+Answer = Literal["", "offered", "continue", "restart"]
+"""Nothing yet; offered, without an answer; or what a save does with a dance."""
 
 
 class Records:
@@ -23,12 +28,13 @@ class Records:
         self._editor = editor
         self._thread = ThreadPoolExecutor(1)
         self._told: set[str] = set()
-        self.on_save = on_save.read()
+        self.on_save = _answer()
         """The person's answer to the offer that saves continue the dance."""
 
     def keep_on_save(self, answer: Answer) -> None:
+        """Keep an answer. If it can't be written, it counts for this session only."""
         self.on_save = answer
-        self._thread.submit(on_save.keep, answer)
+        self._thread.submit(_keep, answer)
 
     async def history(self) -> history.History:
         """Return the programs that have been kept, including those that played just now."""
@@ -60,3 +66,23 @@ class Records:
 def file_of(document: Document) -> str:
     """Return the name of a program in the history."""
     return str(path_of(document.uri) or document.uri)
+
+
+def _answer() -> Answer:
+    """Read the answer that was kept; none if it can't be read."""
+    with suppress(OSError, UnicodeError):
+        kept = _file().read_text("utf-8").strip()
+        if kept in ("offered", "continue", "restart"):
+            return cast(Answer, kept)
+    return ""
+
+
+def _keep(answer: Answer) -> None:
+    with suppress(OSError):
+        _file().parent.mkdir(0o700, parents=True, exist_ok=True)
+        with replacing(_file(), private=True) as kept:
+            kept.write(f"{answer}\n".encode())
+
+
+def _file() -> Path:
+    return history.folder().with_name("on_save")

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from improv_core.commands.finding import Finding, absent, broken, good
+from improv_core.outputs.ros.graph import Graph
 from improv_core.outputs.ros.joints.channels import MESSAGES, controllers_of, topic_of
 from improv_core.outputs.ros.topic import TYPES
-from improv_core.protocol.graph_messages import Graph
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.body import Body
 from improv_core.score.score import in_namespace

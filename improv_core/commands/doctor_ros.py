@@ -13,7 +13,7 @@ from improv_core.commands.doctor_controllers import JointedRobot, joints
 from improv_core.commands.finding import BROKEN, Finding, absent, broken, good
 from improv_core.ipc.child import output
 from improv_core.outputs.ros.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
-from improv_core.outputs.ros.graph import VELOCITIES
+from improv_core.outputs.ros.graph import UNNAMED, VELOCITIES, Endpoint, Graph
 from improv_core.outputs.ros.nodes import STANDBY
 from improv_core.outputs.ros.setup.environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.outputs.ros.setup.interpreter import (
@@ -23,7 +23,6 @@ from improv_core.outputs.ros.setup.interpreter import (
     find_ros_python,
     private_environment,
 )
-from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.protocol.limits import FOLDER
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.safety.preflight import Standing, misplaced

@@ -11,10 +11,10 @@ import pytest
 
 from improv_core.commands import doctor, doctor_controllers, doctor_editors, doctor_ros
 from improv_core.commands.finding import Finding
+from improv_core.outputs.ros.graph import UNNAMED, Endpoint, Endpoints
 from improv_core.outputs.ros.setup import environment
 from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError
 from improv_core.protocol.fields import to_pose_json
-from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Endpoints
 from improv_core.robots.config import Robot, read_robots
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import Pose

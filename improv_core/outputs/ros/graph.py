@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, TypedDict
 
 from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in, stamp_in, transforms_in
 from improv_core.outputs.ros.sensors.polled import STATIC, TF, PolledTopics
@@ -19,7 +19,6 @@ from improv_core.outputs.ros.sensors.poses import KINDS
 from improv_core.outputs.ros.sensors.readings import battery
 from improv_core.outputs.ros.sensors.subscriptions import BATTERY
 from improv_core.protocol.fields import PoseJson, to_pose_json
-from improv_core.protocol.graph_messages import UNNAMED, Endpoint, Graph
 from improv_core.protocol.json_lines import own_output
 from improv_core.safety.odometry import AFTER_MOVING
 
@@ -31,6 +30,37 @@ REST = 0.02
 """Seconds between two looks for poses."""
 RECEIVE_LIMIT = 300.0
 """Seconds for which Twists are reported, so that a receiver doesn't run forever after its parent was killed."""
+UNNAMED = "an unnamed node"
+"""The name for a node that the graph shows before the node itself has announced its name."""
+
+
+class Endpoint(TypedDict):
+    """A publisher or a subscription: its node, the type of its messages, and its quality of service."""
+
+    node: str
+    type: str
+    reliable: bool
+    latched: bool
+    """True if it is transient local."""
+
+
+class Endpoints(TypedDict):
+    """All endpoints of a topic."""
+
+    listeners: list[Endpoint]
+    publishers: list[Endpoint]
+    age: float | None
+    """The age of the newest pose when it came, in seconds by its stamp and our clock; None if none came."""
+    gap: float
+    """Seconds for which no pose came though some had come; 0 from sources that send one only after a movement."""
+    pose: PoseJson | None
+    """The latest pose."""
+    battery: float | None
+    """The charge of a battery, from 0 to 1."""
+
+
+Graph = dict[str, Endpoints]
+"""The endpoints by topic."""
 
 
 def main() -> int:

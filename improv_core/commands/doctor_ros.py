@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.commands.doctor_controllers import JointedRobot, joints
@@ -59,7 +58,7 @@ def examine_ros(
         yield (reaching := reach(found.env))
         if reaching.mark != BROKEN:
             measured = [topic for robot in robots.values() for topic in (robot.odom, robot.battery) if topic]
-            watched = [*(guard.topic for guard in _guards(safety)), *measured]
+            watched = [*(topic for topic, *_ in _guards(safety)), *measured]
             watched += [topic for robot in bodies for topic in robot.topics]
             seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in robots.values())])
             if isinstance(seen, Finding):
@@ -117,29 +116,22 @@ def standby(found: Interpreter) -> Finding:
     return good(what)
 
 
-@dataclass(frozen=True, slots=True)
-class _Guard:
-    name: str
-    topic: str
-    kind: str
-    so: str
-
-
-def _guards(safety: Safety) -> Iterator[_Guard]:
+def _guards(safety: Safety) -> Iterator[tuple[str, str, str, str]]:
+    """Yield the topic of each node that can stop robots, its name, its type, and what follows without it."""
     if safety.stop:
-        yield _Guard("emergency stop", safety.stop, "std_msgs/msg/Bool", "until then it stops nothing")
+        yield safety.stop, "emergency stop", "std_msgs/msg/Bool", "until then it stops nothing"
     if deadman := safety.deadman:
-        yield _Guard(f"deadman {deadman}", deadman.topic, "sensor_msgs/msg/Joy", "until then no robot moves")
+        yield deadman.topic, f"deadman {deadman}", "sensor_msgs/msg/Joy", "until then no robot moves"
 
 
 def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
     """Report the publishers of the emergency stop and the deadman button, if `improv.toml` names them."""
-    for guard in _guards(safety):
-        publishers = sorted({end["node"] for end in seen[guard.topic]["publishers"] if end["type"] == guard.kind})
+    for topic, name, kind, so in _guards(safety):
+        publishers = sorted({end["node"] for end in seen[topic]["publishers"] if end["type"] == kind})
         if publishers:
-            yield good(f"{guard.name}: {' and '.join(publishers)} on {guard.topic}")
+            yield good(f"{name}: {' and '.join(publishers)} on {topic}")
         else:
-            yield absent(f"{guard.name}: nobody publishes {guard.kind} on {guard.topic}", f"start its node; {guard.so}")
+            yield absent(f"{name}: nobody publishes {kind} on {topic}", f"start its node; {so}")
 
 
 MOST_DOMAIN = 232

@@ -97,6 +97,7 @@ def main() -> None:
     parser.add_argument("--rests", action="store_true", help="end once it stands")
     options = parser.parse_args()
 
+    import own_output  # noqa: F401, before any library may print
     import rclpy
     from geometry_msgs.msg import PoseStamped, Twist
     from nav_msgs.msg import Odometry

@@ -228,6 +228,7 @@ def main() -> None:
     options = parser.parse_args()
     starts, jams = ({joint: float(number) for joint, number in each} for each in (options.start, options.jam))
 
+    import own_output  # noqa: F401, before any library may print
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from sensor_msgs.msg import JointState

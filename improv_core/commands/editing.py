@@ -24,8 +24,6 @@ from improv_core.syntax.derivation import prepare
 
 QUIET = 0.2
 """Seconds after the latest key before robots that meet are looked for."""
-NEVER = -1
-"""An impossible count of stops: a request from before a stop is saved, but not played."""
 
 
 async def edit(path: Path, version: Version, options: Options, settings: PlaySettings, *, browser: bool) -> int:
@@ -36,7 +34,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
         browser=False,
         settings=settings,
         hosts=outputs_near(path.parent) if options.backend == "ros" else frozenset(),
-        edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
+        edit=lambda editing, asked: asks.put_nowait((editing, asked)),
     ) as performing:
         desk = _Desk(performing, path, version)
         await asyncio.to_thread(prepare)  # otherwise, the first word that is half written would wait for it

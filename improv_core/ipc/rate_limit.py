@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from improv_core.protocol.commands import COMMANDS, PageRequest, about
@@ -20,14 +21,16 @@ class Throttle:
     """Passes a request on at once, or within `PERIOD` if another was passed on just before.
 
     A stop waits only for other stops. Of each kind, only the latest waits: it replaces the earlier ones of all pages,
-    because all of them control the same performance. So a stop may wait for a moment, but never gets lost.
+    because all of them control the same performance. So a stop may wait for a moment, but never gets lost. Each request
+    gets the time at which it came, since a stop may go another way, and overtake it.
     """
 
     def __init__(self, pass_on: PassOn, later: Later) -> None:
         self._usual, self._urgent = _Lane(pass_on, later), _Lane(pass_on, later)
 
     def take(self, request: PageRequest) -> None:
-        row = COMMANDS[request["type"]]
+        row, request = COMMANDS[request["type"]], request.copy()
+        request.setdefault("at", time.monotonic())
         for void in row.voids:
             self._usual.drop((void, ""))
         (self._urgent if row.overtakes else self._usual).take(about(request), request)

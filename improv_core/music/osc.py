@@ -272,7 +272,7 @@ class OscDesk:
 
     def _ask(self, asked: PageRequest) -> None:
         if asked["type"] == "stop" and self._show:
-            asked["direct"], asked["at"] = f"osc-{secrets.token_hex(8)}", time.monotonic()
+            asked["direct"] = f"osc-{secrets.token_hex(8)}"
             stop_stages(self._show, asked, 0.0)
         self._say({"type": "request", "command": asked})
 

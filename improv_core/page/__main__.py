@@ -10,7 +10,6 @@ import argparse
 import errno
 import os
 import sys
-import time
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -27,7 +26,6 @@ if __name__ == "__main__":
 from improv_core.ipc.arrivals import End, First, Lost
 from improv_core.page.ideal_floor import IdealFloor
 from improv_core.page.server import PageServer
-from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.limits import STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Play, Ready
@@ -130,16 +128,11 @@ def _serve(
     snapshot: Callable[[], Snapshot],
     scores: IdealFloor | None = None,
 ) -> PageServer:
-    def request(command: PageRequest | PageOpened) -> None:
-        if command["type"] == "stop":
-            command["at"] = time.monotonic()  # if the parent is halted, it learns of the stop late
-        put({"type": "request", "command": command})
-
     def serve(port: int) -> PageServer:
         return PageServer(
             port,
             snapshot,
-            request,
+            lambda command: put({"type": "request", "command": command}),
             takes_start_poses=options.takes_start_poses,
             token=token,
             show=stages,

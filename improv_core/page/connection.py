@@ -47,7 +47,7 @@ class PageConnection:
             case "analyze" | "complete" | "explain" | "handle" | "preview" | "write" | "change":
                 editing: Editing = {"type": "editing", "page": self._outbox.number, "ask": request}
                 if self._order.lags:
-                    editing["overtaken"] = True
+                    editing["at"] = 0.0
                 self._pass_on(editing)
             case _:
                 self._pass_on(request)

@@ -22,7 +22,7 @@ from improv_core.page.files import FOLDER
 from improv_core.page.own_machine import HOST
 from improv_core.page.song_file import serve
 from improv_core.page.web_server import HEADERS, Access, abort, add_files, receive, serving
-from improv_core.protocol.commands import PageOpened, PageRequest
+from improv_core.protocol.commands import PageOpened, PageRequest, Stop
 from improv_core.safety.stage_stops import stop_stages
 
 if TYPE_CHECKING:
@@ -173,7 +173,8 @@ class Application:
         if self._stops.arrive(page, number):
             self._pass_stop(page, number)
         elif not self._stops.is_confirmed(page, number):
-            self._ask_stages(page, number)  # another one may have taken over the robots of one that has died
+            # Another stage may have taken over the robots of one that has died.
+            self._ask_stages(self._stop_of(page, number))
         if await self._stops.confirmed(page, number, CONFIRM_LIMIT):
             return web.Response(status=204)
         return web.Response(status=202, text=self._stops.waits_for(page))
@@ -181,33 +182,37 @@ class Application:
     def _pass_stop(self, page: str, number: int) -> None:
         """Send a stop straight to all stages. Each reports it to the session, which gets it from here only if they have
         not all obeyed soon: its work must not delay theirs."""
+        stop = self._stop_of(page, number)
 
         def tell_session() -> None:
             if not self._stops.is_confirmed(page, number):
-                name = f"{page} {number}"
-                self._throttle.take({"type": "stop", "direct": name} if self._show else {"type": "stop", "mark": name})
+                self._throttle.take(stop)
 
-        if self._ask_stages(page, number):
+        if self._ask_stages(stop):
             asyncio.get_running_loop().call_later(HEAD_START, tell_session)
         else:
             tell_session()
 
-    def _ask_stages(self, page: str, number: int) -> bool:
+    def _stop_of(self, page: str, number: int) -> Stop:
+        name, at = f"{page} {number}", time.monotonic()
+        return {"type": "stop", "direct": name, "at": at} if self._show else {"type": "stop", "mark": name, "at": at}
+
+    def _ask_stages(self, stop: Stop) -> bool:
         """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop. Return
         whether they are being asked."""
         if self._show is None or self._asking >= MOST_ASKING:
             return False
-        loop, show, mark = asyncio.get_running_loop(), self._show, f"{page} {number}"
+        loop, show = asyncio.get_running_loop(), self._show
 
         def ask() -> None:
-            waits_for = stop_stages(show, {"type": "stop", "direct": mark}, ASK_LIMIT)
+            waits_for = stop_stages(show, stop, ASK_LIMIT)
             with suppress(RuntimeError):  # the server has ended
                 loop.call_soon_threadsafe(heard, waits_for)
 
         def heard(waits_for: Sequence[str] | None) -> None:
             self._asking -= 1
             if waits_for is not None:
-                self._stops.obeyed(mark, waits_for)
+                self._stops.obeyed(stop["direct"], waits_for)
 
         try:
             threading.Thread(target=ask, daemon=True).start()

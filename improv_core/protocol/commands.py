@@ -18,7 +18,8 @@ from improv_core.score.fits import Monotonic, NotRequired
 
 
 class _Timed(TypedDict, total=False):
-    """`at` is the monotonic time at which a request takes effect; without it, that is when it arrives."""
+    """`at` is the monotonic time at which a request takes effect; without it, that is when it arrives. For the parent,
+    it is when somebody asked for it."""
 
     at: Monotonic
 
@@ -145,7 +146,7 @@ Conduct = PageConduct | OscSense
 """All controls over playback: the parent passes them on to its stages, all for the same moment."""
 
 
-class Restart(_Asked):
+class Restart(_Timed, _Asked):
     """Play the latest score again from beat 0."""
 
     type: Literal["restart"]
@@ -159,17 +160,13 @@ class PageOpened(TypedDict):
     framed: NotRequired[int]
 
 
-class Editing(TypedDict):
-    """The page with this number asks for something about the program.
-
-    `overtaken` is true if a stop that the page sent later has arrived before it: then the text is saved, but not
-    played.
-    """
+class Editing(_Timed):
+    """The page with this number asks for something about the program. A text that it asked for before a stop is saved,
+    but not played; if the page's own stop has arrived first, `at` is 0."""
 
     type: Literal["editing"]
     page: int
     ask: AskEditor
-    overtaken: NotRequired[bool]
 
 
 PageRequest = Conduct | Restart | Editing

@@ -4,6 +4,7 @@ only."""
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 MOST_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count and obey each of them once."""
+NEVER = -1
+"""The count of requests that are older than a stop: they move nothing."""
 
 
 class Receiver(Protocol):
@@ -43,6 +46,7 @@ class Stops:
         self._asleep = asleep
         self._slept = asleep()
         self._count = 0
+        self._latest = -math.inf  # the time of the latest stop or pause
         self._direct: dict[str, bool] = {}  # stops that have gone straight to stages, by identity: has it settled?
         self._unsettled: dict[str, Stop] = {}  # those that have yet to be repeated
         self.halts = Halts()
@@ -76,6 +80,7 @@ class Stops:
         with self._lock:
             timed = message.copy() if message else Stop(type="stop")
             asked, timed["at"] = timed.get("at"), now
+            self._latest = max(min(now if asked is None else asked, now), self._latest)
             if timed["type"] == "stop" and (direct := timed.pop("direct", "")):
                 if asked is None or not self.halts.has_waited(asked, now):
                     timed["direct"] = direct
@@ -125,14 +130,19 @@ class Stops:
         return self._direct.get(direct, False)
 
     def arrive(self, request: PageRequest | PageOpened) -> int:
-        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries.
+        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries. A stop
+        that came after it may have arrived before it, by way of a stage.
 
         Each stage reports a stop that has come straight to it. Only the first report counts. What an automation asks
         for after its own stop can't have waited since before it.
         """
+        if request["type"] == "page_opened":
+            return self.count
         if is_stop(request):
             if not (request["type"] == "stop" and request.get("direct") in self._direct):
                 self.stop(request)
+        elif request.get("at", math.inf) < self._latest:
+            return NEVER
         elif by := request.get("by"):
             with self._lock:
                 its_own = [each for each in self._unsettled.values() if each.get("by") == by]

@@ -234,7 +234,7 @@ class Loop:
             self._commands.forget_pause()
             self._commands.fence = self._commands.fence.hear_direct(name)
             self.player.take(direct.stop, now)
-            self._tell({"type": "request", "command": {**direct.stop, "at": now}})
+            self._tell({"type": "request", "command": {"at": now, **direct.stop}})
         direct.confirm()
 
     def _settle(self, stop: Stop | Pause) -> None:

@@ -38,7 +38,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from tests.open_page import token_behind
-from tests.page.conftest import LIMIT, TOKEN, Commands, link, part, transport
+from tests.page.conftest import LIMIT, TOKEN, Commands, asked, link, part, transport
 from tests.safety.stages import Stages
 
 UPGRADE = {
@@ -390,8 +390,7 @@ def test_only_known_commands_are_passed_on(viewer: PageServer, commands: Command
                 await socket.send_str(text)
             await socket.send_bytes(b'{"type": "stop"}')
             await socket.send_str(json.dumps({"type": "stop", "more": 1}))
-            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "page_opened"}
-            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "stop"}
+            assert await asyncio.to_thread(asked, commands) == {"type": "stop"}
             with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
                 await socket.send_str("x" * (MAX_MESSAGE + 1))
             async for _ in socket:
@@ -421,7 +420,7 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
     stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
     assert [press(viewer, "page=page-1&number=1") for _ in range(2)] == [202, 202]
-    assert commands.get(timeout=LIMIT) == stop
+    assert asked(commands) == stop
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
@@ -444,10 +443,11 @@ def test_a_stop_goes_straight_to_stages_and_to_the_parent_only_if_one_has_not_ob
             said = answer_to(viewer, "page=p&number=1")
             assert (said.status, said.read()) == answer
         assert {(name, stop["direct"]) for name, stop in stages.stops} == {("ros", "p 1"), ("simulator", "p 1")}
+        assert all("at" in stop for _, stop in stages.stops), "requests from before it are void"
         viewer.close()
         stages.close()
     if hangs:
-        assert commands.get(timeout=LIMIT) == {"type": "stop", "direct": "p 1"}
+        assert asked(commands) == {"type": "stop", "direct": "p 1"}
     assert commands.empty(), "stages report a stop that they have obeyed"
 
 
@@ -463,7 +463,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
     connection.request("POST", "/stop?token=wrong&page=p&number=2", headers={"Origin": f"http://{host}"})
     assert connection.getresponse().status == 403
-    assert commands.get(timeout=LIMIT) == {"type": "stop", "mark": "p 1"}
+    assert asked(commands) == {"type": "stop", "mark": "p 1"}
     assert commands.empty()
 
 
@@ -484,12 +484,10 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
             await socket.close()
 
     asyncio.run(check())
-    assert [commands.get(timeout=LIMIT) for _ in range(4)] == [
-        {"type": "page_opened"},
-        {"type": "stop", "mark": "p 1"},
-        {"type": "editing", "page": 1, "ask": write, "overtaken": True},
-        {"type": "resume"},
-    ]
+    found: list[Any] = [commands.get(timeout=LIMIT) for _ in range(4)]
+    assert [each["type"] for each in found] == ["page_opened", "stop", "editing", "resume"]
+    _, stop, editing, resume = (each.get("at") for each in found)
+    assert editing < stop < resume
     assert commands.empty()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from improv_core.ipc.rate_limit import MOST, Flood, Throttle
@@ -77,6 +78,18 @@ def test_the_latest_stop_of_each_page_is_passed_on() -> None:
     turned = Turned()
     assert turned.ask("ada 1", "ada 2", "bo 1", "ada 3") == "ada 1"
     assert turned.turn() == "bo 1 ada 3"
+
+
+def test_a_request_that_waits_keeps_the_time_at_which_it_came() -> None:
+    passed, later = list[PageRequest](), list[Callable[[], None]]()
+    throttle = Throttle(passed.append, lambda delay, do: later.append(do))
+    for _ in range(2):
+        throttle.take({"type": "restart"})
+    came = time.monotonic()
+    assert len(passed) == 1
+    for do in later:
+        do()
+    assert [each.get("at", came + 1) <= came for each in passed] == [True, True]
 
 
 def test_a_page_that_sends_more_than_ours_ever_do_counts_as_flooding() -> None:

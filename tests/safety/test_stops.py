@@ -107,6 +107,20 @@ def test_a_stop_that_has_gone_straight_to_stages_counts_once_whoever_reports_it_
         assert [message.get("direct") for message in stage.sent] == ["page 1", None, "improv stop"]
 
 
+@pytest.mark.parametrize("by", [None, "osc"])
+def test_a_request_is_older_than_a_stop_that_overtakes_it_by_way_of_a_stage(by: Automation | None) -> None:
+    stops, stage = Stops(), Stage()
+    began = time.monotonic()
+    stop: Stop = {"type": "stop", "direct": "x", "at": began}
+    before: Restart = {"type": "restart", "at": began - 0.001}
+    after: Restart = {"type": "restart", "at": began + 0.001}
+    if by:
+        stop["by"] = before["by"] = after["by"] = by
+    stops.arrive(stop)
+    assert not stops.send(load(0), stage, stops.arrive(before))
+    assert stops.send(load(1), stage, stops.arrive(after))
+
+
 @pytest.mark.parametrize("threads", [True, False])
 def test_stages_obey_nothing_for_a_while_if_we_were_halted_when_somebody_stopped_them(
     threads: bool, monkeypatch: pytest.MonkeyPatch

@@ -111,6 +111,13 @@ def test_a_stop_is_obeyed_once_however_often_it_comes() -> None:
     check((0.15, again.arrival), (0.2, from_parent(2)), (0.3, late.arrival), told=[("stopped", 0.2)])
 
 
+def test_a_stop_is_reported_as_of_when_somebody_asked_for_it() -> None:
+    sink = Memory()
+    asked = {**X, "at": START + 0.05}
+    said = perform(sink, *DANCE, (0.1, Direct(sink, asked).arrival), (0.4, End()))
+    assert [each["command"] for each in said if each["type"] == "request"] == [asked]
+
+
 def test_a_stop_that_the_parent_was_faster_to_send_stops_nothing_that_plays_after_it() -> None:
     sink = Memory()
     late = Direct(sink)

@@ -99,7 +99,6 @@ def test_ones_own_dance_and_its_improv_toml_come_back_after_links_and_examples(
     open_site(page, address)
     play(page, own)
     shared.click()
-    expect(page.locator("#code")).to_be_visible()  # which moves what is below it
     page.locator("#toml-part summary").click()
     given.fill(toml)
     page.get_by_role("button", name="Use this").click()

@@ -39,8 +39,9 @@ export function offerSharing(saving, getBeat, getStill) {
     say(problem)
     const begins = work.beat ? `; it begins at beat ${Math.floor(work.beat) + 1}, where it is paused` : ""
     find("link-length").textContent = `${link.length.toLocaleString("en")} characters; all of the dance is in it${begins}`
-    const drawn = isWebsite && !problem && link.length <= MOST_IN_CODE ? await drawCode(link) : null
-    code.hidden = !drawn
+    code.hidden = !isWebsite || problem !== "" || link.length > MOST_IN_CODE // its room is kept, so nothing moves later
+    code.removeAttribute("src")
+    const drawn = code.hidden ? null : await drawCode(link)
     if (drawn) code.src = svgAddress(drawn)
   }
 

@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import tomllib
 from packaging.requirements import Requirement
 
 from improv_core.commands.ros_setup import set_up
+from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.setup import environment, setup
 from improv_core.outputs.ros.setup.environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from tests.commands.command_line import LIMIT, program
@@ -132,6 +134,25 @@ def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "version_info", (3, 15, 0))
     monkeypatch.setattr(platform, "python_version", lambda: "3.15.0")
     assert unsuited() == f"{these} CPython 3.15.0 on Linux (x86_64): {ELSEWHERE}"
+
+
+def test_an_interrupt_while_an_installer_starts_ends_it(
+    place: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def start(command: Sequence[str], policy: Policy) -> Child:
+        child = Child(command, policy)
+        while not ours(f"sleep\0{LIMIT}"):
+            os.sched_yield()
+        signal.raise_signal(signal.SIGINT)
+        return child
+
+    monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f"exec sleep {LIMIT}"))
+    monkeypatch.setattr(environment, "Child", start)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    with pytest.raises(KeyboardInterrupt):
+        environment.make(place, lambda line: None)
+    signal.signal(signal.SIGINT, before)
+    assert not ours(f"sleep\0{LIMIT}")
 
 
 @pytest.mark.slow("makes an environment")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -66,9 +67,11 @@ def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError],
     """Run a command and pass each line that it prints to `tell`; if it fails, raise the error that `problem` makes of
     the lines."""
     lines: list[str] = []
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # an interrupt now would leave it running
     child = Child(command, POLICY)
-    child.close_input()
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        child.close_input()
         while said := child.read(QUIET_LIMIT):
             for line in said:
                 lines.append(line.decode(errors="replace").rstrip())

@@ -180,6 +180,7 @@ class DanceReader:
         """Return the answer; None if it took too long or the process has ended. Cancelling ends the process, so that
         the next question doesn't wait for an answer that nobody needs."""
         async with self._one:
+            self._process.start()  # now, so that there is a process to end
             answering = asyncio.ensure_future(asyncio.to_thread(self._answer, Question(what, about, self._limit)))
             try:
                 return await asyncio.shield(answering)

@@ -37,10 +37,14 @@ class Answerer(Generic[Question, Answer]):
     def ask(self, question: Question) -> Answer:
         """Return the answer of the process. Blocks; raises EOFError or OSError if the process has ended, or has hung
         and was killed."""
+        answer: Answer = _unpacked(self.start().ask(json.dumps(_packed(question)).encode(), self.limit))
+        return answer
+
+    def start(self) -> Child:
+        """Start the process if there is none, and return it. Raises OSError."""
         command = [sys.executable, "-m", __name__, self.function.__module__, self.function.__name__]
         child = self._child = self._child or Child(command, POLICY)
-        answer: Answer = _unpacked(child.ask(json.dumps(_packed(question)).encode(), self.limit))
-        return answer
+        return child
 
     def give_up(self) -> None:
         """Kill the process, so that the question that waits has no answer. Any thread may call it."""

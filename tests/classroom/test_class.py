@@ -15,6 +15,7 @@ import sys
 import threading
 import urllib.request
 from collections.abc import AsyncIterator, Callable, Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,6 +36,7 @@ from improv_core.commands.terminal import performance
 from improv_core.session.start import Options
 from improv_core.website.build import HEAD, MARK
 from tests.commands.command_line import run
+from tests.processes import ours
 from tests.stage_on_thread import USED, StageOnThread
 
 LIMIT = 60.0
@@ -390,6 +392,21 @@ async def test_a_cancelled_question_delays_no_other_one() -> None:
     assert found
     assert found["ok"]
     assert all(each.cancelled() for each in given_up)
+
+
+async def test_a_question_that_is_cancelled_before_a_thread_has_it_leaves_no_process() -> None:
+    checker, begin = DanceReader(), threading.Event()
+    loop = asyncio.get_running_loop()
+    loop.set_default_executor(ThreadPoolExecutor(1))
+    busy = loop.run_in_executor(None, begin.wait)
+    given_up = asyncio.ensure_future(checker.look("r $ forward"))
+    await asyncio.sleep(0)
+    given_up.cancel()
+    await asyncio.sleep(0)
+    begin.set()
+    await asyncio.wait([given_up])
+    assert await busy
+    assert not ours("improv_core.classroom.checker")
 
 
 @pytest.mark.parametrize(("limit", "line"), [(LIMIT, "r 1 beat"), (0.001, HEAVY)])

@@ -77,36 +77,38 @@ class TranscribedPath:
         return self.starts[number].after(self._timed[number][1], share)
 
 
-def deviation_of(
-    track: Track, start: Pose, items: Sequence[Item], tempo: int, window: int, allowed: tuple[float, float, float]
-) -> tuple[float, float]:
-    """Return how far a performance is from a track at most, in meters and radians.
+def deviations_of(
+    track: Track, start: Pose, items: Sequence[Item], tempo: int, limits: Mapping[int, tuple[float, float, float]]
+) -> list[tuple[float, float]]:
+    """Return how far means of neighboring poses are from a performance at most, in meters and radians.
 
-    Means of `window` neighboring poses count. `allowed` is in meters, radians, and seconds: where a performance is
-    farther away, it may be early or late.
+    `limits` has numbers of neighbors, and what is allowed for their means in meters, radians, and seconds: where they
+    are farther away, the performance may be early or late.
     """
     performed = TranscribedPath(start, items)
     origin = track[0].time
-    meters, radians, seconds = allowed
 
-    def missed(sample: Sample, shift: float) -> tuple[float, float, float, float]:
-        pose = performed.pose((sample.time - origin + shift * seconds) * tempo / 60)
+    def missed(sample: Sample, late: float) -> tuple[float, float, float, float]:
+        pose = performed.pose((sample.time - origin + late) * tempo / 60)
         return sample.x - pose.x, sample.y - pose.y, sample.z - pose.z, sample.heading - pose.heading
 
     def apart(misses: Sequence[tuple[float, float, float, float]]) -> tuple[float, float]:
-        x, y, z, yaw = (sum(each) / window for each in zip(*misses, strict=True))
+        x, y, z, yaw = (sum(each) / len(misses) for each in zip(*misses, strict=True))
         return math.hypot(x, y, z), abs(yaw)
 
     misses = [missed(sample, 0.0) for sample in track]
-    worst = (0.0, 0.0)
-    for first in range(len(track) - window + 1):
-        far, turned = apart(misses[first : first + window])
-        if far > meters or turned > radians:
-            near = track[first : first + window]
-            others = [apart([missed(each, shift) for each in near]) for shift in SHIFTS]
-            far, turned = min(others, key=lambda each: max(each[0] / meters, each[1] / radians))
-        worst = max(worst[0], far), max(worst[1], turned)
-    return worst
+    found = []
+    for window, (meters, radians, seconds) in limits.items():
+        worst = (0.0, 0.0)
+        for first in range(len(track) - window + 1):
+            far, turned = apart(misses[first : first + window])
+            if far > meters or turned > radians:
+                near = track[first : first + window]
+                others = [apart([missed(each, shift * seconds) for each in near]) for shift in SHIFTS]
+                far, turned = min(others, key=lambda each: max(each[0] / meters, each[1] / radians))
+            worst = max(worst[0], far), max(worst[1], turned)
+        found.append(worst)
+    return found
 
 
 class FittedGroups:

@@ -17,7 +17,7 @@ from improv_core.transcription.ensemble import SharedLine, formation_of, lines_o
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.grouping import grouped
-from improv_core.transcription.performing import FittedGroups, deviation_of
+from improv_core.transcription.performing import FittedGroups, deviations_of
 from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
@@ -49,8 +49,8 @@ _CLOSELY = 3
 """The number of tempi that are compared closely."""
 _CLOSER = 0.2
 """The share of a tolerance that rounding may take where noise takes the rest."""
-_HIDDEN = 2.0
-"""The standard deviations of a mean of poses by which noise may hide how far it is off."""
+_HIDDEN, _REACHED = 2.0, 5.0
+"""Noise may hide by so many standard deviations how far a mean of poses is off, and hardly moves any by so many."""
 _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
 
@@ -175,13 +175,18 @@ def _tempo(
     return min(closest, key=lambda tempo: price(tempo, False))
 
 
-def _within(tolerance: Tolerance, robot: TrackedRobot) -> Tolerance:
-    """Return how far means of a robot's poses may be off: less than its path may, since noise hides some of it."""
+def _limits(tolerance: Tolerance, robot: TrackedRobot) -> Mapping[int, Tolerance]:
+    """Return how far poses and their means may be off: poses as far as the path or as noise moves them, and means less
+    than the path, since noise hides some of it."""
     if not robot.noisy:
-        return tolerance
-    hidden = (_HIDDEN * noise / math.sqrt(robot.window) for noise in robot.noise)
-    meters, radians = (most - min(less, most / 3) for most, less in zip(tolerance[:2], hidden, strict=True))
-    return tolerance._replace(meters=meters, radians=radians)
+        return {robot.window: tolerance}
+    alone = [max(most, _REACHED * each) for most, each in zip(tolerance[:2], robot.noise, strict=True)]
+    hidden = [_HIDDEN * each / math.sqrt(robot.window) for each in robot.noise]
+    mean = [most - min(less, most / 3) for most, less in zip(tolerance[:2], hidden, strict=True)]
+    return {
+        1: tolerance._replace(meters=alone[0], radians=alone[1]),
+        robot.window: tolerance._replace(meters=mean[0], radians=mean[1]),
+    }
 
 
 def _from(track: Track, begin: float) -> Track:
@@ -220,10 +225,11 @@ def _draft(
             guide = Guide(each.track, tempo, each.window, rounding.times(_CLOSER)) if guided else None
             words = list(written(placed[robot], groups.items(robot), robots.profile_of(robot), guide))
             parts[robot], made = [node for node, _ in words], [item for _, item in words]
-            within = _within(tolerance, each)
-            far, turned = deviation_of(each.track, placed[robot], made, tempo, each.window, within)
-            deviations[robot] = far, turned
-            excess = max(excess, far / within.meters - 1, turned / within.radians - 1)
+            limits = _limits(tolerance, each)
+            off = deviations_of(each.track, placed[robot], made, tempo, limits)
+            deviations[robot] = off[-1]
+            for (far, turned), limit in zip(off, limits.values(), strict=True):
+                excess = max(excess, far / limit.meters - 1, turned / limit.radians - 1)
         found = _Draft(tempo, placed, parts, rounding, deviations, excess)
         if best is None or found.excess < best.excess:
             best = found

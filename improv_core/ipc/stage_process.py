@@ -77,9 +77,8 @@ class Stage:
         self._behind = 0  # the number of items in there that have yet to be written
         self._sending = threading.Lock()
         self._sent: deque[str] = deque(maxlen=MOST_DIRECT)  # stops that it was sent, which may also come straight to it
-        self._reported: deque[Stop] = deque(
-            maxlen=MOST_DIRECT
-        )  # stops that have come straight to it, and were not sent to it
+        # Stops that have come straight to it, and were not sent to it.
+        self._reported: deque[Stop] = deque(maxlen=MOST_DIRECT)
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel

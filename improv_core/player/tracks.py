@@ -316,7 +316,7 @@ class Tracks:
             self.wall() if self.run.gate else 0.0,
             self.separation.unseen(self.run, now) if self.sink.real else (),
             self.faults.unreached if self.sink.real else (),
-            self.sink.real and self.listeners.unheard,
+            isinstance(event, Due) and self.sink.real and self.listeners.unheard,
             self.paths,
         )
 

@@ -111,7 +111,7 @@ def test_a_stop_is_obeyed_once_however_often_it_comes() -> None:
     check((0.15, again.arrival), (0.2, from_parent(2)), (0.3, late.arrival), told=[("stopped", 0.2)])
 
 
-def test_a_stop_is_reported_as_of_when_somebody_asked_for_it() -> None:
+def test_a_stop_is_reported_with_the_time_at_which_somebody_asked_for_it() -> None:
     sink = Memory()
     asked = {**X, "at": START + 0.05}
     said = perform(sink, *DANCE, (0.1, Direct(sink, asked).arrival), (0.4, End()))

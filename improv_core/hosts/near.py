@@ -279,7 +279,7 @@ class NearEnd:
         if message["type"] == "transport":
             self._moves = may_move(cast(TransportMessage, message))
         if message["type"] == "obeyed":
-            for answer in self._direct.pop(message["mark"], ()):
+            for answer in self._direct.pop(message["direct"], ()):
                 answer(OBEYED)
         if message["type"] in ("error", "stopped"):
             self._explained = self._explained or message["type"] == "error" or "message" in message

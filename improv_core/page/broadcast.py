@@ -26,7 +26,7 @@ Soon = Callable[..., None]
 class Broadcast:
     """Passes news of the performance on to the pages. Its methods may be called from any thread.
 
-    `confirm` gets the mark of each stop that the stage here has obeyed. With `takes_start_poses`, pages may ask for
+    `confirm` gets the identity of each stop that stages have obeyed. With `takes_start_poses`, pages may ask for
     other start poses. `scores` finds out when parts of a score begin.
     """
 
@@ -62,7 +62,7 @@ class Broadcast:
         about: tuple[str, ...] = ()
         match message["type"]:
             case "obeyed":
-                self._soon(self._confirm, message["mark"])
+                self._soon(self._confirm, message["direct"])
                 return
             case "answer":
                 answer = message["answer"]
@@ -86,7 +86,7 @@ class Broadcast:
     def report(self, message: FromStage) -> None:
         """Show a report of the stage that plays in this process, unless it is of no interest for pages."""
         match message["type"]:
-            case "transport" | "stopped" | "sensed" | "decided" | "measured" | "armed" | "fault" | "obeyed":
+            case "transport" | "stopped" | "sensed" | "decided" | "measured" | "armed" | "fault":
                 self.publish(message)
 
     def show(self, score: Score, generation: int) -> None:

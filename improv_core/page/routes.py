@@ -194,8 +194,7 @@ class Application:
             tell_session()
 
     def _stop_of(self, page: str, number: int) -> Stop:
-        name, at = f"{page} {number}", time.monotonic()
-        return {"type": "stop", "direct": name, "at": at} if self._show else {"type": "stop", "mark": name, "at": at}
+        return {"type": "stop", "direct": f"{page} {number}", "at": time.monotonic()}
 
     def _ask_stages(self, stop: Stop) -> bool:
         """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop. Return

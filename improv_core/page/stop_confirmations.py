@@ -30,10 +30,12 @@ class PageStops:
         self._pages: OrderedDict[str, _Page] = OrderedDict()
         self._obeyed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
 
-    def obeyed(self, mark: str, waits_for: Sequence[str] = ()) -> None:
-        """Note that the stop with this mark (its page and its number) has been obeyed, and with it everything that the
-        page sent earlier, or by whom it has yet to be."""
-        page, _, number = mark.rpartition(" ")
+    def obeyed(self, direct: str, waits_for: Sequence[str] = ()) -> None:
+        """Note that the stop with this identity (its page and its number) has been obeyed, and with it everything that
+        the page sent earlier, or by whom it has yet to be. Others than pages have sent those without a number."""
+        page, _, number = direct.rpartition(" ")
+        if not page:
+            return
         known = self._known(page)
         if not waits_for:
             known.confirmed = max(int(number), known.confirmed)

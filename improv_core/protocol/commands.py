@@ -38,19 +38,17 @@ class _Asked(TypedDict, total=False):
 class Added(_Timed, _Asked, total=False):
     """The fields that only Improv itself adds to a request.
 
-    `mark` identifies a stop for its page, if only the simulator plays and can't be reached straight: it answers
-    `obeyed`. `direct` is the same in both copies of a stop, and each stage obeys it once. Nobody asked for a stop that
+    `direct` is the same in all copies of a stop, and each stage obeys it once. Nobody asked for a stop that
     is `unasked`: another stage has stopped by itself.
     """
 
-    mark: str
     direct: str
     unasked: bool
 
 
 class Stop(Added):
-    """Stop every robot at once, on the channel of stops. A stage answers `obeyed` to a stop with a `mark`. `direct`
-    identifies a stop that has also gone straight to stages."""
+    """Stop every robot at once, on the channel of stops. `direct` identifies a stop that may also go straight to
+    stages; one that has it only from its parent answers `obeyed`."""
 
     type: Literal["stop"]
 
@@ -215,7 +213,7 @@ _ROWS = (
         overtakes=True,
         voids=frozenset({"pause", "resume", "seek", "restart", "cue"}),
         # Each page waits until its own stop is confirmed, and a person's stop holds for more than those of automations.
-        about=lambda stop: stop.get("by") or stop.get("direct", stop.get("mark", "")).rpartition(" ")[0],
+        about=lambda stop: stop.get("by") or stop.get("direct", "").rpartition(" ")[0],
     ),
     Command(Pause, CONTROLS, stops=True, at_once=True),
     Command(Resume, CONTROLS, starts=True),

@@ -206,10 +206,10 @@ class Ping(TypedDict):
 
 
 class Obeyed(TypedDict):
-    """The stage's robots have been told to stop because of the stop with this `mark`."""
+    """The stage's robots have been told to stop because of the parent's stop with this `direct`."""
 
     type: Literal["obeyed"]
-    mark: str
+    direct: str
 
 
 class PageMessage(TypedDict):

@@ -11,10 +11,11 @@ from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import COMMANDS
 from improv_core.protocol.messages import Decided as SenseDecided
-from improv_core.protocol.messages import Ready, Sensed, ToStage, TransportMessage
+from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
 from improv_core.protocol.transport import stop_of
+from improv_core.safety.stage_stops import stages_not_stopped
 from improv_core.session import clock, host_reports, on_hosts
 from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
 from improv_core.session.halting import halt, has_halted, stand, stood
@@ -39,8 +40,8 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
             return _started(state, stage, message, now)
         case "failed":
             return _not_started(state, stage, message["message"])
-        case "obeyed":  # the page has it from the process of the page itself
-            return state, []
+        case "obeyed":
+            return _obeyed(state.with_stage(stage, obeyed=message["direct"]), message)
         case "gone" if stage.output != "ros" or not others(state, stage.host):
             return _gone(state, stage, message, now)
         case _ if stage.output == "ros" and state.is_spread:
@@ -120,6 +121,19 @@ def _reported(state: SessionState, output: Output, message: Heard) -> Decided:
         case "unreached" if leads:
             state, acts = _explained(state, message["message"], state.resumes)
     return state, [*acts, Announce(message, leads)]
+
+
+def _obeyed(state: SessionState, message: Obeyed) -> Decided:
+    """Confirm a stop to pages once all stages have obeyed it that have to."""
+    moves = {
+        key.host or key.output: each
+        for key, each in state.stages.items()
+        if key.output != "page" and (each.alive or each.died_moving)
+    }
+    obeyed = [name for name, each in moves.items() if each.obeyed == message["direct"] and not each.died_moving]
+    if stages_not_stopped(moves, obeyed):
+        return state, []
+    return state, [Send(page, for_pages(message)) for page in state.pages]
 
 
 def _to(output: Output | None, message: ToStage) -> list[Act]:
@@ -268,7 +282,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
         what = f": robots may still be moving{again}" if before.died_moving else again
     else:
         acts.append(Start(stage))
-        what = ": a new one will show the next dance" if shown else f": a new one is stopping the robots{again}"
+        what = ": a new one will show what plays next" if shown else f": a new one is stopping the robots{again}"
     return state, [*acts, Announce({**gone, "message": f"{gone['message']}{what}"}, leads)]
 
 

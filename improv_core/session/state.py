@@ -74,8 +74,9 @@ class StageState:
     `ready` is its first message (None: it has yet to start), and `transport` its latest position. It is `armed` if it
     is ready for beat 0, and gets a message in time that is sent `lag` seconds ahead. `misplaced` are its robots that
     are not in their places. It `may_move` until it has confirmed a stop. If it `died_moving`, its robots may move until
-    another one has stopped them; that one `only_halts` until it is sent a score to play. `pressed` is its latest report
-    about emergency stops, and `vitals` are the states of its robots.
+    another one has stopped them; that one `only_halts` until it is sent a score to play. `obeyed` is the latest stop
+    that it has obeyed and that had not come straight to it. `pressed` is its latest report about emergency stops, and
+    `vitals` are the states of its robots.
     """
 
     ready: Ready | None = None
@@ -87,6 +88,7 @@ class StageState:
     may_move: bool = False
     died_moving: bool = False
     only_halts: bool = False
+    obeyed: str = ""
     vitals: Mapping[str, Any] = field(default_factory=dict)
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
 

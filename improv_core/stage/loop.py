@@ -192,7 +192,6 @@ class Loop:
             self._obey(message, now)
         elif is_stop(message):
             self._commands.stop()
-            self._settle(message)
             self._do(message, now)
         else:
             self._commands.add(message)
@@ -221,7 +220,6 @@ class Loop:
         self._commands.fence = self._commands.fence.hear(message["type"], first.number)
         if message["type"] == "stop":
             self._commands.forget_pause()
-            self._settle(message)
         playing = self.player.run.mode == "playing"
         if not (message["type"] == "pause" and playing and self._commands.pause(message)):
             self._obey(message, now)
@@ -236,11 +234,6 @@ class Loop:
             self.player.take(direct.stop, now)
             self._tell({"type": "request", "command": {"at": now, **direct.stop}})
         direct.confirm()
-
-    def _settle(self, stop: Stop | Pause) -> None:
-        """Note that the parent has sent a stop that may have come straight here, too."""
-        if stop["type"] == "stop" and "direct" in stop:
-            self._commands.fence = self._commands.fence.settle(stop["direct"])
 
     def stop(self) -> None:
         """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
@@ -310,8 +303,10 @@ class Loop:
                 self._tell({"type": "pong", "number": message["number"]})
             case "stop":
                 self.player.take(message, now)
-                if "mark" in message:  # a page has sent it
-                    self._tell({"type": "obeyed", "mark": message["mark"]})
+                if name := message.get("direct", ""):
+                    if not self._commands.fence.has(name):
+                        self._tell({"type": "obeyed", "direct": name})
+                    self._commands.fence = self._commands.fence.settle(name)
             case "held" | "released":
                 self._hold(GAMEPAD, message["type"] == "held", now)
             case "key":

@@ -80,7 +80,7 @@ def direct(stop: Stop, tell: Callable[[FromStage], None]) -> DirectStop:
     own: Stop = {"type": "stop", "direct": name}
     if "by" in stop:
         own["by"] = stop["by"]
-    return DirectStop(own, lambda: tell({"type": "obeyed", "mark": name}))
+    return DirectStop(own, lambda: tell({"type": "obeyed", "direct": name}))
 
 
 def arrival(line: bytes, read: RowsRead) -> Arrival:

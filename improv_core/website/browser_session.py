@@ -108,10 +108,10 @@ class BrowserBackend:
         return out.getvalue().decode()
 
     def _stop(self, number: int) -> None:
-        self._throttle.take({"type": "stop", "mark": str(number)})
+        self._throttle.take({"type": "stop", "direct": str(number)})
 
-    def _confirm(self, mark: str) -> None:
-        self._obeyed(int(mark))
+    def _confirm(self, direct: str) -> None:
+        self._obeyed(int(direct))
 
     def _command(self, command: PageRequest) -> None:
         self._stage.tell({"type": "request", "command": command})

@@ -14,7 +14,7 @@ from improv_core.safety.stage_stops import StageSocket, stop_stages
 
 LIMIT = 60.0
 HOST = "pi@pi.local"
-OBEYED = {"type": "obeyed", "mark": "p 1", "waits_for": []}
+OBEYED = {"type": "obeyed", "direct": "p 1", "waits_for": []}
 
 
 class Near(NearEnd):
@@ -43,7 +43,7 @@ def test_a_stop_is_passed_on_first_and_answered_once_the_stage_has_obeyed() -> N
         assert near.sent.acquire(timeout=LIMIT)
         assert near._outgoing.next() == b's{"type": "stop", "direct": "p 1", "by": "osc", "number": 0}\n'
         assert answers == []
-        near._pass_up({**OBEYED, "mark": "p 2"})
+        near._pass_up({**OBEYED, "direct": "p 2"})
         near._pass_up(OBEYED)
         asking.join(LIMIT)
         assert answers == [[]]
@@ -68,5 +68,5 @@ def test_a_flood_of_stops_that_nobody_confirms_is_bounded() -> None:
     for number in range(2 * MOST_DIRECT):
         near._stop({"type": "stop", "direct": str(number)}, lambda line, number=number: answered.append(number))  # type: ignore[misc]
     for number in range(2 * MOST_DIRECT):
-        near._pass_up({**OBEYED, "mark": str(number)})
+        near._pass_up({**OBEYED, "direct": str(number)})
     assert answered == [*range(MOST_DIRECT, 2 * MOST_DIRECT)]

@@ -32,15 +32,15 @@ DANCE = to_json(score_of(analyze("r $ repeat forward\n")))
 
 
 class Stage:
-    """A stage on a thread, and a parent that passes requests of pages on to it and keeps the messages of both, in
-    order."""
+    """A stage on a thread, and a parent that passes requests of pages on to it and answers about their stops, and keeps
+    the messages of both, in order."""
 
     def __init__(self) -> None:
         self._inbox: UrgentQueue[Arrival] = UrgentQueue()
         self._said = threading.Condition()
         self._log: list[FromStage | ToStage] = []
         opened, ready, viewer = open_simulated(options_in(["--simulate", "--port", "0"]), self._hear, TOKEN)
-        self.page, self._leave = ready["page"], viewer.close
+        self.page, self._viewer = ready["page"], viewer
         self._thread = threading.Thread(target=run, args=(opened, self._inbox, SystemClock(), Parent()))
         self._thread.start()
 
@@ -67,7 +67,7 @@ class Stage:
     def close(self) -> None:
         self._inbox.put(End())
         self._thread.join(LIMIT)
-        self._leave()
+        self._viewer.close()
 
     def _hear(self, message: FromStage) -> None:
         with self._said:
@@ -75,6 +75,8 @@ class Stage:
             self._said.notify_all()
         if message["type"] == "request" and message["command"]["type"] in ("seek", "stop"):
             self.write(message["command"])
+        elif message["type"] == "obeyed":
+            self._viewer.publish(message)
 
 
 @pytest.fixture
@@ -129,6 +131,6 @@ def test_pings_are_answered_and_a_stop_is_obeyed_while_a_page_floods_its_stage(s
             assert answered <= FEW
         assert cut.acquire(timeout=LIMIT)
         assert press(stage.page) == 204
-        at, _ = stage.until(at, type="stop", mark="p 1")
+        at, _ = stage.until(at, type="stop", direct="p 1")
         _, answered = stage.until(at, type="transport", state="stopped")
         assert answered <= FEW

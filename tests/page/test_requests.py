@@ -40,7 +40,7 @@ RIGHT: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("message", RIGHT, ids=lambda message: str(message["type"]))
 def test_a_request_is_read_with_its_values_only(message: dict[str, Any]) -> None:
-    added = {"at": 7, "by": "osc", "mark": "m", "direct": "d", "page": 7, "more": "x"}
+    added = {"at": 7, "by": "osc", "direct": "d", "page": 7, "more": "x"}
     assert read(json.dumps({**message, **added})) == message
 
 

@@ -418,13 +418,13 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     viewer: PageServer, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", 0.05)
-    stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
+    stop: PageRequest = {"type": "stop", "direct": "page-1 1"}
     assert [press(viewer, "page=page-1&number=1") for _ in range(2)] == [202, 202]
     assert asked(commands) == stop
     monkeypatch.setattr(routes, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
-        viewer.publish({"type": "obeyed", "mark": "page-1 1"})
+        viewer.publish({"type": "obeyed", "direct": "page-1 1"})
         assert waiting.result(LIMIT) == 204
     assert commands.empty()
 
@@ -463,7 +463,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
     connection.request("POST", "/stop?token=wrong&page=p&number=2", headers={"Origin": f"http://{host}"})
     assert connection.getresponse().status == 403
-    assert asked(commands) == {"type": "stop", "mark": "p 1"}
+    assert asked(commands) == {"type": "stop", "direct": "p 1"}
     assert commands.empty()
 
 

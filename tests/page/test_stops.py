@@ -62,7 +62,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     while (command := commands.get(timeout=LIMIT))["type"] != "stop":
         pass
     expect(page.locator("#notice")).to_have_text(NOTICE)
-    again.publish({"type": "obeyed", "mark": command["mark"]})
+    again.publish({"type": "obeyed", "direct": command["direct"]})
     expect(page.locator("#notice")).to_be_hidden()
     again.publish({"type": "stopped"})
     again.close()

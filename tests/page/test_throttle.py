@@ -33,7 +33,7 @@ class Turned:
 
     def _pass(self, request: PageRequest) -> None:
         self.passed.append(
-            f"{request['beat']:g}" if request["type"] == "seek" else str(request.get("mark", request["type"]))
+            f"{request['beat']:g}" if request["type"] == "seek" else str(request.get("direct", request["type"]))
         )
 
     def _taken(self) -> str:
@@ -43,7 +43,7 @@ class Turned:
 
 REQUESTS: dict[str, PageRequest] = {
     "stop": {"type": "stop"},
-    **{mark: {"type": "stop", "mark": mark} for mark in ("ada 1", "ada 2", "ada 3", "bo 1")},
+    **{mark: {"type": "stop", "direct": mark} for mark in ("ada 1", "ada 2", "ada 3", "bo 1")},
     "pause": {"type": "pause"},
     "resume": {"type": "resume"},
     "restart": {"type": "restart"},

@@ -56,8 +56,8 @@ def test_the_page_has_the_same_messages_and_limits() -> None:
     [
         ({"type": "seek", "beat": 1}, {"type": "seek", "beat": 2}, True),
         ({"type": "seek", "beat": 1}, {"type": "speed", "factor": 2}, False),
-        ({"type": "stop", "mark": "ada 1"}, {"type": "stop", "mark": "ada 2"}, True),
-        ({"type": "stop", "mark": "ada 1"}, {"type": "stop", "mark": "bo 1"}, False),
+        ({"type": "stop", "direct": "ada 1"}, {"type": "stop", "direct": "ada 2"}, True),
+        ({"type": "stop", "direct": "ada 1"}, {"type": "stop", "direct": "bo 1"}, False),
         ({"type": "stop"}, {"type": "stop", "by": "osc"}, False),
         ({"type": "stop", "by": "ros"}, {"type": "stop", "by": "osc"}, False),
         ({"type": "key", "key": "a", "held": True}, {"type": "key", "key": "a", "held": False}, True),

@@ -57,6 +57,19 @@ def test_a_halted_stage_of_real_robots_has_not_obeyed_a_stop_until_it_continues(
         turtle.wait(still)
 
 
+def test_without_stop_sockets_as_on_windows_it_has_not_obeyed_until_it_continues_either(
+    turtle: Listener, alone: Mapping[str, str]
+) -> None:
+    patient = with_limits(protocol__limits__HANG_LIMIT=LIMIT, safety__stop_socket__SUPPORTED=False)
+    with dancing({**alone, **patient}, turtle, standby=False) as (_, stage, press):
+        halt(stage)
+        assert press() == (202, "")
+        os.kill(stage, signal.SIGCONT)
+        while press() == (202, ""):
+            pass
+        turtle.wait(still)
+
+
 def test_the_stop_of_a_halted_stage_is_confirmed_once_another_one_has_stopped_its_robots(
     turtle: Listener, alone: Mapping[str, str]
 ) -> None:

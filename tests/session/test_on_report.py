@@ -10,7 +10,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import Armed, Decided, Pressed, Sensed
+from improv_core.protocol.messages import Armed, Decided, Obeyed, Pressed, Sensed
 from improv_core.protocol.play_again import STOPPED
 from improv_core.score.score import OutsideClock
 from improv_core.session.on_report import BEHIND
@@ -23,6 +23,7 @@ DECIDED: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, "ge
                     "performed": 1.25, "wall": 0}  # fmt: skip
 ARMED: Armed = {"type": "armed", "generation": 1, "armed": True, "begins": None}
 DISARMED: Armed = {"type": "armed", "generation": 1, "armed": False, "begins": None}
+OBEYED: Obeyed = {"type": "obeyed", "direct": "p 1"}
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 MUSIC = replace(DANCE, clock=OutsideClock("midi"))
 GHOST = score_of(analyze("ghost $ repeat forward\n"))
@@ -143,10 +144,22 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         ({"type": "restart"}, []),
         (("simulator", at("stopped", 1)), ["transport (the other)"]),
     ],
+    "the parent sends a stop that could not go straight to stages, and pages wait for those of real robots": [
+        (play(), ["ros: score 1"]),
+        (("simulator", OBEYED), []),
+        (("ros", OBEYED), ["simulator: obeyed"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
+        (("simulator", {**OBEYED, "direct": "p 2"}), []),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", {**OBEYED, "direct": "p 2"}), []),
+        (("ros", at("ended", 1)), ["transport", "ros: score 1 stands at beat 1000"]),
+        (("ros", {**OBEYED, "direct": "p 3"}), ["simulator: obeyed"]),
+    ],
     "the twin crashes": [
         (play(), ["ros: score 1"]),
         (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
-        (("simulator", GONE), ["start simulator", "it exited: a new one will show the next dance (the other)"]),
+        (("simulator", GONE), ["start simulator", "it exited: a new one will show what plays next (the other)"]),
         (SIMULATOR, []),
         (("ros", at("playing", 1, 8.0)), ["transport"]),
         (("simulator", {"type": "lacks", "generation": 1}), []),
@@ -155,7 +168,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
     ],
     "the twin cannot be replaced": [
         (play(), ["ros: score 1"]),
-        (("simulator", GONE), ["start simulator", "it exited: a new one will show the next dance (the other)"]),
+        (("simulator", GONE), ["start simulator", "it exited: a new one will show what plays next (the other)"]),
         (("simulator", FAILED), ["no new stage could be started: no ROS (the other)"]),
         (play(), ["ros: score 2"]),
         (("ros", at("playing", 2)), ["transport"]),
@@ -471,7 +484,7 @@ def test_a_page_without_a_simulator_is_sent_what_the_leading_stage_plays_and_rep
         (("ros", fault), ["page: fault", "gone"]),
         (("page", {"type": "request", "command": {"type": "resume"}}), ["ros: resume"]),
         (("page", {"type": "lacks", "generation": 1}), ["page: score 1 whole"]),
-        (("page", GONE), ["start page", "it exited: a new one will show the next dance (the other)"]),
+        (("page", GONE), ["start page", "it exited: a new one will show what plays next (the other)"]),
         (("page", READY["page"]), ["page: silence"]),
         (("ros", GONE), ["page: armed", "start ros", STOPPING]),
         (ROS, ["ros: silence", "ros: score 1 stop"]),

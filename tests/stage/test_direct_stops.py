@@ -48,6 +48,7 @@ def check(*arrivals: tuple[float, Any], told: list[tuple[str, float]], reports: 
     assert states(said) == [("playing", 0), ("stopped", 0.1), *told]
     assert direct.confirmed == [True]
     assert [each["command"] for each in said if each["type"] == "request"] == [{**X, "at": START + 0.1}] * reports
+    assert all(each["type"] != "obeyed" for each in said), "who asked knows it already"
 
 
 @pytest.mark.parametrize("request_", sorted(VOIDED_BY_STOP))

@@ -369,21 +369,18 @@ def test_an_alarm_stops_moving_robots_and_reports_the_reason() -> None:
     assert zeros(sink, "r") == [0.51, 0.56, 0.61]
 
 
-@pytest.mark.parametrize(("real", "who"), [(True, ["parent"]), (False, ["pages"])])
-def test_the_stop_of_a_page_is_confirmed_once_robots_were_sent_zeros(real: bool, who: list[str]) -> None:
+def test_a_stop_that_only_the_parent_sends_is_confirmed_once_robots_were_sent_zeros() -> None:
     sink = Memory()
-    sink.real = real
-    told: list[tuple[str, Twist]] = []  # by then, the robots and their latest velocities
+    sent: list[Twist] = []  # the latest velocity at each confirmation
 
-    def tell(to: str, kind: str, message: FromStage) -> None:
-        if message["type"] == kind:
-            told.append((to, sink.sent[-1][2]))
+    def tell(message: FromStage) -> None:
+        if message["type"] == "obeyed":
+            sent.append(sink.sent[-1][2])
 
-    stop: Stop = {"type": "stop", "mark": "page 1"}
-    turned = Turned([(0, load("r $ repeat forward\n")), (0.5, {"type": "stop"}), (1, stop), (2, End())])
-    opened = OpenedOutput(sink, lambda message: tell("parent" if real else "pages", "obeyed", message))
-    run(opened, turned, turned, turned.parent)
-    assert told == [(each, STILL) for each in who]
+    stop: Stop = {"type": "stop", "direct": "page 1"}
+    turned = Turned([(0, load("r $ repeat forward\n")), (0.5, stop), (1, stop), (2, End())])
+    run(OpenedOutput(sink, tell), turned, turned, turned.parent)
+    assert sent == [STILL]
 
 
 def test_a_ping_is_answered_with_its_number() -> None:

@@ -196,7 +196,9 @@ def chromium() -> Iterator[Chromium]:
     """
     path = need_headless_chromium()
     with sync_playwright() as playwright:
-        browser, loop = playwright.chromium.launch(executable_path=path, args=FLAGS), asyncio.get_running_loop()
+        # Without a process of its own for what it draws, all tests took 3:12 instead of 3:38, on two processors.
+        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, "--in-process-gpu"])
+        loop = asyncio.get_running_loop()
         window = browser.new_context(viewport={"width": 1280, "height": 800})
         window.add_init_script(CALMLY)
         window.new_page()

@@ -12,8 +12,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from improv_core.ide.moments import Places, lit_words
+from improv_core.protocol.commands import is_muted
 from improv_core.protocol.messages import TransportMessage
-from improv_core.protocol.transport import beat_at, counted, is_muted, silenced
+from improv_core.protocol.transport import beat_at, counted, silenced
 from improv_core.score.movement import Duration
 from improv_core.session.state import SessionState
 from improv_core.text import Span

@@ -13,11 +13,11 @@ from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.program.report import Mistake, mistakes
-from improv_core.protocol.commands import Editing, Stop
+from improv_core.protocol.commands import Editing, Stop, is_muted
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.messages import TransportMessage, When
 from improv_core.protocol.robot_messages import FaultMessage
-from improv_core.protocol.transport import is_muted, silenced
+from improv_core.protocol.transport import silenced
 from improv_core.robots.config import FILE_NAME
 from improv_core.session.acts import News
 from improv_core.session.on_request import StageRequest

@@ -9,14 +9,14 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import cast
 
 import pytest
 
 from improv_core.ipc.arrivals import Arrival, End, UrgentQueue
-from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.ipc.stage_process import Heard, HearStage, RunningStage, Stage, StageError
 from improv_core.page.__main__ import TOKEN, open_simulated, options_in
 from improv_core.plain import one_line
 from improv_core.protocol.decoding import dumps, read_as
@@ -25,7 +25,7 @@ from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.heartbeat import Parent
 from improv_core.safety.stops import Stops
 from improv_core.score.score_json import RowsRead
-from improv_core.session.start import Options, RunningStage, start_stage
+from improv_core.session.start import Options, start_stage
 from improv_core.session.state import Output
 from improv_core.stage.loop import OpenedOutput, run
 from improv_core.stage.process import SystemClock, report_sent
@@ -34,7 +34,6 @@ from improv_core.stage.stdio import arrival
 USED = "improv_core.session.start.Stage"
 """The name that `StageOnThread` replaces."""
 NAME = "stage of a test"
-Hear = Callable[["StageOnThread", Heard, int], None]
 
 
 def running() -> set[threading.Thread]:
@@ -42,17 +41,19 @@ def running() -> set[threading.Thread]:
     return {thread for thread in threading.enumerate() if thread.name == NAME}
 
 
-async def start_on_thread(sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> RunningStage | None:
+async def start_on_thread(
+    sink: Output, options: Options, token: str, hear: HearStage, stops: Stops
+) -> RunningStage | None:
     """Like `start_stage`, for the simulator."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(USED, StageOnThread)
-        return await start_stage(sink, options, token, hear, stops)  # type: ignore[arg-type]
+        return await start_stage(sink, options, token, hear, stops)
 
 
 class StageOnThread:
     """A stage as a playback uses it; `start` is that of `Stage`."""
 
-    def __init__(self, arguments: Sequence[str], token: str, hear: Hear, stops: Stops) -> None:
+    def __init__(self, arguments: Sequence[str], token: str, hear: HearStage, stops: Stops) -> None:
         self._hear = hear
         self._stops = stops
         self._loop = asyncio.get_running_loop()
@@ -68,11 +69,11 @@ class StageOnThread:
 
     @classmethod
     async def start(
-        cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops
+        cls, command: Sequence[str], env: Mapping[str, str], hear: HearStage, stops: Stops
     ) -> StageOnThread | Stage:
         _, _, *arguments = command
         if "ros" in arguments:
-            return await Stage.start(command, env, hear, stops)  # type: ignore[arg-type]
+            return await Stage.start(command, env, hear, stops)
         try:
             return cls(arguments, env[TOKEN], hear, stops)
         except OSError as error:

@@ -17,7 +17,7 @@ from itertools import count
 import click
 
 from improv_core.commands.output_subjects import Subject
-from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.ipc.stage_process import Heard, RunningStage, Stage, StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
 from improv_core.protocol.fields import PoseJson
 from improv_core.safety.allowed import HostError, approve, withdraw
@@ -25,7 +25,7 @@ from improv_core.safety.stops import Stops
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Score
 from improv_core.score.score_json import to_json
-from improv_core.session.start import Options, RunningStage, start_stage
+from improv_core.session.start import Options, start_stage
 
 PATIENCE = 60.0
 """Seconds in which a robot has to begin to move, on a busy machine."""

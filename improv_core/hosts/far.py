@@ -30,7 +30,8 @@ from improv_core.ipc.child import Child, Policy
 from improv_core.outputs.ros.discovery import described, limited
 from improv_core.outputs.ros.setup.interpreter import Interpreter, InterpreterError, find_ros_python
 from improv_core.protocol.limits import END_LIMIT, FOLDER, STOP_PIPE
-from improv_core.safety.heartbeat import LOOK_PERIOD, StageWatchdog, asleep
+from improv_core.safety.heartbeat import LOOK_PERIOD, StageWatchdog
+from improv_core.safety.stops import asleep
 
 SILENCE_LIMIT = 20.0
 """Seconds of silence after which the link counts as dead: its near end always asks for the time."""

@@ -36,9 +36,9 @@ from improv_core.protocol.messages import (
 )
 from improv_core.protocol.transport import may_move
 from improv_core.safety.allowed import who
-from improv_core.safety.heartbeat import asleep
 from improv_core.safety.stage_stops import OBEYED, StageSocket
 from improv_core.safety.stop_server import Answer
+from improv_core.safety.stops import asleep
 
 BEYOND = 1.0
 """Seconds beyond the stage's own patience after which a silent link is given up while robots may move."""
@@ -274,10 +274,11 @@ class NearEnd:
         """Pass a stage's message to our parent, in times of this machine. Hold the lock."""
         if message["type"] == "pong":
             return
-        if self._reached:
-            self._reached.hear(cast(FromStage, message))
         if message["type"] == "transport":
-            self._moves = may_move(cast(TransportMessage, message))
+            transport = cast(TransportMessage, message)
+            self._moves = may_move(transport)
+            if self._reached:
+                self._reached.hear(transport)
         if message["type"] == "obeyed":
             for answer in self._direct.pop(message["direct"], ()):
                 answer(OBEYED)

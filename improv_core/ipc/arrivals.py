@@ -88,11 +88,15 @@ class OutputChannel:
     warn: Callable[[str], None]
 
 
-def request_in(arrival: Ordered) -> tuple[str, int | None]:
-    """Return the type of a message that a stop may make void, and the number of messages that were sent on the channel
-    of stops before it (None if nobody counts them). The type is empty for arrivals that no stop affects."""
+Request = tuple[str, int | None]
+"""The type of a message that a stop may make void, and the number of messages that were sent on the channel of stops
+before it (None if nobody counts them). The type is empty for arrivals that no stop affects."""
+
+
+def request_in(arrival: Ordered) -> Request:
+    """Return what a stop may make void in an arrival."""
     if isinstance(arrival, Play):
-        return "load" if arrival.moves else "", after(arrival.load)
+        return "load" if arrival.score.moves else "", after(arrival.load)
     if isinstance(arrival, Lost):
         return "load", arrival.after
     return ("", None) if isinstance(arrival, Unreadable) else (arrival["type"], after(arrival))

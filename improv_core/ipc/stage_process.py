@@ -13,7 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, Protocol, TypedDict
 
 from improv_core import LineError
 from improv_core.ipc.arrivals import UrgentQueue
@@ -43,7 +43,23 @@ class Gone(TypedDict):
 
 Heard = FromStage | Gone
 """The messages from a stage, and its end."""
-Hear = Callable[["Stage", Heard, int], None]
+
+
+class RunningStage(Protocol):
+    """The part of `Stage` that a playback uses."""
+
+    @property
+    def ready(self) -> Ready: ...
+
+    def send(self, message: ToStage) -> None: ...
+
+    def moving(self, robots: Iterable[str]) -> list[str]:
+        """Return which of these robots move, by the latest report. Callable from any thread."""
+
+    async def close(self) -> None: ...
+
+
+HearStage = Callable[[RunningStage, Heard, int], None]
 """Gets the messages from a stage. A request from a page comes with the count of stops at its arrival."""
 
 
@@ -64,7 +80,7 @@ class Stage:
     ready: Ready
     """Its first message."""
 
-    def __init__(self, child: Child, hear: Hear, stops: Stops, stops_by: int | None) -> None:
+    def __init__(self, child: Child, hear: HearStage, stops: Stops, stops_by: int | None) -> None:
         self._child = child
         self._hear = hear
         self._stops = stops
@@ -92,7 +108,7 @@ class Stage:
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops) -> Stage:
+    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: HearStage, stops: Stops) -> Stage:
         """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with the stage's
         message.
 

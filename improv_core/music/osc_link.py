@@ -27,7 +27,7 @@ READY_LIMIT = 2.0
 """Seconds that a play may wait for the process to start."""
 
 
-Hear: TypeAlias = Callable[[FromOsc | None], None]
+HearOsc: TypeAlias = Callable[[FromOsc | None], None]
 """Gets the process's messages, on a thread; None once it has ended."""
 
 
@@ -45,7 +45,7 @@ class OscLink:
         stops: Stops,
         ask: Callable[[PageRequest, int], None],
         say: Callable[[str], None],
-        start: Callable[[Hear], Helper] | None = None,
+        start: Callable[[HearOsc], Helper] | None = None,
         show: Path | None = None,
     ) -> None:
         self._reach = reach
@@ -136,7 +136,7 @@ class OscLink:
             self._ask(message["command"], asked)
 
 
-def _start(show: Path | None, hear: Hear) -> Helper:
+def _start(show: Path | None, hear: HearOsc) -> Helper:
     return Helper(
         helper_command("music.osc", *([str(show)] if show else [])), POLICY, FromOsc, hear, lambda why: hear(None)
     )

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 from improv_core.music.osc_wire import Argument
 from improv_core.preview.forecast import WordBegins
+from improv_core.protocol.commands import is_muted
 from improv_core.protocol.messages import Sensed, State, TransportMessage
-from improv_core.protocol.transport import beat_at, is_muted
+from improv_core.protocol.transport import beat_at
 from improv_core.score.senses import CUE, RobotSense
 
 SAME = 1e-3

@@ -59,15 +59,20 @@ def string_of(message: bytes) -> str:
     return message[len(_HEADER) + 4 : -1].decode()
 
 
-def frame_field(frame: str) -> bytes:
-    """Return a `frame_id` for messages with a stamp, padded so that the numbers after it are aligned."""
+def stamped(message: bytes, time: int, frame: str) -> bytes:
+    """A Twist as a TwistStamped of this time, in nanoseconds, and this frame."""
+    return _stamp(time, frame) + message[_VELOCITY]
+
+
+def _stamp(time: int, frame: str) -> bytes:
+    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + _frame_field(frame)
+
+
+@lru_cache(maxsize=1_000)
+def _frame_field(frame: str) -> bytes:
+    """Return a `frame_id`, padded so that the numbers after it are aligned."""
     data = _string(frame)
     return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
-
-
-def stamped(message: bytes, time: int, frame: bytes) -> bytes:
-    """A Twist as a TwistStamped of this time, in nanoseconds, and this `frame_field`."""
-    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + message[_VELOCITY]
 
 
 def numbers_message(numbers: Sequence[float]) -> bytes:
@@ -99,9 +104,10 @@ def _trajectory_begin(joints: tuple[str, ...]) -> bytes:
     return bytes(body + bytes(-len(body) % 4))
 
 
-def pose_message(pose: Pose, time: int, frame: bytes) -> bytes:
-    """A geometry_msgs/PoseStamped of this time, in nanoseconds, and this `frame_field`."""
-    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + _pose(pose)
+def pose_message(pose: Pose, time: int, frame: str) -> bytes:
+    """A geometry_msgs/PoseStamped of this time, in nanoseconds, and this frame."""
+    half = pose.heading / 2
+    return _stamp(time, frame) + struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
 
 
 def joint_state_message(joints: Mapping[str, JointMotion], time: int) -> bytes:
@@ -214,11 +220,6 @@ def twist_in(message: bytes, is_stamped: bool) -> Twist | None:
 def _order(message: bytes) -> str:
     """Return the byte order of a message; of one that is too short to have any, it doesn't matter."""
     return "<" if len(message) > 1 and message[1] & 1 else ">"
-
-
-def _pose(pose: Pose) -> bytes:
-    half = pose.heading / 2
-    return struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
 
 
 def _text(body: memoryview, place: int, order: str) -> tuple[str, int]:

@@ -32,7 +32,7 @@ from improv_core.protocol.messages import VERSION, FromStage, Play, Ready
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.safety.heartbeat import Parent
 from improv_core.stage.loop import Inbox, OpenedOutput, run
-from improv_core.stage.process import Hear, Job, SystemClock, Tell, perform, report_sent
+from improv_core.stage.process import HearArrival, Job, SystemClock, Tell, perform, report_sent
 
 TOKEN = "IMPROV_PAGE_TOKEN"
 """The environment variable with the token that opens the page. The token is no option: all users of the machine can
@@ -46,7 +46,7 @@ def main() -> int:
     the port is taken."""
     options, show = options_in(sys.argv[1:]), os.environ.get(STOP_SOCKETS)
 
-    def begin(put: Tell, hear: Hear) -> Job:
+    def begin(put: Tell, hear: HearArrival) -> Job:
         given = os.environ.get(TOKEN), Path(show) if show else None
         if not options.simulate:
             return open_alone(options, put, hear, *given)
@@ -89,7 +89,7 @@ def open_simulated(
 
 
 def open_alone(
-    options: argparse.Namespace, put: Tell, hear: Hear, token: str | None, stages: Path | None = None
+    options: argparse.Namespace, put: Tell, hear: HearArrival, token: str | None, stages: Path | None = None
 ) -> Job:
     """Return the work of pages of real robots, which show what the session sends, and send their stops straight to the
     `stages` of a show, too. Raises OSError if the port is taken."""

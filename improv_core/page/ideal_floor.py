@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable
 
 from improv_core.preview.forecast import Forecast
+from improv_core.protocol.commands import is_muted
 from improv_core.protocol.drawn import Snapshot
 from improv_core.protocol.messages import Sensed, TransportMessage
-from improv_core.protocol.transport import is_muted
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 

@@ -122,19 +122,19 @@ def _zero(tracks: Tracks, now: float) -> None:
 
 
 def _prepare_restart(tracks: Tracks, play: Play, now: float) -> None:
-    score, entry, senses = play.score, play.entry, play.load.get("senses")
+    score, entry, senses = play.score, play.load.get("entry"), play.load.get("senses")
     old, new = tracks.run.score.parts, score.parts
     performed, both = tracks.run.transport.performed(now), {*old, *new}
     tracks.queue.still(tracks.queue.movers(old.keys() - new.keys()), performed)
     tracks.queue.leave_topics(old, new, performed)
-    tracks.sink.prepare(score, play.stood is None)
-    tracks.start_poses = tracks.sink.poses()
+    tracks.sink.prepare(score, "stood" not in play.load)
     tracks.queue.restart(both, performed)
     tracks.paths = Paths()
     tracks.limbs.restart(both, performed)
     if tracks.sink.real:
         tracks.separation.forget()
     else:
+        tracks.start_poses = tracks.sink.poses()
         tracks.limbs.learn(new.values(), score.tempo)
     tracks.queue.stop_leaving(old, new, 0.0)
     tracks.advanced, tracks.measured, tracks.measured_until = 0.0, -math.inf, -math.inf

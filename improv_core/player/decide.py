@@ -38,7 +38,7 @@ from improv_core.player.agenda import Due, Rank
 from improv_core.player.events import Event, Facts, Internal, Message
 from improv_core.player.run import EMPTY, Run, Silenced
 from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_time, play_from, waits
-from improv_core.player.stop_rules import Decided, error_line, warning_line
+from improv_core.player.stop_rules import RunAndActs, error_line, warning_line
 from improv_core.protocol.commands import Silence
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.protocol.limits import MOST_AHEAD
@@ -62,7 +62,7 @@ should have."""
 TOO_FAR = "can't jump to beat {beat:,g}: it takes too long to find out what {robot} does there, so jump less far"
 
 
-def decide(run: Run, event: Event, facts: Facts) -> Decided:
+def decide(run: Run, event: Event, facts: Facts) -> RunAndActs:
     """Return the performance after an event, and the acts to do, in this order."""
     then, acts = _asked(run, event, facts) if isinstance(event, dict) else _RULES[type(event)](run, event, facts)
     if then.misplaced is not None and then.mode != "paused":
@@ -74,7 +74,7 @@ def decide(run: Run, event: Event, facts: Facts) -> Decided:
     return then, acts
 
 
-def _asked(run: Run, message: Message, facts: Facts) -> Decided:
+def _asked(run: Run, message: Message, facts: Facts) -> RunAndActs:
     """Return what follows from a message to the stage."""
     match message["type"]:
         case "stop":
@@ -113,38 +113,39 @@ def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None
     return events.Overloaded() if overloaded else None
 
 
-def _play(run: Run, play: Play, facts: Facts) -> Decided:
+def _play(run: Run, play: Play, facts: Facts) -> RunAndActs:
     """Return what follows from a score to play: it restarts, or takes over from the one that plays.
 
     A score that moves real robots is refused while an emergency stop is on, or if one was pressed after the request.
     One that an automation requests is refused after a stop that wasn't its own.
     """
     load, score, performed, by = play.load, play.score, run.transport.performed(facts.now), play.load.get("by")
-    if play.stood:
+    moves, entry = score.moves, load.get("entry")
+    if "stood" in load:
         return run, [PrepareRestart(play), Then(events.Restarted(play))]
-    if play.moves and facts.real and (line := run.stops.refusal(score.safety, load.get("stops"))):
+    if moves and facts.real and (line := run.stops.refusal(score.safety, load.get("stops"))):
         return run, [error_line(line), Report()]
-    if play.moves and not run.may_start(by):
+    if moves and not run.may_start(by):
         return run, [warning_line(STOPPED), Report()]
-    run = run.started(by) if play.moves else run
-    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and play.entry)
+    run = run.started(by) if moves else run
+    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and entry)
     if load["when"] == "restart" or not goes_on:
         return run, [PrepareRestart(play), Then(events.Restarted(play))]
-    if play.entry:
-        at = play.entry["monotonic"] - run.transport.zero
+    if entry:
+        at = entry["monotonic"] - run.transport.zero
     elif run.mode == "paused":
         at = performed
     else:
         soonest = max(facts.now, min(load.get("at", facts.now), facts.now + MOST_AHEAD))
         soonest = run.transport.performed(soonest - facts.late)  # when it does in other stages, even if it comes late
         at = run.switch_time(load["when"], soonest, play.beats_per_bar, facts.over)
-    swap = PendingTakeover(score, load["generation"], load["when"], play.beats_per_bar, at, play.entry)
+    swap = PendingTakeover(score, load["generation"], load["when"], play.beats_per_bar, at, entry)
     if run.mode == "paused":
         return _take_over(run, swap, facts)
     return replace(run, next=swap), [CreatePublishers(score)]
 
 
-def _seek(run: Run, asked: float, facts: Facts) -> Decided:
+def _seek(run: Run, asked: float, facts: Facts) -> RunAndActs:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
     passed = facts.late / run.beat_period if run.mode == "playing" else 0.0
@@ -167,7 +168,7 @@ def _seek(run: Run, asked: float, facts: Facts) -> Decided:
     return replace(run.left_at(beat), mode="paused"), [*acts, Place(beat, poses), Report()]
 
 
-def _speed(run: Run, factor: float, facts: Facts) -> Decided:
+def _speed(run: Run, factor: float, facts: Facts) -> RunAndActs:
     beat = run.later(run.beat(facts.now, facts.over), -facts.late)
     run = replace(run, speed=Fraction(str(min(max(factor, SLOWEST), FASTEST))))
     if run.mode == "playing":
@@ -176,7 +177,7 @@ def _speed(run: Run, factor: float, facts: Facts) -> Decided:
     return replace(run, transport=replace(run.transport, tempo=run.tempo)), [Report()]
 
 
-def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
+def _returning(run: Run, event: events.Returning, facts: Facts) -> RunAndActs:
     acts: list[Act] = []
     for robot, twist, line in event.steps:
         acts += [DriveBack(robot, twist)] if twist is not None else [Rejoin(robot), Resend([robot])]
@@ -184,7 +185,7 @@ def _returning(run: Run, event: events.Returning, facts: Facts) -> Decided:
     return run, acts
 
 
-def _silence(run: Run, asked: Silence, facts: Facts) -> Decided:
+def _silence(run: Run, asked: Silence, facts: Facts) -> RunAndActs:
     muted = frozenset(asked["muted"])
     stood = {robot: at for robot, at in run.stood.items() if robot in muted or facts.now < at + SEEN}
     then = replace(run, silenced=Silenced(muted, frozenset(asked["soloed"])), stood=stood)
@@ -196,7 +197,7 @@ def _silence(run: Run, asked: Silence, facts: Facts) -> Decided:
     return then, [*([Resend(changed)] if changed else []), Report()]
 
 
-def _due(run: Run, due: Due, facts: Facts) -> Decided:
+def _due(run: Run, due: Due, facts: Facts) -> RunAndActs:
     if due.rank == Rank.TAKEOVER:
         assert run.next
         return _take_over(run, run.next, facts)
@@ -208,7 +209,7 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
         return _next_scene(run, beat, due.at, facts)
     if run.next and run.next.at == math.inf:
         return _take_over(run, replace(run.next, at=due.at), facts)
-    if facts.unheard and run.moves:
+    if facts.unheard and run.score.moves:
         stopped, acts = stop_rules.leave(run, "stopped", facts)
         return replace(stopped, startable_by=run.startable_by), [error_line(UNHEARD), *acts]
     run = replace(run, mode="ended", transport=replace(run.transport, since=due.at, origin=beat))
@@ -222,7 +223,7 @@ def _due(run: Run, due: Due, facts: Facts) -> Decided:
     ]
 
 
-def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
+def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> RunAndActs:
     scene, score = run.scene + 1, run.score
     if score.open:  # the beat was not known in advance: count from there
         parts = {
@@ -236,7 +237,7 @@ def _next_scene(run: Run, beat: Exact, at: float, facts: Facts) -> Decided:
     return run, [*back, Dismiss(), *begin_parts(run, score.parts, beat, at, tells=score is not run.begun)]
 
 
-def _take_over(run: Run, swap: PendingTakeover, facts: Facts) -> Decided:
+def _take_over(run: Run, swap: PendingTakeover, facts: Facts) -> RunAndActs:
     """Have a score take over. Parts that stay the same play on: what is due in them is sent first."""
     old = run.score
     paused = run.mode == "paused"
@@ -259,7 +260,7 @@ def _same_time(score: Score, old: Score) -> bool:
     return score.tempo == old.tempo and score.clock == old.clock
 
 
-def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
+def _replaced(run: Run, event: events.Replaced, facts: Facts) -> RunAndActs:
     score, begin, old = event.score, event.entering, run.score.parts
     on_new_topics = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
     run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
@@ -278,7 +279,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> Decided:
     return run, [Dismiss({*begin, *event.leaving}), *acts, CheckSoon({*begin, *on_new_topics})]
 
 
-_RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], Decided]] = {
+_RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], RunAndActs]] = {
     Play: _play,
     events.Restarted: start_rules.restarted,
     events.Awaited: start_rules.awaited,

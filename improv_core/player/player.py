@@ -99,7 +99,7 @@ class Player:
             self._catch_up(now)
         if isinstance(event, Play):
             self._tracks.backend = event.load["backend"] or self._tracks.backend
-            self._tracks.informed = now if event.entry else self._tracks.informed
+            self._tracks.informed = now if "entry" in event.load else self._tracks.informed
         self._decide(event, now, late)
 
     def sense(self, edge: Edge, now: float) -> None:
@@ -265,5 +265,6 @@ class Player:
 
 def _come_to_rest(tracks: Tracks) -> bool:
     """Return whether simulated robots still move after a stop, or no report has shown yet that they stand."""
-    unreported = tracks.moved is not None and not tracks.sink.real and bool(tracks.odometry.robots)
-    return unreported or tracks.sink.coasting()
+    if tracks.sink.real:
+        return False
+    return (tracks.moved is not None and bool(tracks.odometry.robots)) or tracks.sink.coasting()

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from improv_core.player.start_gate import Gate
-from improv_core.protocol.commands import AUTOMATIONS, Automation
+from improv_core.protocol.commands import AUTOMATIONS, Automation, is_muted
 from improv_core.protocol.fields import within_reach
 from improv_core.protocol.messages import State
-from improv_core.protocol.transport import is_muted
 from improv_core.safety.interlocks import EmergencyStops
 from improv_core.safety.preflight import Standing
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
@@ -126,11 +125,6 @@ class Run:
             return self
         clock = self.clock.aligned(self.slope, float(beat), now)
         return replace(self, clock=replace(clock, looks=self.transport.performed(now)), pace=self.pace_at(clock.rate))
-
-    @property
-    def moves(self) -> bool:
-        """True if the score has anything to play. A score without only stops its robots."""
-        return bool(self.score.beats or self.score.open)
 
     @property
     def may_move(self) -> bool:

@@ -88,9 +88,8 @@ class SeparationMonitor:
         return seen
 
     def unseen(self, run: Run, now: float) -> list[str]:
-        """Return the robots that must be seen and aren't at a time on the clock."""
-        watched = _ours(run) if run.score.safety.sight else ()
-        return [robot for robot in watched if now >= self._proximity.seen_until([robot])]
+        """Return the robots that aren't seen at a time on the clock, if all must be."""
+        return [robot for robot in _ours(run) if now >= self._proximity.seen_until([robot])]
 
     def poses(self, run: Run, now: float) -> dict[str, Pose]:
         """Return the poses of robots that are guarded and seen at a time on the clock."""

@@ -30,7 +30,7 @@ from improv_core.player.acts import (
 from improv_core.player.events import Facts
 from improv_core.player.run import ONE, Run
 from improv_core.player.start_gate import Gate
-from improv_core.player.stop_rules import Decided, error_line, leave, warning_line
+from improv_core.player.stop_rules import RunAndActs, error_line, leave, warning_line
 from improv_core.protocol.commands import Automation
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.safety import preflight
@@ -53,9 +53,10 @@ QUIET = 10.0
 again."""
 
 
-def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
+def restarted(run: Run, event: events.Restarted, facts: Facts) -> RunAndActs:
     play, load, before = event.play, event.play.load, run.score.parts
-    zero = play.entry["monotonic"] if play.entry else facts.now
+    entry = load.get("entry")
+    zero = entry["monotonic"] if entry else facts.now
     run = replace(
         run.at_scene_of(play.score, 0),
         mode="waiting",
@@ -66,23 +67,23 @@ def restarted(run: Run, event: events.Restarted, facts: Facts) -> Decided:
         is_due=False,
         next=None,
     )
-    run = in_time(run, play.entry, facts)
-    if play.stood:
-        return _standing(run, play.score, play.stood, facts)
+    run = in_time(run, entry, facts)
+    if "stood" in load:
+        return _standing(run, play.score, load["stood"], facts)
     if run.clock and run.clock.is_music:
         clock = replace(run.clock, ours=0.0, theirs=0.0, slope=Fraction(0), warned=False)
-        run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.moves else None))
-    elif play.score.count_in and run.moves and not play.entry:
+        run = replace(run, clock=clock, gate=run.gate or (Gate(at_bar=True) if run.score.moves else None))
+    elif play.score.count_in and run.score.moves and not entry:
         run = replace(run, gate=start_gate.counted(run.gate, play.score.bar or play.beats_per_bar))
     run = replace(run, transport=Transport(zero, 0.0, 0, run.tempo))
-    if not play.entry:
+    if not entry:
         return run, [Listen([robot for robot in before if robot in play.score.parts])]
-    beat = near(play.entry["beat"])  # another stage may have begun long ago
-    run, acts = play_from(run.at_scene_of(joined(play.score, play.entry), beat), beat, 0.0, facts)
+    beat = near(entry["beat"])  # another stage may have begun long ago
+    run, acts = play_from(run.at_scene_of(joined(play.score, entry), beat), beat, 0.0, facts)
     return run, [Dismiss(), ForgetEdges(), *([Place(beat)] if beat else []), *acts]
 
 
-def _standing(run: Run, score: Score, stood: Takeover, facts: Facts) -> Decided:
+def _standing(run: Run, score: Score, stood: Takeover, facts: Facts) -> RunAndActs:
     """Stand where another stage stood when it died. Nobody has asked for that, so only a person has robots continue."""
     beat = near(stood["beat"])
     run = replace(run.at_scene_of(joined(score, stood), beat), mode="stopped", unasked=True, startable_by=frozenset())
@@ -90,11 +91,11 @@ def _standing(run: Run, score: Score, stood: Takeover, facts: Facts) -> Decided:
     return run, [Zero(), Dismiss(), ForgetEdges(), Place(beat), Report()]
 
 
-def awaited(run: Run, event: events.Awaited, facts: Facts) -> Decided:
+def awaited(run: Run, event: events.Awaited, facts: Facts) -> RunAndActs:
     return _begin(run, facts) if run.is_due else (run, [Listen()])
 
 
-def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
+def listened(run: Run, event: events.Listened, facts: Facts) -> RunAndActs:
     # A robot that only has to stop need not wait for the others.
     idle = [robot for robot in event.found if _stands(run.score, robot)]
     acts: list[Act] = [Still(idle)] if idle else []
@@ -102,13 +103,13 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
         if event.moving is not None:
             acts += [Still(event.moving), Report()]
         return run, acts
-    if event.deaf and run.moves and not run.score.safety.start_without:
+    if event.deaf and run.score.moves and not run.score.safety.start_without:
         if event.overdue:
             acts += [CheckSoon(event.deaf), warning_line(WAITS)]
         return run, acts
     if (
         run.gate
-        and run.moves
+        and run.score.moves
         and not run.gate.is_open(facts.wall)
         and (run.gate.ready or not _displaced(run, facts.places))
     ):
@@ -127,7 +128,7 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> Decided:
     return run, [*acts, *more]
 
 
-def _begin(run: Run, facts: Facts) -> Decided:
+def _begin(run: Run, facts: Facts) -> RunAndActs:
     """Begin: beat 0 is now."""
     zero, passed, late = facts.now, 0.0, ""
     if gate := run.gate:
@@ -139,7 +140,7 @@ def _begin(run: Run, facts: Facts) -> Decided:
     return run, [StartMeasuring(), *acts, CheckSoon(run.score.parts), *told]
 
 
-def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool = False) -> Decided:
+def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool = False) -> RunAndActs:
     """Begin an armed score, or continue a paused one, as soon as nothing has to be waited for. Robots must be in their
     places, except with `anyway`."""
     if run.mode == "waiting" and run.gate:
@@ -158,7 +159,7 @@ def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool
     return play_from(run, beat, run.transport.performed(facts.now), facts, places)
 
 
-def changed(run: Run, event: events.Changed, facts: Facts) -> Decided:
+def changed(run: Run, event: events.Changed, facts: Facts) -> RunAndActs:
     run, told = _look_again(run, facts)
     must_wait = waits(run, facts)
     if must_wait and run.mode == "playing":
@@ -188,7 +189,7 @@ def coming_in(run: Run, facts: Facts) -> Run:
 
 def play_from(
     run: Run, beat: Exact, performed: float, facts: Facts, places: Mapping[str, preflight.Standing] | None = None
-) -> Decided:
+) -> RunAndActs:
     """Play the score from a beat on, starting at this performance time, or as soon as nothing has to be waited for.
 
     Robots that stood have to be in their `places`.
@@ -203,7 +204,7 @@ def play_from(
     return go_on(replace(run, mode="playing", continues=False, too_near=()), beat, performed, facts)
 
 
-def go_on(run: Run, beat: Exact, performed: float, facts: Facts) -> Decided:
+def go_on(run: Run, beat: Exact, performed: float, facts: Facts) -> RunAndActs:
     """Keep playing from a beat, at the tempo of the run, starting at this performance time."""
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if swap := run.next:
@@ -235,7 +236,7 @@ def robots_to_home(run: Run, facts: Facts, waits_for_listeners: bool, deaf: Coll
     return [robot for robot in run.score.parts if robot not in deaf and not run.stands(robot, facts.standing)]
 
 
-def _look_again(run: Run, facts: Facts) -> Decided:
+def _look_again(run: Run, facts: Facts) -> RunAndActs:
     """Report the robots that are not in their places yet. They don't begin by themselves."""
     found = preflight.misplaced(facts.places, run.score.safety.preflight)
     if run.misplaced is None or preflight.shown(found) == preflight.shown(run.misplaced):
@@ -244,12 +245,12 @@ def _look_again(run: Run, facts: Facts) -> Decided:
     return replace(run, misplaced=found), [Tell(preflight.message(found, run.generation)), *there]
 
 
-def _wait(run: Run, facts: Facts) -> Decided:
+def _wait(run: Run, facts: Facts) -> RunAndActs:
     """Pause until nothing has to be waited for. After an emergency stop, somebody has to play again."""
     if run.stops.on:
         line = refused_by(run.stops.on, run.score.safety.stop)
         run, acts = leave(run, "stopped", facts)
-        return run, [*acts, error_line(line)] if run.moves else acts
+        return run, [*acts, error_line(line)] if run.score.moves else acts
     first = waits(run, facts)[0]
     run, acts = leave(run, "paused", facts)
     if first in facts.away:
@@ -288,7 +289,7 @@ def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
 
 def _displaced(run: Run, places: Mapping[str, preflight.Standing]) -> Mapping[str, preflight.Standing]:
     """Return the robots that have to be in their places first, and are not."""
-    must_be_there = places and run.moves and not run.anyway
+    must_be_there = places and run.score.moves and not run.anyway
     return preflight.misplaced(places, run.score.safety.preflight) if must_be_there else {}
 
 

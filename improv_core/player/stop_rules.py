@@ -14,19 +14,19 @@ from improv_core.safety.fault_rules import FaultBegan
 from improv_core.safety.fault_texts import may_still_move
 from improv_core.safety.separation import as_line
 
-Decided = tuple[Run, list[Act]]
+RunAndActs = tuple[Run, list[Act]]
 
 
-def stop(run: Run, facts: Facts, by: Automation | None = None, *, unasked: bool = False) -> Decided:
+def stop(run: Run, facts: Facts, by: Automation | None = None, *, unasked: bool = False) -> RunAndActs:
     """Stop all robots. If nobody has asked for that, people are offered to continue from there."""
-    if run.mode == "waiting" and not run.moves:
+    if run.mode == "waiting" and not run.score.moves:
         return run, []  # it waits only so that it can stop robots, and none of them would hear it yet
     unasked = unasked and (run.unasked or run.mode in ("playing", "paused"))
     run, acts = leave(run, "stopped", facts, by)
     return replace(run, unasked=unasked), [*acts, *_unreached(run, facts)]
 
 
-def pause(run: Run, facts: Facts) -> Decided:
+def pause(run: Run, facts: Facts) -> RunAndActs:
     if run.mode == "waiting" and (run.gate or facts.real):
         return stop(run, facts)  # or it would begin although a person wants robots to stand
     run = replace(run, continues=False)
@@ -36,7 +36,7 @@ def pause(run: Run, facts: Facts) -> Decided:
     return run, [*acts, *_unreached(run, facts)]
 
 
-def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decided:
+def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> RunAndActs:
     stops = run.stops.heard(event.topic, event.pressed)
     if stops == run.stops:
         return run, []
@@ -48,7 +48,7 @@ def emergency_stop(run: Run, event: events.EmergencyStop, facts: Facts) -> Decid
     return run, [told, Report(), warning_line(f"the emergency stop on {event.topic} is off: play again")]
 
 
-def halted(run: Run, event: events.Halted, facts: Facts) -> Decided:
+def halted(run: Run, event: events.Halted, facts: Facts) -> RunAndActs:
     """Stop, and refuse what people asked the parent for before they could know of this stop, if it was silent."""
     if not event.counts:
         return stop(run, facts, unasked=True)
@@ -56,13 +56,13 @@ def halted(run: Run, event: events.Halted, facts: Facts) -> Decided:
     return run, [Tell(run.stops.message), *acts]
 
 
-def stalled(run: Run, event: events.Stalled, facts: Facts) -> Decided:
+def stalled(run: Run, event: events.Stalled, facts: Facts) -> RunAndActs:
     run, acts = stop(run, facts, unasked=True)
     line = f"the stage stalled for {event.seconds:.1f} s, so all robots were stopped: play again"
     return run, [*acts, error_line(line)]
 
 
-def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
+def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> RunAndActs:
     run, acts = stop(run, facts, unasked=True)
     count = len(run.score.parts)
     return run, [
@@ -71,7 +71,7 @@ def overloaded(run: Run, event: events.Overloaded, facts: Facts) -> Decided:
     ]
 
 
-def faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
+def faults(run: Run, event: events.Faults, facts: Facts) -> RunAndActs:
     rules = run.score.safety.faults
     began = [(each.robot, rules.response(each.news.fault)) for each in event.found if isinstance(each.news, FaultBegan)]
     acts: list[Act] = []
@@ -83,7 +83,7 @@ def faults(run: Run, event: events.Faults, facts: Facts) -> Decided:
     return run, [*acts, TellFaults(event.found)]
 
 
-def stand(run: Run, robot: str, facts: Facts) -> Decided:
+def stand(run: Run, robot: str, facts: Facts) -> RunAndActs:
     """Have a robot stand because of a fault, until somebody unmutes it."""
     if robot in run.stood or robot not in run.score.parts:
         return run, []
@@ -91,7 +91,7 @@ def stand(run: Run, robot: str, facts: Facts) -> Decided:
     return replace(run, stood={**run.stood, robot: facts.now}), [*resent, Report()]
 
 
-def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
+def too_near(run: Run, event: events.TooNear, facts: Facts) -> RunAndActs:
     keep_apart = run.score.world.keep_apart
     if run.mode != "playing" or keep_apart is None:
         return run, []
@@ -104,7 +104,7 @@ def too_near(run: Run, event: events.TooNear, facts: Facts) -> Decided:
     ]
 
 
-def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> Decided:
+def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> RunAndActs:
     """Stop all robots here. After a stop, only a person, or the automation that caused it, can have them move again."""
     if mode == "stopped":
         run = replace(run, startable_by=run.startable_by & {by})

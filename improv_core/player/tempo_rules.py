@@ -17,7 +17,7 @@ from improv_core.player.agenda import Due
 from improv_core.player.events import Facts
 from improv_core.player.run import Run
 from improv_core.player.start_rules import OPENS, changed, coming_in, go_on, waits
-from improv_core.player.stop_rules import Decided, warning_line
+from improv_core.player.stop_rules import RunAndActs, warning_line
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.fields import FASTEST, SLOWEST
 from improv_core.score.movement import near
@@ -32,7 +32,7 @@ SOON = 0.95
 """The share of the tempo at which a robot would be too fast, from which on people get a warning."""
 
 
-def anchored(run: Run, anchor: Anchor, facts: Facts) -> Decided:
+def anchored(run: Run, anchor: Anchor, facts: Facts) -> RunAndActs:
     """Handle news of the clock."""
     before = run.clock
     if not before:
@@ -59,7 +59,7 @@ def anchored(run: Run, anchor: Anchor, facts: Facts) -> Decided:
     return run, [*acts, *more]
 
 
-def looked(run: Run, due: Due, facts: Facts) -> Decided:
+def looked(run: Run, due: Due, facts: Facts) -> RunAndActs:
     """Look at the clock, because that is due."""
     clock, acts = run.clock, list[Act]()
     assert clock
@@ -77,7 +77,7 @@ def looked(run: Run, due: Due, facts: Facts) -> Decided:
     return run, [*acts, *more]
 
 
-def bend(run: Run, message: BendMessage, facts: Facts) -> Decided:
+def bend(run: Run, message: BendMessage, facts: Facts) -> RunAndActs:
     """Take over the pace of the stage that leads, which it has had since a time on the clock."""
     run = replace(run, pace=Fraction(str(message["pace"])))
     if run.mode != "playing" or waits(run, facts):
@@ -86,7 +86,7 @@ def bend(run: Run, message: BendMessage, facts: Facts) -> Decided:
     return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
 
 
-def _stood_still(run: Run, clock: Following, facts: Facts) -> Decided:
+def _stood_still(run: Run, clock: Following, facts: Facts) -> RunAndActs:
     """Pause, because a simulation's time stands still. Robots haven't done what they were sent since then, so it is
     played again, unless senses have decided something meanwhile."""
     then, acts = changed(run, events.Changed(), facts)
@@ -96,7 +96,7 @@ def _stood_still(run: Run, clock: Following, facts: Facts) -> Decided:
     return then.at_scene_of(then.begun, beat).left_at(beat), [*acts, Dismiss()]
 
 
-def _bend(run: Run, performed: float, facts: Facts) -> Decided:
+def _bend(run: Run, performed: float, facts: Facts) -> RunAndActs:
     """Play faster or slower, so that the clock and the performance meet."""
     clock, now = run.clock, run.transport.clock(performed)
     assert clock
@@ -115,7 +115,7 @@ def _bend(run: Run, performed: float, facts: Facts) -> Decided:
     return run, [*acts, *more]
 
 
-def _warned(run: Run) -> Decided:
+def _warned(run: Run) -> RunAndActs:
     """Warn before the clock makes a robot too fast, or if it is too fast or too slow itself."""
     clock = run.clock
     assert clock

@@ -303,6 +303,9 @@ class Tracks:
         entering = isinstance(event, (Play, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
         places = self.odometry.places(now) if self.sink.real else {}
+        if places:
+            places = {robot: each for robot, each in places.items() if robot not in self.listeners.returning}
+        sees = self.sink.real and self.run.score.safety.sight
         return Facts(
             now,
             self.sink.real,
@@ -312,9 +315,9 @@ class Tracks:
             frozenset(self.listeners.standing),
             self.sensing.held,
             poses,
-            {robot: each for robot, each in places.items() if robot not in self.listeners.returning},
+            places,
             self.wall() if self.run.gate else 0.0,
-            self.separation.unseen(self.run, now) if self.sink.real else (),
+            self.separation.unseen(self.run, now) if sees else (),
             self.faults.unreached if self.sink.real else (),
             isinstance(event, Due) and self.sink.real and self.listeners.unheard,
             self.paths,

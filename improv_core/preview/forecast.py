@@ -13,10 +13,11 @@ from typing import NamedTuple
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.preview.replaying import followed, note
 from improv_core.preview.window import window
+from improv_core.protocol.commands import is_muted
 from improv_core.protocol.messages import Sensed, TransportMessage
 from improv_core.protocol.page_messages import RobotWindow
 from improv_core.protocol.robot_messages import FaultMessage, Measured
-from improv_core.protocol.transport import beat_at, is_muted
+from improv_core.protocol.transport import beat_at
 from improv_core.score.faults import Fault
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Exact, near

@@ -7,7 +7,7 @@ message and a row here, and its rule in the player (`decide.py`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypedDict, TypeGuard, get_args
 
@@ -250,6 +250,12 @@ def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
     """Return whether a message is a command that stops robots."""
     row = COMMANDS.get(message["type"])
     return row is not None and row.stops
+
+
+def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
+    muted ones."""
+    return robot not in soloed if soloed else robot in muted
 
 
 def starts(message: Mapping[str, Any]) -> bool:

@@ -136,21 +136,6 @@ class Play:
     score: Score
 
     @property
-    def moves(self) -> bool:
-        """True if there is something to play. If not, its robots only have to be stopped."""
-        return bool(self.score.beats or self.score.open)
-
-    @property
-    def entry(self) -> Takeover | None:
-        """The time of the takeover, if another stage has decided it."""
-        return self.load.get("entry")
-
-    @property
-    def stood(self) -> Takeover | None:
-        """The place in the score where a stage died, if its robots only stand there until a person has them resume."""
-        return self.load.get("stood")
-
-    @property
     def beats_per_bar(self) -> int:
         return max(self.load.get("beats_per_bar", BEATS_PER_BAR), 1)
 

@@ -45,12 +45,6 @@ def silenced(muted: Collection[str], soloed: Collection[str]) -> str:
     return f"{', '.join(sorted(muted))} muted" if muted else ""
 
 
-def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
-    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
-    muted ones."""
-    return robot not in soloed if soloed else robot in muted
-
-
 def stop_of(transport: TransportMessage) -> Stop:
     """Return the stop for another stage when one has stopped; it keeps whether somebody asked for that, and `by`, since
     that counts for all."""

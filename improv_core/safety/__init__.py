@@ -2,5 +2,5 @@
 
 It may import `protocol` and `score`. Begin with `stops`, the count that lets a stop win over everything else,
 `stop_socket`, which serves `improv stop`, and `stage_stops`, by which a stop reaches stages directly; `pending_zeros`,
-`failover`, and `heartbeat` are for processes that die or hang.
+and `heartbeat` are for processes that die or hang.
 """

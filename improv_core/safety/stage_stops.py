@@ -18,7 +18,7 @@ from improv_core.safety.stop_request import StopRequest
 
 if TYPE_CHECKING:  # `improv stop` needs neither
     from improv_core.protocol.commands import Stop
-    from improv_core.protocol.messages import FromStage
+    from improv_core.protocol.messages import TransportMessage
     from improv_core.safety.stop_server import StopServer, Take
 
 SUFFIX = ".stage"
@@ -91,10 +91,9 @@ class StageSocket:
         if not self._path.exists():
             self._listen()
 
-    def hear(self, message: FromStage) -> None:
+    def hear(self, message: TransportMessage) -> None:
         """Take a report of the stage: perhaps the robots of one that has died obey it now."""
-        obey = message["type"] == "transport" and message["generation"] and message["state"] != "waiting"
-        if obey and self._server is None:
+        if message["generation"] and message["state"] != "waiting" and self._server is None:
             with suppress(OSError, RuntimeError):  # it counts as one that has not answered
                 self._listen()
 

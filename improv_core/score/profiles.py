@@ -251,11 +251,6 @@ def _joint(name: str, least: float, most: float) -> Joint:
     return Joint(name, math.radians(least), math.radians(most))
 
 
-def is_simulated(profile: Profile) -> bool:
-    """Return whether only the simulator has such a robot."""
-    return profile == PUPPET
-
-
 def _puppet() -> Body:
     head = BodyPart("head", (_drive("yaw", "head_yaw", 30), _drive("z", "head_pitch", 20)))
     left, left_joints = _arm("left", 1, (-30, 120))

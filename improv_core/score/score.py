@@ -285,6 +285,11 @@ class Score:
         """True if senses decide what is performed in it."""
         return any(scene.open for part in self.parts.values() for scene in part.scenes[self.scene :])
 
+    @property
+    def moves(self) -> bool:
+        """True if there is anything to play. If not, its robots only have to be stopped."""
+        return bool(self.beats or self.open)
+
     def scene_at(self, beat: Exact) -> tuple[int, Exact]:
         """Return the scene that plays at a beat, and the beat at which it begins, if no sense ever holds.
 

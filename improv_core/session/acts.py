@@ -93,7 +93,7 @@ class HearClock:
 
 
 Act = Send | SendScore | Announce | Start | HearClock
-Decided = tuple[SessionState, list[Act]]
+StateAndActs = tuple[SessionState, list[Act]]
 
 
 class Loaded(TypedDict):

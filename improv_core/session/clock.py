@@ -15,14 +15,14 @@ from improv_core.protocol.fields import within_reach
 from improv_core.score.outside_clock import LOST, NOTICED, Following, found_line, lost_line, waiting_line
 from improv_core.score.peer_clock import Anchor, bent
 from improv_core.session import together
-from improv_core.session.acts import Act, Announce, Decided, Now, send, warning
+from improv_core.session.acts import Act, Announce, Now, StateAndActs, send, warning
 from improv_core.session.state import SessionState
 
 LOOK = 0.25
 """The fewest seconds between two bends."""
 
 
-def follow(state: SessionState) -> Decided:
+def follow(state: SessionState) -> StateAndActs:
     """Follow the clock that the score of real robots names, instead of each stage: they are sent no clock."""
     wanted = state.on_robots.score.clock
     state = replace(state, looks=-math.inf)
@@ -34,7 +34,7 @@ def follow(state: SessionState) -> Decided:
     return state if wanted else replace(state, following=None), []
 
 
-def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> Decided:
+def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> StateAndActs:
     """Take news of the clock."""
     before = state.following
     assert before
@@ -52,7 +52,7 @@ def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> Decided:
     return state, [*acts, *more]
 
 
-def ready(state: SessionState, now: Now) -> Decided:
+def ready(state: SessionState, now: Now) -> StateAndActs:
     """Begin, now that all are ready: beat 0 is at the next bar of the clock, once its beat is known."""
     state = replace(state, mode="armed")
     if together.is_led(state):
@@ -64,7 +64,7 @@ def ready(state: SessionState, now: Now) -> Decided:
     ]
 
 
-def enter(state: SessionState, beat: float, now: Now) -> Decided:
+def enter(state: SessionState, beat: float, now: Now) -> StateAndActs:
     """Have all begin or continue from this beat once the clock reaches it, as a musician comes in."""
     clock, soonest = state.following, now.at + together.ahead(state)
     assert clock
@@ -79,7 +79,7 @@ def due(state: SessionState) -> float:
     return min(enters, _lost_at(state))
 
 
-def waited(state: SessionState, now: Now) -> Decided:
+def waited(state: SessionState, now: Now) -> StateAndActs:
     """Do what is due: come in, or notice that the clock is lost."""
     clock = state.following
     if clock and state.mode in ("armed", "paused") and now.at >= state.enters - together.EARLY:
@@ -105,7 +105,7 @@ def _lost_at(state: SessionState) -> float:
     return state.following.anchor.at + LOST if runs and state.following and state.following.anchor else math.inf
 
 
-def _stands(state: SessionState, now: Now) -> Decided:
+def _stands(state: SessionState, now: Now) -> StateAndActs:
     """Have all stand while the clock stands."""
     if state.mode != "playing":
         return (replace(state, enters=math.inf, stands=True) if state.enters < math.inf else state), []
@@ -116,7 +116,7 @@ def _stands(state: SessionState, now: Now) -> Decided:
     return replace(state, mode="paused", paused_by=frozenset(), stands=True), [*pauses, warning(line)]
 
 
-def _bend(state: SessionState, now: Now) -> Decided:
+def _bend(state: SessionState, now: Now) -> StateAndActs:
     """Have all play faster or slower from one instant on, so that they and the clock meet."""
     clock, lead, at = state.following, together.position(state), now.at + together.ahead(state)
     if state.mode != "playing" or lead is None or lead["state"] != "playing" or now.at < state.looks:

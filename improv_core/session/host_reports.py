@@ -15,7 +15,7 @@ from improv_core.ipc.stage_process import Heard
 from improv_core.protocol.messages import Armed, FromStage, TransportMessage
 from improv_core.protocol.transport import plays, stop_of
 from improv_core.session import clock, together
-from improv_core.session.acts import Act, Announce, Decided, Now, Start, send, warning
+from improv_core.session.acts import Act, Announce, Now, Start, StateAndActs, send, warning
 from improv_core.session.halting import halt, has_halted, stand, stood
 from improv_core.session.on_hosts import CONFIRM_LIMIT, admit, join, pass_on_seen
 from improv_core.session.state import SessionState, StageKey
@@ -29,7 +29,7 @@ MOST_PRESSES = 20
 """The counts of presses that are remembered. Hosts refuse a score that somebody asked for longer ago."""
 
 
-def reported(state: SessionState, host: str, message: Heard, now: Now) -> Decided:
+def reported(state: SessionState, host: str, message: Heard, now: Now) -> StateAndActs:
     """Take a message from a stage."""
     if host not in state.alive:
         return state, []
@@ -81,7 +81,7 @@ def reported(state: SessionState, host: str, message: Heard, now: Now) -> Decide
             return state, [Announce(message), *(send(other, cast(Any, message)) for other in others)]
 
 
-def _armed(state: SessionState, host: str, said: Armed, now: Now) -> Decided:
+def _armed(state: SessionState, host: str, said: Armed, now: Now) -> StateAndActs:
     """Take a stage's report that it is ready for beat 0, or no longer. Once all have been sent the time to begin, the
     lead reports when it counts, and that it has begun."""
     ready = all(state.robots[host].armed for host in state.alive)
@@ -103,7 +103,7 @@ def _armed(state: SessionState, host: str, said: Armed, now: Now) -> Decided:
     return state, []
 
 
-def _transport(state: SessionState, host: str, transport: TransportMessage, now: Now) -> Decided:
+def _transport(state: SessionState, host: str, transport: TransportMessage, now: Now) -> StateAndActs:
     kind, before = transport["state"], state.robots[host].transport
     if state.robots[host].died_moving:  # it only stops robots, whatever it reports about that
         stands = has_halted(state, StageKey(host, "ros"), transport)
@@ -157,7 +157,7 @@ def _transport(state: SessionState, host: str, transport: TransportMessage, now:
     return state, [*by_lead, *joins]
 
 
-def _share_scene(state: SessionState, host: str, now: Now) -> Decided:
+def _share_scene(state: SessionState, host: str, now: Now) -> StateAndActs:
     """Have stages join the lead if they began a scene at another beat: some news of its end came late."""
     acts: list[Act] = []
     for each in together.others(state, host) if host == together.lead(state) else [host]:
@@ -167,7 +167,7 @@ def _share_scene(state: SessionState, host: str, now: Now) -> Decided:
     return state, acts
 
 
-def _continue_with(state: SessionState, host: str, transport: TransportMessage, now: Now) -> Decided:
+def _continue_with(state: SessionState, host: str, transport: TransportMessage, now: Now) -> StateAndActs:
     """Have the others continue with a stage that had paused and continues by itself, unless another one still waits."""
     left = state.paused_by - {host}
     if left:
@@ -177,7 +177,7 @@ def _continue_with(state: SessionState, host: str, transport: TransportMessage, 
     return state, [*acts, Announce(transport)]
 
 
-def _gone(state: SessionState, host: str, why: str, now: Now) -> Decided:
+def _gone(state: SessionState, host: str, why: str, now: Now) -> StateAndActs:
     """Have the others continue without a stage that has died. If none of them plays yet, they only stop robots."""
     led, stage = together.lead(state) == host, state.robots[host]
     before = stage.transport
@@ -207,7 +207,7 @@ def _stop_entering(state: SessionState) -> list[Act]:
     return [send(host, {"type": "stop"}) for host in sorted(state.entering)]
 
 
-def _pressed(state: SessionState) -> Decided:
+def _pressed(state: SessionState) -> StateAndActs:
     """Report the emergency stops that are on, on any host."""
     counts = {host: stage.pressed["count"] for host, stage in state.robots.items()}
     topics = sorted({topic for stage in state.robots.values() for topic in stage.pressed["topics"]})

@@ -18,7 +18,7 @@ from improv_core.protocol.messages import Pressed
 from improv_core.protocol.play_again import NOT_READY, STOPPED
 from improv_core.score.takeover import Takeover
 from improv_core.session import clock, together
-from improv_core.session.acts import Act, Announce, Decided, Now, SendScore, send, warning
+from improv_core.session.acts import Act, Announce, Now, SendScore, StateAndActs, send, warning
 from improv_core.session.halting import halt
 from improv_core.session.state import HERE, PlayScore, SessionState, StageKey
 from improv_core.session.together import DRIFT_PERIOD, EARLY, begin, instant, playing_from, resume_at, settling
@@ -57,7 +57,7 @@ def plays(state: SessionState, wanted: PlayScore, now: Now) -> SessionState:
     return settling(state, now)
 
 
-def resume(state: SessionState, message: Resume, now: Now) -> Decided:
+def resume(state: SessionState, message: Resume, now: Now) -> StateAndActs:
     """Have all begin or continue."""
     anyway, lead = message.get("anyway", False), together.position(state)
     if not together.may_start(state, message.get("by")):
@@ -87,7 +87,7 @@ def resume(state: SessionState, message: Resume, now: Now) -> Decided:
     return resume_at(state, state.alive, beat, now.at + together.ahead(state), message)
 
 
-def change(state: SessionState, message: Any, now: Now) -> Decided:
+def change(state: SessionState, message: Any, now: Now) -> StateAndActs:
     """Have all obey a request that starts nothing, at one instant."""
     acts: list[Act] = [send(host, in_time(state, message, now)) for host in state.alive]
     if message["type"] == "seek" and state.enters < math.inf:
@@ -96,7 +96,7 @@ def change(state: SessionState, message: Any, now: Now) -> Decided:
     return settling(state, now), acts
 
 
-def stop(state: SessionState, now: Now) -> Decided:
+def stop(state: SessionState, now: Now) -> StateAndActs:
     """Note a stop that all have been sent."""
     if state.mode != "stopped":  # after a second stop, a stage that has yet to confirm the first one may still move
         state = together.with_all(state, state.alive, may_move=True)
@@ -121,7 +121,7 @@ def pressed_of(state: SessionState, host: str, pressed: Pressed) -> Pressed:
     return {**pressed, "count": state.presses.get(pressed["count"], {}).get(host, pressed["count"])}
 
 
-def waited(state: SessionState, now: Now) -> Decided:
+def waited(state: SessionState, now: Now) -> StateAndActs:
     """Do what is due at a time that `due` named."""
     acts: list[Act] = []
     if now.at >= state.unconfirmed_at:
@@ -139,7 +139,7 @@ def waited(state: SessionState, now: Now) -> Decided:
     return state, [*acts, *entered, *admitted, *passed]
 
 
-def unconfirmed(state: SessionState) -> Decided:
+def unconfirmed(state: SessionState) -> StateAndActs:
     """Name the robots that may still move after a stop, if people wait for its confirmation."""
     if state.unconfirmed_at == math.inf:
         return state, []
@@ -162,7 +162,7 @@ def due(state: SessionState, now: Now) -> float:
     return min(state.unconfirmed_at, begins, drifts, settles, clock.due(state), passes_on)
 
 
-def join(state: SessionState, host: str, now: Now) -> Decided:
+def join(state: SessionState, host: str, now: Now) -> StateAndActs:
     """Have a stage that doesn't play yet join: at once if the others play, otherwise as soon as they do."""
     if state.mode == "stopped":
         return state, []
@@ -195,7 +195,7 @@ def _gathering(state: SessionState) -> SessionState:
     return replace(state, mode="gathering", joining=frozenset(), entering={}, paused_by=frozenset())
 
 
-def admit(state: SessionState, now: Now) -> Decided:
+def admit(state: SessionState, now: Now) -> StateAndActs:
     """Have the stages that wait to join play along, if that is possible now."""
     hosts, entry = sorted(state.joining), None
     if not hosts:
@@ -220,7 +220,7 @@ def _known_presses(state: SessionState, now: Now) -> dict[StageKey, int]:
     return {StageKey(host, "ros"): presses.get(host, 0) for host in state.alive}
 
 
-def pass_on_seen(state: SessionState, now: Now) -> Decided:
+def pass_on_seen(state: SessionState, now: Now) -> StateAndActs:
     """Send each stage the poses of all others' robots, which it has to keep its own apart from, if that is due."""
     if not state.seen or now.at < state.passes_on:
         return state, []

@@ -10,14 +10,24 @@ from improv_core.ipc.stage_process import Gone, Heard
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.commands import COMMANDS
-from improv_core.protocol.messages import Decided as SenseDecided
-from improv_core.protocol.messages import Obeyed, Ready, Sensed, ToStage, TransportMessage
+from improv_core.protocol.messages import Decided, Obeyed, Ready, Sensed, ToStage, TransportMessage
 from improv_core.protocol.page_messages import ForPages, for_pages
 from improv_core.protocol.robot_messages import FaultMessage, Resumes, WhyStill
 from improv_core.protocol.transport import stop_of
 from improv_core.safety.stage_stops import stages_not_stopped
 from improv_core.session import clock, host_reports, on_hosts
-from improv_core.session.acts import Act, Announce, Decided, HearClock, Now, Report, Send, SendScore, Start, warning
+from improv_core.session.acts import (
+    Act,
+    Announce,
+    HearClock,
+    Now,
+    Report,
+    Send,
+    SendScore,
+    Start,
+    StateAndActs,
+    warning,
+)
 from improv_core.session.halting import halt, has_halted, stand, stood
 from improv_core.session.on_request import on_request, send_score
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey, StageState
@@ -27,7 +37,7 @@ BEHIND = 0.1
 """Seconds by which the simulator plays a score with senses behind real robots: their decisions have to arrive first."""
 
 
-def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -> Decided:
+def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -> StateAndActs:
     """Return the state after a stage has sent a message, has started, or has ended, and the acts that follow."""
     match message["type"]:
         case "request":
@@ -57,17 +67,17 @@ def on_report(state: SessionState, stage: StageKey, message: Report, now: Now) -
             return _reported(state, stage.output, message)
 
 
-def on_time(state: SessionState, now: Now) -> Decided:
+def on_time(state: SessionState, now: Now) -> StateAndActs:
     """Return the state after the time for which stages on several machines waited, and the acts that follow."""
     return _as_one(on_hosts.waited(state, now))
 
 
-def on_close(state: SessionState) -> Decided:
+def on_close(state: SessionState) -> StateAndActs:
     """Return the state before all stages end, and the acts that follow."""
     return _as_one(on_hosts.unconfirmed(state))
 
 
-def on_clock(state: SessionState, message: HeardClock, now: Now) -> Decided:
+def on_clock(state: SessionState, message: HeardClock, now: Now) -> StateAndActs:
     """Return the state after news of a clock of music, which the leading stage follows, and the acts that follow."""
     match message["type"]:
         case "anchor" if state.is_real and state.is_spread:
@@ -84,7 +94,7 @@ def on_clock(state: SessionState, message: HeardClock, now: Now) -> Decided:
             return replace(state, clock=None), [HearClock(None), *said]
 
 
-def _as_one(decided: Decided) -> Decided:
+def _as_one(decided: StateAndActs) -> StateAndActs:
     """Return what follows from what stages on several machines report as one."""
     state, acts = decided
     follows: list[Act] = []
@@ -97,7 +107,7 @@ def _as_one(decided: Decided) -> Decided:
     return state, follows
 
 
-def _reported(state: SessionState, output: Output, message: Heard) -> Decided:
+def _reported(state: SessionState, output: Output, message: Heard) -> StateAndActs:
     """Take a report that the listeners get, too."""
     leads, acts = state.leads(output), list[Act]()
     match message["type"]:
@@ -123,7 +133,7 @@ def _reported(state: SessionState, output: Output, message: Heard) -> Decided:
     return state, [*acts, Announce(message, leads)]
 
 
-def _obeyed(state: SessionState, message: Obeyed) -> Decided:
+def _obeyed(state: SessionState, message: Obeyed) -> StateAndActs:
     """Confirm a stop to pages once all stages have obeyed it that have to."""
     moves = {
         key.host or key.output: each
@@ -145,12 +155,12 @@ def _show(state: SessionState, message: ForPages) -> list[Act]:
     return [Send(state.onlooker, for_pages(message))] if state.onlooker else []
 
 
-def _follow(state: SessionState, message: Sensed | SenseDecided | FaultMessage) -> list[Act]:
+def _follow(state: SessionState, message: Sensed | Decided | FaultMessage) -> list[Act]:
     """Have the twin do the same as real robots; it shows that, too."""
     return _to(state.twin, message) if state.twin else _show(state, message)
 
 
-def _followed(state: SessionState, output: Output, transport: TransportMessage) -> Decided:
+def _followed(state: SessionState, output: Output, transport: TransportMessage) -> StateAndActs:
     """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
     if not state.leads(output):
         return state, []
@@ -202,7 +212,7 @@ def _why_still(state: SessionState, transport: TransportMessage) -> str:
     return state.why_still if transport["state"] in ("stopped", "paused") and not state.resumes else ""
 
 
-def _explained(state: SessionState, line: str, resumes: Resumes | None) -> Decided:
+def _explained(state: SessionState, line: str, resumes: Resumes | None) -> StateAndActs:
     """Show pages the reason why real robots stand, and from where they may continue, if that is new."""
     if (line, resumes) == (state.why_still, state.resumes):
         return state, []
@@ -212,7 +222,7 @@ def _explained(state: SessionState, line: str, resumes: Resumes | None) -> Decid
     return replace(state, why_still=line, resumes=resumes), _show(state, shown)
 
 
-def _enter(state: SessionState, play: PlayScore, entered: TransportMessage, whole: bool = False) -> Decided:
+def _enter(state: SessionState, play: PlayScore, entered: TransportMessage, whole: bool = False) -> StateAndActs:
     """Have the twin play a score from exactly where the leading stage began with it."""
     play = replace(_shown(play), when="restart" if entered["restarted"] == play.generation else "now")
     if play.score.open:
@@ -230,7 +240,7 @@ def _shown(play: PlayScore) -> PlayScore:
     return replace(play, senses=None, anyway=False, arming=None, by=None)
 
 
-def _send_again(state: SessionState, stage: StageKey, generation: int, now: Now) -> Decided:
+def _send_again(state: SessionState, stage: StageKey, generation: int, now: Now) -> StateAndActs:
     """Send a stage the whole score: it did not get the one on which this score builds."""
     latest = state.latest
     if latest and latest.generation == generation:
@@ -243,7 +253,7 @@ def _send_again(state: SessionState, stage: StageKey, generation: int, now: Now)
     return state, []
 
 
-def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
+def _loaded(state: SessionState, play: PlayScore, now: Now) -> StateAndActs:
     if play.generation == state.generation:  # the same score was sent again
         return state, []
     wanted = play.score.clock if play.score.clock and play.score.clock.follow != "ros" else None
@@ -259,7 +269,7 @@ def _loaded(state: SessionState, play: PlayScore, now: Now) -> Decided:
     return state, [*([SendScore(pages, _shown(play))] if pages else []), *listens]
 
 
-def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided:
+def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> StateAndActs:
     """Replace a stage that has died, and report that. A new stage of real robots first stops them, even if a standby
     should have: that one may have failed too. Then people may have them resume from where they were."""
     leads, idles = stage.output == state.leader, stage.output == state.idle
@@ -286,7 +296,7 @@ def _gone(state: SessionState, stage: StageKey, gone: Gone, now: Now) -> Decided
     return state, [*acts, Announce({**gone, "message": f"{gone['message']}{what}"}, leads)]
 
 
-def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> Decided:
+def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> StateAndActs:
     """Send a new stage all that it has to know. In place of a dead one, it stops the robots, or joins the others."""
     real, before = stage.output == "ros", state.stages.get(stage, StageState())
     halts = before.died_moving and state.mode == "stopped"
@@ -311,7 +321,7 @@ def _started(state: SessionState, stage: StageKey, ready: Ready, now: Now) -> De
     return state, [*acts, *joins]
 
 
-def _not_started(state: SessionState, stage: StageKey, why: str) -> Decided:
+def _not_started(state: SessionState, stage: StageKey, why: str) -> StateAndActs:
     leads, idles = stage.output == state.leader, stage.output == state.idle
     told = Announce({"type": "error", "message": f"no new stage could be started: {why}"}, leads)
     if idles:

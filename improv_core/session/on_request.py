@@ -16,20 +16,19 @@ from improv_core.safety.interlocks import refused_by
 from improv_core.score.takeover import amid
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.session import on_hosts
-from improv_core.session.acts import Act, Announce, Decided, Now, Send, SendScore, send, warning
+from improv_core.session.acts import Act, Announce, Now, Send, SendScore, StateAndActs, send, warning
 from improv_core.session.state import HERE, Change, PlayScore, SessionState, StageKey
 
 StageRequest = Change | Resume | ProgramMessage | ProgramSource | Draft | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
-Mistake = tuple[str, int, int, str, str]
-"""An error that keeps a program from being played: the file, the line and the column from 1, the word there, and a
-message."""
+ProblemFields = tuple[str, int, int, str, str]
+"""The values of the fields of a `Problem`."""
 MOST_MISTAKES = 20
 """The most errors that pages list."""
 Request = PlayScore | StageRequest | PageRequest | PageOpened
 
 
-def on_request(state: SessionState, request: Request, now: Now) -> Decided:
+def on_request(state: SessionState, request: Request, now: Now) -> StateAndActs:
     """Return the state after a request, and the acts that follow. Raises StageError if nothing can play it.
 
     A request goes to all stages from here, so they never disagree. Stages have been sent stops and pauses already.
@@ -62,7 +61,7 @@ def on_request(state: SessionState, request: Request, now: Now) -> Decided:
 
 
 def program_message(
-    name: str, folder: str, mistakes: Sequence[Mistake], names: Mapping[str, str] | None = None
+    name: str, folder: str, mistakes: Sequence[ProblemFields], names: Mapping[str, str] | None = None
 ) -> ProgramMessage:
     """Return the program to play, and the errors that keep it from being played, for pages."""
     problems: list[Problem] = [
@@ -84,11 +83,11 @@ def tell_pressed(state: SessionState, pressed: Pressed) -> list[Act]:
     return [send(host, on_hosts.pressed_of(state, host, pressed)) for host in state.alive]
 
 
-def _stop(state: SessionState, now: Now) -> Decided:
+def _stop(state: SessionState, now: Now) -> StateAndActs:
     return on_hosts.stop(replace(state, stood=None, pending=None), now)
 
 
-def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
+def _resume(state: SessionState, message: Resume, now: Now) -> StateAndActs:
     if now.overtaken:
         return state, []
     state = replace(state, played=state.played and replace(state.played, stopped=now.stopped))  # it dances again
@@ -104,7 +103,7 @@ def _resume(state: SessionState, message: Resume, now: Now) -> Decided:
     return state, [replace(act, unless=now.stops) if isinstance(act, Send) else act for act in acts]
 
 
-def _play(state: SessionState, play: PlayScore, now: Now) -> Decided:
+def _play(state: SessionState, play: PlayScore, now: Now) -> StateAndActs:
     first, on = state.idle or state.leader, now.pressed["topics"]
     if on and first == "ros" and not play.simulated:
         line = refused_by(on, play.score.safety.stop)
@@ -132,7 +131,7 @@ def _joined(state: SessionState, play: PlayScore, now: Now) -> PlayScore:
     return replace(play, score=amid(play.score, before.score), simulated=play.simulated or before.simulated)
 
 
-def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
+def _let_lead(state: SessionState, simulated: bool, now: Now) -> StateAndActs:
     """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
     # Whichever led: simulated robots, too, must not keep dancing while real ones get ready.
     stop: Stop = {"type": "stop"}
@@ -146,7 +145,7 @@ def _let_lead(state: SessionState, simulated: bool, now: Now) -> Decided:
     return state, []
 
 
-def send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
+def send_score(state: SessionState, play: PlayScore, now: Now) -> StateAndActs:
     """Send the leading stages a score. One that has died gets it once it has been replaced, unless an automation asks:
     after such a stop, only a person may."""
     leader = state.leader
@@ -163,7 +162,7 @@ def send_score(state: SessionState, play: PlayScore, now: Now) -> Decided:
     return state, [SendScore([key], play, stops={key: now.known}, asked=True)]
 
 
-def _change(state: SessionState, change: Change, now: Now) -> Decided:
+def _change(state: SessionState, change: Change, now: Now) -> StateAndActs:
     """Send a change to all stages, effective at the same time."""
     row, change = COMMANDS[change["type"]], change.copy()
     change.pop("at", None)  # a kept change has no time
@@ -183,7 +182,7 @@ def _change(state: SessionState, change: Change, now: Now) -> Decided:
     return state, acts
 
 
-def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Draft | Answer) -> Decided:
+def _inform(state: SessionState, message: ProgramMessage | ProgramSource | Draft | Answer) -> StateAndActs:
     """Send a message to pages, and the program also to those of stages that start later."""
     if message["type"] == "program" and state.kept.get("program") == message:
         return state, []  # most saves change neither its name nor its errors

@@ -16,24 +16,23 @@ from pathlib import Path
 from typing import cast
 from urllib.parse import urlsplit
 
-from improv_core.ipc.stage_process import StageError
+from improv_core.ipc.stage_process import RunningStage, StageError
 from improv_core.music.clock_process import ClockProcess, HeardClock
 from improv_core.music.osc_link import OscLink
 from improv_core.protocol.commands import Editing, Pause, Stop
 from improv_core.protocol.messages import ToStage
 from improv_core.protocol.tickets import issue
 from improv_core.safety import stage_stops
-from improv_core.safety.heartbeat import KNOWN
 from improv_core.safety.stop_socket import IDLE, StopSocketError, new_show
-from improv_core.safety.stops import Stops
+from improv_core.safety.stops import KNOWN, Stops
 from improv_core.score.score import Host
 from improv_core.session import on_hosts
-from improv_core.session.acts import Act, Announce, Decided, HearClock, News, Now, Report, Send, SendScore, Start
+from improv_core.session.acts import Act, Announce, HearClock, News, Now, Report, Send, SendScore, Start, StateAndActs
 from improv_core.session.halting import stop_line
 from improv_core.session.loads import Loads
 from improv_core.session.on_report import on_clock, on_close, on_report, on_time
-from improv_core.session.on_request import Mistake, Request, on_request, program_message
-from improv_core.session.start import Options, RunningStage, StartStage, keep_reaching, start_stage, wait_for_stages
+from improv_core.session.on_request import ProblemFields, Request, on_request, program_message
+from improv_core.session.start import Options, StartStage, keep_reaching, start_stage, wait_for_stages
 from improv_core.session.state import HERE, Output, PlayScore, SessionState, StageKey
 from improv_core.session.together import HANDED, SPARE, host_of
 
@@ -103,7 +102,7 @@ class Playback:
         return f"{self.state.page}?ticket={issue(self._token, own=own)}" if self.state.page else None
 
     def present(
-        self, name: str, folder: str, mistakes: Iterable[Mistake] = (), names: Mapping[str, str] | None = None
+        self, name: str, folder: str, mistakes: Iterable[ProblemFields] = (), names: Mapping[str, str] | None = None
     ) -> None:
         """Have pages show the program to play, and the errors that keep it from being played. Its robots have other
         `names` there, if any."""
@@ -279,13 +278,13 @@ class Playback:
     def _hear_clock(self, message: HeardClock) -> None:
         self._decide(lambda state: on_clock(state, message, self._now()))
 
-    def _decide(self, decide: Callable[[SessionState], Decided]) -> None:
+    def _decide(self, decide: Callable[[SessionState], StateAndActs]) -> None:
         """Decide about something, after the stops and pauses that came before it."""
         while self._stopped:
             self._do(on_request(self.state, self._stopped.popleft(), self._now()))
         self._do(decide(self.state))
 
-    def _do(self, decided: Decided) -> None:
+    def _do(self, decided: StateAndActs) -> None:
         was_on = self.state.is_on
         self.state, acts = decided
         if was_on and not self.state.is_on:

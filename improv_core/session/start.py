@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, repeat
 from pathlib import Path
 from typing import Protocol, TypeAlias
 from zlib import crc32
 
-from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.ipc.stage_process import HearStage, RunningStage, Stage, StageError
 from improv_core.music.osc_link import Reach
 from improv_core.protocol.limits import FOLDER, STOP_SOCKETS
-from improv_core.protocol.messages import Ready, ToStage
 from improv_core.safety.stops import Stops
 from improv_core.score.score import Host
 from improv_core.session.state import HERE, Output, StageKey
@@ -90,26 +89,11 @@ def usual_port(path: str) -> int:
     return PORTS[crc32(path.encode()) % len(PORTS)]
 
 
-class RunningStage(Protocol):
-    """The part of stage_process.Stage that a playback uses."""
-
-    @property
-    def ready(self) -> Ready: ...
-
-    def send(self, message: ToStage) -> None: ...
-
-    def moving(self, robots: Iterable[str]) -> list[str]:
-        """Return which of these robots move, by the latest report. Callable from any thread."""
-
-    async def close(self) -> None: ...
-
-
-Hear: TypeAlias = Callable[[RunningStage, Heard, int], None]
-StartStage: TypeAlias = Callable[[Output, Options, str, Hear, Stops], Awaitable[RunningStage | None]]
+StartStage: TypeAlias = Callable[[Output, Options, str, HearStage, Stops], Awaitable[RunningStage | None]]
 """The type of `start_stage`."""
 
 
-async def start_stage(output: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Stage | None:
+async def start_stage(output: Output, options: Options, token: str, hear: HearStage, stops: Stops) -> Stage | None:
     """Start a stage and return it when it is ready. `token` opens the page. Raises StageError.
 
     None if it is that of real robots here, the backend is auto, and no Python has rclpy.
@@ -176,7 +160,7 @@ async def keep_reaching(
             return
 
 
-async def _start_here(options: Options, hear: Hear, stops: Stops) -> Stage | None:
+async def _start_here(options: Options, hear: HearStage, stops: Stops) -> Stage | None:
     """Return the stage of the robots that this machine moves.
 
     That it starts shows best that its Python has rclpy. Only if it doesn't, a proof finds the reason or another Python.
@@ -200,7 +184,7 @@ async def _start_here(options: Options, hear: Hear, stops: Stops) -> Stage | Non
     )
 
 
-async def _start_by(found: RosPython, options: Options, hear: Hear, stops: Stops) -> Stage:
+async def _start_by(found: RosPython, options: Options, hear: HearStage, stops: Stops) -> Stage:
     discovery = ["--discovery", options.discovery] if options.discovery else []
     alone = [] if options.standby else ["--no-standby"]
     named = ["--node", options.node] if options.node else []
@@ -209,7 +193,7 @@ async def _start_by(found: RosPython, options: Options, hear: Hear, stops: Stops
     return await Stage.start([found.python, str(FOLDER), *arguments], _with_sockets(found.env, options), hear, stops)
 
 
-async def _start_there(host: Host, options: Options, hear: Hear, stops: Stops) -> Stage:
+async def _start_there(host: Host, options: Options, hear: HearStage, stops: Stops) -> Stage:
     """Return the stage of a host's robots: the near end of the link to it works like any stage. That of an output runs
     here, in our own Python."""
     if host.output:

@@ -13,7 +13,7 @@ from improv_core.protocol.commands import AUTOMATIONS, Automation, Resume
 from improv_core.protocol.limits import MOST_AHEAD
 from improv_core.protocol.messages import CountJson, TransportMessage
 from improv_core.score.takeover import Takeover
-from improv_core.session.acts import Act, Decided, Now, send
+from improv_core.session.acts import Act, Now, StateAndActs, send
 from improv_core.session.state import HERE, SessionState, StageKey
 
 SPARE = 0.03
@@ -174,7 +174,9 @@ def entry_at(transport: TransportMessage, beat: float, monotonic: float) -> Take
     return entry
 
 
-def resume_at(state: SessionState, hosts: Iterable[str], beat: float, at: float, resume: Resume = RESUME) -> Decided:
+def resume_at(
+    state: SessionState, hosts: Iterable[str], beat: float, at: float, resume: Resume = RESUME
+) -> StateAndActs:
     """Have paused stages continue from one beat, all at the same time."""
     state = playing_from(state, at)
     acts, timed = list[Act](), resume.copy()
@@ -197,7 +199,7 @@ def playing_from(state: SessionState, at: float) -> SessionState:
     return replace(state, paused_by=frozenset(), since=at, drifts=at + DRIFT_PERIOD)
 
 
-def begin(state: SessionState, at: float) -> Decided:
+def begin(state: SessionState, at: float) -> StateAndActs:
     """Begin at this time with beat 0, for all."""
     state = replace(without_entry(state), mode="playing", since=at, drifts=at + DRIFT_PERIOD)
     return state, [send(host, {"type": "resume", "at": at}) for host in state.alive]

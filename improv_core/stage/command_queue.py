@@ -7,7 +7,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from improv_core.ipc.arrivals import Ordered, request_in
+from improv_core.ipc.arrivals import Ordered, Request, request_in
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
 from improv_core.protocol.limits import MOST_AHEAD
 from improv_core.protocol.messages import Play
@@ -25,7 +25,7 @@ class CommandQueue:
         self._preload = preload
         self._clock = clock
         self._waiting: deque[Ordered] = deque()
-        self._preloading: tuple[Play, Iterator[None]] | None = None
+        self._preloading: tuple[Play, Request, Iterator[None]] | None = None
         self.fence = StopFence()
         """The stops that have overtaken arrivals: those arrivals are dropped."""
         self._pause: Pause | None = None  # it came on the channel of stops, and takes effect at its time
@@ -71,7 +71,7 @@ class CommandQueue:
     def stop(self) -> None:
         """Drop arrivals that must not be obeyed after a stop that has itself arrived on standard input."""
         self._waiting = deque(each for each in self._waiting if request_in(each)[0] not in VOIDED_BY_STOP)
-        if self._preloading and self._preloading[0].moves:
+        if self._preloading and self._preloading[0].score.moves:
             self._preloading = None
 
     def next(self) -> Ordered | None:
@@ -94,9 +94,9 @@ class CommandQueue:
                 arrival = self._waiting.popleft()
                 if not isinstance(arrival, Play):
                     return arrival
-                self._preloading = arrival, self._preload(arrival.score)
-            play, steps = self._preloading
-            if not self.fence.voids(*request_in(play)):
+                self._preloading = arrival, request, self._preload(arrival.score)
+            play, request, steps = self._preloading
+            if not self.fence.voids(*request):
                 for _ in steps:
                     if self._clock() >= end:
                         return None

@@ -20,8 +20,9 @@ from improv_core.protocol.commands import VOIDED_BY_STOP, Pause, Stop, is_stop
 from improv_core.protocol.limits import DEADMAN_LIMIT, END_LIMIT, SILENCE_LIMIT
 from improv_core.protocol.messages import FromStage, Play, Stopped, ToStage
 from improv_core.protocol.output import Alarm, Edge, RawJoints, RawPoses, Sink
-from improv_core.safety.heartbeat import SLEPT, Parent
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.interlocks import GAMEPAD
+from improv_core.safety.stops import SLEPT
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
@@ -76,10 +77,12 @@ def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int
         while True:
             now = clock.now()
             deadline = loop.deadline(now)
-            early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
-            arrival = None
+            arrival = timeout = None
+            if deadline < math.inf:
+                early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
+                timeout = max(deadline - early - now, 0)
             try:
-                arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
+                arrival = inbox.get(timeout=timeout)
             except queue.Empty:
                 clock.wait_until(deadline)
             loop.wake(clock.now(), clock.asleep())

@@ -22,9 +22,10 @@ from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready, Sent
 from improv_core.protocol.output import Sink
 from improv_core.protocol.page_messages import ForPages
-from improv_core.safety.heartbeat import Parent, asleep
+from improv_core.safety.heartbeat import Parent
 from improv_core.safety.stage_stops import OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
+from improv_core.safety.stops import asleep
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Inbox, OpenedOutput, run
@@ -34,7 +35,7 @@ SWITCH_INTERVAL = 0.0005
 """Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
 
 Tell = Callable[[FromStage], None]
-Hear = Callable[[Arrival], None]
+HearArrival = Callable[[Arrival], None]
 
 
 class Job(NamedTuple):
@@ -48,7 +49,7 @@ class Job(NamedTuple):
     """False if there are no robots that a stop would have to reach."""
 
 
-def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = SIMULATOR) -> int:
+def perform(begin: Callable[[Tell, HearArrival], Job], signaled: str = "", name: str = SIMULATOR) -> int:
     """Do what standard input requests until it ends. Returns exit code 1 after a failure, and 2 if `begin` raises.
 
     `begin` gets the functions that send the parent a message and that put an arrival into the inbox. `signaled` is the
@@ -63,7 +64,7 @@ def perform(begin: Callable[[Tell, Hear], Job], signaled: str = "", name: str = 
     reached: StageSocket | None = None
 
     def report(message: FromStage) -> None:
-        if reached:
+        if reached and message["type"] == "transport":
             reached.hear(message)
         tell(message)
 
@@ -103,7 +104,7 @@ def play(open_sink: Callable[[OutputChannel], Sink], name: str, *, reports: bool
     """Play what standard input requests until it ends, as the stage of this `name`. If it `reports`, it tells the
     parent each velocity that it sends. Returns exit code 1 after a failure, 2 if the output can't be used."""
 
-    def begin(put: Tell, hear: Hear) -> Job:
+    def begin(put: Tell, hear: HearArrival) -> Job:
         def ask(command: PageRequest) -> None:
             if COMMANDS[command["type"]].at_once:
                 hear(cast(Conduct, command))  # now, even if the parent hangs, or gets nothing before we are ready
@@ -112,7 +113,8 @@ def play(open_sink: Callable[[OutputChannel], Sink], name: str, *, reports: bool
         def tell_both(message: FromStage) -> None:
             # A speed that was set before the first score is no news: the parent would take it for the end of a score.
             if message["type"] != "transport" or message["generation"]:
-                sink.show(message)
+                if message["type"] != "pong":  # that is only the parent's
+                    sink.show(message)
                 put(message)
 
         sink = open_sink(OutputChannel(hear, ask, lambda line: tell_both({"type": "warning", "message": line})))

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from improv_core.ipc.rate_limit import Throttle
+from improv_core.ipc.stage_process import HearStage
 from improv_core.outputs.simulator.collisions import NoCollisions
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page.answers import Answers
@@ -29,7 +30,7 @@ from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import Output, PlayScore
 from improv_core.slices import unless
-from improv_core.website.in_process_stage import Hear, InProcessStage
+from improv_core.website.in_process_stage import InProcessStage
 
 PROGRAM = Path("dance.improv")
 """Name of the program: there are no files."""
@@ -116,7 +117,7 @@ class BrowserBackend:
     def _command(self, command: PageRequest) -> None:
         self._stage.tell({"type": "request", "command": command})
 
-    async def _start(self, sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> InProcessStage:
+    async def _start(self, sink: Output, options: Options, token: str, hear: HearStage, stops: Stops) -> InProcessStage:
         self._stage = InProcessStage(self._simulator, self._broadcast, hear, stops)
         return self._stage
 

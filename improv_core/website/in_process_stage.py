@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from typing import cast
 
 from improv_core.ipc.arrivals import End
-from improv_core.ipc.stage_process import Heard
+from improv_core.ipc.stage_process import HearStage
 from improv_core.page.broadcast import Broadcast
 from improv_core.plain import one_line
 from improv_core.protocol.decoding import dumps
@@ -22,13 +22,11 @@ from improv_core.score.score_json import RowsRead
 from improv_core.stage.loop import Loop, OpenedOutput
 from improv_core.stage.stdio import arrival
 
-Hear = Callable[["InProcessStage", Heard, int], None]
-
 
 class InProcessStage:
     """A stage as `Playback` uses it. The event loop handles all messages to it and from it in turn."""
 
-    def __init__(self, sink: Sink, broadcast: Broadcast, hear: Hear, stops: Stops) -> None:
+    def __init__(self, sink: Sink, broadcast: Broadcast, hear: HearStage, stops: Stops) -> None:
         self._broadcast, self._hear, self._stops = broadcast, hear, stops
         self._events = asyncio.get_running_loop()
         self._read = RowsRead()

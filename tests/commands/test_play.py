@@ -20,6 +20,7 @@ import pytest
 from improv_core.commands import terminal
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED
 from improv_core.commands.playing import play
+from improv_core.ipc.stage_process import HearStage
 from improv_core.program.analysis import analyze
 from improv_core.protocol.messages import State, ToStage
 from improv_core.safety.stops import Stops
@@ -27,7 +28,7 @@ from improv_core.session.session import Playback
 from improv_core.session.start import Options
 from improv_core.session.state import Output
 from tests.commands.command_line import IMPROV, LIMIT, SIMULATED, SQUARE, Ended, playing, run, written
-from tests.session.fakes import Fake, Hear
+from tests.session.fakes import Fake
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_the_exit_code_tells_how_it_ended(
             for state in told:
                 self.tell(state, 1.0)
 
-    async def start(sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Robots:
+    async def start(sink: Output, options: Options, token: str, hear: HearStage, stops: Stops) -> Robots:
         return Robots(sink, options, hear, stops)
 
     monkeypatch.setattr(terminal, "Playback", partial(Playback, start=start))

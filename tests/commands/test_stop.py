@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.commands.doctor import stopping
-from improv_core.ipc.stage_process import Stage
+from improv_core.ipc.stage_process import HearStage, Stage
 from improv_core.safety import stop_socket
 from improv_core.safety.stop_socket import IDLE, stop_all
 from improv_core.safety.stops import Stops
@@ -24,7 +24,7 @@ from improv_core.storage import saves
 from improv_core.storage.saves import Saved
 from tests.commands.command_line import LIMIT, SIMULATED, Running, playing, run, written
 from tests.ls.client import QUIET, Client, place
-from tests.stage_on_thread import Hear, StageOnThread
+from tests.stage_on_thread import StageOnThread
 
 URI = "file:///editor.improv"
 LINE = "improv: stopped by `improv stop`\n"
@@ -111,7 +111,7 @@ class Stopped(StageOnThread):
 
     @classmethod
     async def start(
-        cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops
+        cls, command: Sequence[str], env: Mapping[str, str], hear: HearStage, stops: Stops
     ) -> StageOnThread | Stage:
         cls.answers = await asyncio.to_thread(list, stop_all())
         return await super().start(command, env, hear, stops)

@@ -15,7 +15,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.ipc.stage_process import SHORT, Heard, Stage
+from improv_core.ipc.stage_process import SHORT, Heard, RunningStage, Stage
 from improv_core.protocol.commands import Stop
 from improv_core.protocol.messages import ToStage
 from improv_core.safety import heartbeat
@@ -47,7 +47,7 @@ def told_by(
         told: list[Heard] = []
         fits = asyncio.Event()
 
-        def hear(_: Stage, message: Heard, stops: int) -> None:
+        def hear(_: RunningStage, message: Heard, stops: int) -> None:
             if message["type"] != "transport":
                 told.append(message)
             if until(message):
@@ -132,7 +132,7 @@ def test_a_stop_that_has_gone_straight_to_the_stage_is_sent_once(by_us: bool) ->
     async def listen() -> str:
         stops, told = Stops(), asyncio.get_running_loop().create_future()
 
-        def hear(stage: Stage, message: Heard, _: int) -> None:
+        def hear(stage: RunningStage, message: Heard, _: int) -> None:
             if message["type"] == "request":
                 stage.send(load)
             elif message["type"] == "warning":

@@ -55,7 +55,7 @@ STAGE = (
         "a zero counts as heard although a listener that had been there is out of reach",
     ),
     Fault(
-        "safety/failover.py",
+        "outputs/ros/standby/client.py",
         "if not moving or ready:",
         "if not moving:",
         "robots are stopped although a standby is ready",

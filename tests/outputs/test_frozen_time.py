@@ -7,18 +7,20 @@ from typing import Any
 
 import pytest
 
-from improv_core.outputs.ros.clock import FROZEN, FrozenTime
+from improv_core.outputs.ros.clock import FROZEN, NodeTime
 
 
 @dataclass
 class Clock:
-    """A node's clock, which shows this time in nanoseconds."""
+    """A node and its clock, which shows this time in nanoseconds."""
 
     nanoseconds: int = 0
     ros_time_is_active: bool = True
 
     def now(self) -> Any:
         return self
+
+    get_clock = now
 
 
 @pytest.mark.parametrize(
@@ -31,7 +33,7 @@ class Clock:
     ],
 )
 def test_a_simulation_is_paused_if_its_time_stands(clock: Clock, passes: int, frozen: bool) -> None:
-    time, found = FrozenTime(clock), []
+    time, found = NodeTime(clock), []
     for step in range(11):
         found.append(time.is_frozen(step * FROZEN / 5))
         clock.nanoseconds += passes

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from improv_core.outputs.ros.standby import client
-from improv_core.outputs.ros.standby.client import PULSE_PERIOD, Standby
+from improv_core.outputs.ros.standby.client import ANSWER_LIMIT, PULSE_PERIOD, READY_LIMIT, Standby
 from improv_core.protocol.limits import HANG_LIMIT
-from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT
 
 TOPIC = "/r/cmd_vel"
 FOUND = {"type": "found", "topic": TOPIC, "kind": "Twist"}

@@ -12,7 +12,6 @@ import pytest
 
 from improv_core.outputs.cdr import (
     SECOND,
-    frame_field,
     frame_in,
     joints_in,
     numbers_message,
@@ -80,7 +79,7 @@ def rclpy(ros_python: str, ros_env: dict[str, str]) -> Rclpy:
 
 def test_rclpy_reads_and_writes_the_same(rclpy: Rclpy) -> None:
     plain = [twist_message(twist) for twist, _ in TWISTS]
-    made = [stamped(each, TIME, frame_field(frame)) for each, (_, frame) in zip(plain, TWISTS, strict=True)]
+    made = [stamped(each, TIME, frame) for each, (_, frame) in zip(plain, TWISTS, strict=True)]
     sent = [("geometry_msgs/Twist", each) for each in plain] + [("geometry_msgs/TwistStamped", each) for each in made]
     read = rclpy(sent)[0]
     for number, (twist, frame) in enumerate(TWISTS):

@@ -16,7 +16,7 @@ import pytest
 
 from improv_core.hosts import texts
 from improv_core.hosts.near import QUIET
-from improv_core.ipc.stage_process import Stage, StageError
+from improv_core.ipc.stage_process import RunningStage, Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import ToStage
@@ -80,7 +80,7 @@ class Parent:
     def _do(self, work: Any) -> Any:
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(LIMIT)
 
-    def _hear(self, stage: Stage, message: Any, stops: int) -> None:
+    def _hear(self, stage: RunningStage, message: Any, stops: int) -> None:
         with self._changed:
             self.heard.append(message)
             self._changed.notify_all()

@@ -84,7 +84,7 @@ def test_a_stop_while_the_session_is_halted_stops_robots_and_no_save_from_before
     turtle: Listener, alone: Mapping[str, str]
 ) -> None:
     known = 3.0  # seconds after which the session repeats the stop, and people count as knowing of it
-    limits = with_limits(safety__heartbeat__KNOWN=known, safety__heartbeat__BEHIND=0.01)
+    limits = with_limits(safety__stops__KNOWN=known, safety__stops__BEHIND=0.01)
     with dancing({**alone, **limits}, turtle) as (server, _, press):
         halt(server.pid)
         server.type(AFTER)

@@ -1,6 +1,6 @@
 """A stage that can no longer stop its robots: its standby does, and another one replaces a lost standby.
 
-safety/test_failover.py and outputs/test_standby_*.py test the times; here only a sink's standby could stop a robot.
+outputs/test_standby_*.py test the times; here only a sink's standby could stop a robot.
 """
 
 from __future__ import annotations

@@ -6,8 +6,7 @@ import time
 
 import pytest
 
-from improv_core.safety.heartbeat import BEHIND, HALTED, KNOWN
-from improv_core.safety.stops import Stops
+from improv_core.safety.stops import BEHIND, HALTED, KNOWN, Stops
 
 
 @pytest.mark.parametrize(

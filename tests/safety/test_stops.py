@@ -10,8 +10,7 @@ import pytest
 
 from improv_core.protocol.commands import Automation, Restart, Stop
 from improv_core.protocol.messages import Load, ToStage
-from improv_core.safety.heartbeat import BEHIND, KNOWN
-from improv_core.safety.stops import Stops
+from improv_core.safety.stops import BEHIND, KNOWN, Stops
 
 
 class Stage:

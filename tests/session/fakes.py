@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping
 from inspect import signature
 from typing import Any
 
-from improv_core.ipc.stage_process import Heard, StageError
+from improv_core.ipc.stage_process import HearStage, StageError
 from improv_core.music.clock_process import HeardClock
 from improv_core.protocol.commands import Editing
 from improv_core.protocol.messages import FromStage, Load, Ready, State, ToStage
@@ -15,18 +15,15 @@ from improv_core.safety.stops import Stops
 from improv_core.score.score import OutsideClock
 from improv_core.session.acts import News
 from improv_core.session.session import Playback
-from improv_core.session.start import Options, RunningStage
+from improv_core.session.start import Options
 from improv_core.session.state import Output, PlayScore
 from tests.session.story import DANCE, at
 
 LIMIT = 60.0
 
 
-Hear = Callable[[RunningStage, Heard, int], None]
-
-
 class Fake:
-    def __init__(self, sink: Output, options: Options, hear: Hear, stops: Stops) -> None:
+    def __init__(self, sink: Output, options: Options, hear: HearStage, stops: Stops) -> None:
         self._hear = hear
         self._stops = stops
         self.name = options.host.name if options.host else sink
@@ -113,7 +110,7 @@ class Fakes:
         self.clocks.append(FakeClock(clock, tempo, hear))
         return self.clocks[-1]
 
-    async def _start(self, sink: Output, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
+    async def _start(self, sink: Output, options: Options, token: str, hear: HearStage, stops: Stops) -> Fake:
         name = options.host.name if options.host else sink
         if name in self.held:
             await self.released.wait()

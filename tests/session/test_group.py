@@ -17,7 +17,7 @@ from improv_core.score.equality import same
 from improv_core.score.score import Host, Score
 from improv_core.score.score_json import from_json
 from improv_core.session import on_hosts as hosts
-from improv_core.session.acts import Act, Announce, Decided, Loaded, Now, Send, SendScore, Start
+from improv_core.session.acts import Act, Announce, Loaded, Now, Send, SendScore, Start, StateAndActs
 from improv_core.session.loads import Loads
 from improv_core.session.on_hosts import in_time
 from improv_core.session.on_report import on_clock, on_report, on_time
@@ -118,7 +118,7 @@ class Story:
         score = on_hosts(program) if isinstance(program, str) else program
         return self.follows(on_request(self.state, play(score, **how), replace(self.times(), known=stops)))
 
-    def follows(self, decided: Decided) -> list[str]:
+    def follows(self, decided: StateAndActs) -> list[str]:
         """Return the acts that follow from a decision. Scores to send are sent."""
         self.state, acts = decided
         self.acts = [seen for act in acts for seen in self._seen(act)]

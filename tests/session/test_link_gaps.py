@@ -317,7 +317,7 @@ def test_a_new_stage_stops_robots_that_moved_when_the_one_before_died() -> None:
     assert story.words == [f"{PI}: load"]
     play = arrival(json.dumps(story.sent(PI)[0]).encode(), RowsRead())
     assert isinstance(play, Play)
-    assert not play.moves
+    assert not play.score.moves
     assert play.score.on(PI).parts.keys() >= {"p", "q"}
     story.is_at(HERE, "stopped", 1.0)
     story.said(HERE, "gone", message="it hung")

@@ -15,7 +15,7 @@ from improv_core.protocol.commands import Editing
 from improv_core.protocol.messages import ProgramMessage, State
 from improv_core.score.score import Safety
 from improv_core.session.acts import Announce, Now
-from improv_core.session.on_request import Mistake, on_request, program_message
+from improv_core.session.on_request import ProblemFields, on_request, program_message
 from improv_core.session.state import Output
 from tests.session.story import DANCE, NOW, READY, Story, at, play, tell
 
@@ -171,7 +171,7 @@ def test_ghosts_and_real_robots_never_dance_together_and_all_have_one_tempo() ->
 
 
 def test_pages_get_the_name_and_the_errors_of_a_program_only_when_they_change() -> None:
-    def program(*problems: Mistake) -> ProgramMessage:
+    def program(*problems: ProblemFields) -> ProgramMessage:
         return program_message("d", "/", problems)
 
     problem = ("d", 1, 1, "x", "wrong")

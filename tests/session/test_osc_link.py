@@ -6,7 +6,7 @@ import asyncio
 import threading
 from dataclasses import replace
 
-from improv_core.music.osc_link import Hear, OscLink, Reach
+from improv_core.music.osc_link import HearOsc, OscLink, Reach
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.music_messages import ToOsc
 from improv_core.score.osc import Osc, Peer
@@ -21,7 +21,7 @@ HERE, AWAY = Osc((Peer("127.0.0.1", 4560),), Peer("127.0.0.1", 7000)), Osc(liste
 
 
 class FakeProcess:
-    def __init__(self, hear: Hear) -> None:
+    def __init__(self, hear: HearOsc) -> None:
         self.hear = hear
         self.told: list[ToOsc] = []
         self.is_alive = True
@@ -44,7 +44,7 @@ class Linked:
         playback = fakes.playback
         playback._osc = OscLink(reach, fakes.stops, playback.ask, playback._warn, self._start)  # type: ignore[arg-type]
 
-    def _start(self, hear: Hear) -> FakeProcess:
+    def _start(self, hear: HearOsc) -> FakeProcess:
         self.processes.append(FakeProcess(hear))
         hear({"type": "alive"})
         return self.processes[-1]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.outputs.cdr import frame_field, pose_message
+from improv_core.outputs.cdr import pose_message
 from improv_core.score.motion import Pose
 from improv_core.transcription.reading import read_source
 from improv_core.transcription.sources import Recording, SourceError
@@ -98,7 +98,7 @@ def test_poses_of_a_ros_recording_begin_when_something_moves(tmp_path: Path) -> 
         base.execute("INSERT INTO topics VALUES (1, '/tb1/odom', 'geometry_msgs/msg/PoseStamped')")
         for number in range(40):
             pose = Pose(max(0, number - 20) * 0.1, 0.0, 0.0, 0.0)
-            row = (1, 10**18 + number * 50_000_000, pose_message(pose, 0, frame_field("odom")))
+            row = (1, 10**18 + number * 50_000_000, pose_message(pose, 0, "odom"))
             base.execute("INSERT INTO messages VALUES (?, ?, ?)", row)
         for data in (b"", b"\0", None, "text"):  # they hold no pose
             base.execute("INSERT INTO messages VALUES (1, ?, ?)", (10**18, data))

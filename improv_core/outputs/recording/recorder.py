@@ -11,7 +11,6 @@ from typing import IO
 
 from improv_core.outputs.cdr import (
     SECOND,
-    frame_field,
     joint_state_message,
     pose_message,
     stamped,
@@ -103,10 +102,10 @@ class Recorder(Sink):
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, bytes, str]] = {}  # with the frame and the topic of each
+        self._robots: dict[str, tuple[Profile, str, str]] = {}  # with the frame and the topic of each
         self._poses: dict[str, str] = {}  # the topics of measured poses
         self._joints: dict[str, str] = {}  # the topics of joints
-        self._held: dict[str, list[tuple[bytes, bytes, int]]] = {}  # velocities on topics whose type isn't known yet
+        self._held: dict[str, list[tuple[bytes, str, int]]] = {}  # velocities on topics whose type isn't known yet
         self._stamped: dict[str, bool] = {}
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
@@ -126,7 +125,7 @@ class Recorder(Sink):
 
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
-            self._robots[robot] = part.profile, frame_field(part.frame), part.topic
+            self._robots[robot] = part.profile, part.frame, part.topic
             # Topics of our own: when a recording is played, nothing must take them for what a robot measures then.
             if part.odom:
                 self._poses[robot] = f"/improv{part.namespace}/pose"
@@ -181,7 +180,7 @@ class Recorder(Sink):
         for robot, each in message["robots"].items():
             if topic := self._poses.get(robot):
                 pose = Pose(**each["origin"]).then(Pose(**each["pose"]))
-                data = pose_message(pose, each["wall"], frame_field(each["frame"] or "world"))
+                data = pose_message(pose, each["wall"], each["frame"] or "world")
                 self._write(topic, "geometry_msgs/msg/PoseStamped", each["wall"], data)
 
     def send_joints(

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from improv_core.outputs.cdr import twist_message
 from improv_core.outputs.ros.topic import RosTopic
 from improv_core.score.motion import Twist
-from improv_core.score.profiles import is_simulated
 from improv_core.score.score import Part
 
 
@@ -21,17 +20,13 @@ class RosBase:
 
     part: Part
     topic: RosTopic
-    frame: bytes
+    is_simulated: bool = False
     twist: Twist | None = None
     message: bytes = b""
     is_clipped: bool = False
     needs_base: bool = True
     moves_since: float | None = None
     is_held: bool = False
-    is_simulated: bool = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.is_simulated = is_simulated(self.part.profile)
 
     def message_of(self, twist: Twist) -> bytes:
         """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number isn't finite."""

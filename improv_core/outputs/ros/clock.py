@@ -18,12 +18,22 @@ OFTEN = 0.05
 """The least number of seconds between two anchors: /clock may arrive a thousand times a second."""
 
 
-class FrozenTime:
-    """Finds out if the time of a node that uses /clock stands still."""
+class NodeTime:
+    """The time of a node: the system's, or that on /clock."""
 
-    def __init__(self, clock: Any) -> None:
-        self._clock = clock
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self._clock = node.get_clock()
+        self._is_simulated = False
         self._latest = (0, math.inf)  # the time on /clock, and since when
+
+    def simulate(self, wanted: bool) -> None:
+        """Have the node read the time from /clock, or no longer."""
+        if wanted != self._is_simulated:
+            from rclpy.parameter import Parameter
+
+            self._is_simulated = wanted
+            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
 
     def is_frozen(self, now: float) -> bool:
         """Return whether it has stood for a while, at a monotonic time; false if nothing has come on /clock."""
@@ -34,7 +44,7 @@ class FrozenTime:
         return now >= self._latest[1] + FROZEN
 
 
-class SimulatedTime:
+class ClockListener:
     """Subscribes to /clock while a score follows it, and passes on anchors, on the thread of the node's executor.
 
     A message with the same time as the one before means that the simulation pauses; it is ignored.

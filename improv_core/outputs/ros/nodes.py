@@ -38,7 +38,6 @@ class Nodes:
         self._arguments = arguments
         self.first = _node(rclpy.get_default_context(), name, arguments, **options)
         self._second: Any = None
-        self._uses_sim_time = False
 
     @property
     def names(self) -> list[str]:
@@ -62,14 +61,6 @@ class Nodes:
             overrides = QoSOverridingOptions.with_default_policies()
         publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none, qos_overriding_options=overrides)
         return publisher, lambda: node.destroy_publisher(publisher)
-
-    def use_sim_time(self, wanted: bool) -> None:
-        """Have the first node read the time from /clock, or no longer."""
-        if wanted != self._uses_sim_time:
-            from rclpy.parameter import Parameter
-
-            self._uses_sim_time = wanted
-            self.first.set_parameters([Parameter("use_sim_time", value=wanted)])
 
     def close(self) -> None:
         """Destroy the nodes. Otherwise they would stay in the graph for about twenty seconds."""

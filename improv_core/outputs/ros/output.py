@@ -11,10 +11,9 @@ from functools import partial
 from typing import Any
 
 from improv_core.ipc.arrivals import End
-from improv_core.outputs.cdr import frame_field
 from improv_core.outputs.ros.base import RosBase
 from improv_core.outputs.ros.buttons import Buttons
-from improv_core.outputs.ros.clock import CLOCK, FrozenTime, SimulatedTime
+from improv_core.outputs.ros.clock import CLOCK, ClockListener, NodeTime
 from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
@@ -41,6 +40,7 @@ from improv_core.safety.pending_zeros import LINGER
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.peer_clock import Anchor
+from improv_core.score.profiles import PUPPET
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import RobotSense
 
@@ -82,7 +82,7 @@ class RosSink(Sink):
         self._requests = Requests(self._node, ask)
         self._clock = self._node.get_clock()
         standby.time = lambda: self._clock.now().nanoseconds
-        self._frozen = FrozenTime(self._clock)
+        self._time = NodeTime(self._node)
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._hear = hear
@@ -91,7 +91,7 @@ class RosSink(Sink):
         self._receiving.start()
         self._now, self._tell = now, tell
         self._resets = Resets(self._node, now)
-        self._simulated_time = SimulatedTime(self._node, hear, now)
+        self._clock_listener = ClockListener(self._node, hear, now)
         self._buttons = Buttons(self._node, hear, now)
         self._reader = RosReader(name + READER, arguments, hear, now)
         if self._clock.ros_time_is_active:  # the parameter may be for the stage's node only
@@ -152,8 +152,8 @@ class RosSink(Sink):
         self._reader.read(request_for(parts, PROMPT if is_urgent else USUAL))
         self._current = list(parts)
         self._controllers.take(parts, restart, score.tempo)
-        self._nodes.use_sim_time(any(part.use_sim_time for part in parts.values()))
-        self._simulated_time.follow(score.clock is not None and score.clock.follow == "ros")
+        self._time.simulate(any(part.use_sim_time for part in parts.values()))
+        self._clock_listener.follow(score.clock is not None and score.clock.follow == "ros")
         for robot, part in parts.items():
             self._advertise_new(part, at_once=not restart)
             if restart and part.topic in self._unprepared:
@@ -162,9 +162,9 @@ class RosSink(Sink):
             self._robots[robot] = RosBase(
                 part,
                 self._topics[part.topic],
-                frame_field(part.frame),
+                is_simulated=part.profile == PUPPET,
                 needs_base=needs_base(part),
-                is_held=part.profile.needs_standby and not self._standby.wanted,
+                is_held=not self._standby.wanted and part.profile.needs_standby,
             )
             if not part.scenes:  # it only has to stop, because an earlier stage may have moved it
                 self.pending_zeros.note_inherited(robot, self._topics[part.topic], part.frame)
@@ -201,7 +201,7 @@ class RosSink(Sink):
     def ask(self, robots: Collection[str]) -> None:
         robots = self._ours(robots)
         for known in map(self._robots.__getitem__, robots):
-            known.topic.ask(ZERO, self._clock, known.frame)
+            known.topic.ask(ZERO, self._clock, known.part.frame)
         self._controllers.ask(robots)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -277,7 +277,7 @@ class RosSink(Sink):
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
             self.pending_zeros.note_velocity(known.topic, known.part.frame)
-        known.topic.publish(message, self._clock, known.frame)
+        known.topic.publish(message, self._clock, known.part.frame)
         if stands:
             self._controllers.halt(robot)
             self.pending_zeros.note_zero(robot, known.topic, known.part.frame)
@@ -311,7 +311,7 @@ class RosSink(Sink):
 
     def noticed(self) -> Noticed:
         late, self._late = self._late, {}
-        unfollowed, frozen = self._controllers.unfollowed(), self._frozen.is_frozen(self._now())
+        unfollowed, frozen = self._controllers.unfollowed(), self._time.is_frozen(self._now())
         return Noticed(self._reader.alive, late, self._reader.batteries, unfollowed, frozen)
 
     def close(self) -> None:

@@ -103,7 +103,7 @@ class RosTopic:
         for publisher in self._publishers.values():
             publisher.hearing = Hearing()
 
-    def ask(self, message: bytes, clock: Any, frame: bytes) -> None:
+    def ask(self, message: bytes, clock: Any, frame: str) -> None:
         """Have listeners confirm this message, which must move nothing, unless they already have."""
         for publisher in self._publishers.values():
             publisher.ask(self._now(), message, clock, frame)
@@ -164,8 +164,8 @@ class RosTopic:
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
-    def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
-        """Send a serialized message to all listeners. `clock` stamps a TwistStamped, in this `cdr.frame_field`."""
+    def publish(self, message: bytes, clock: Any, frame: str) -> None:
+        """Send a serialized message to all listeners. `clock` stamps a TwistStamped, in this frame."""
         for publisher in self._publishers.values():
             publisher.publish(message, clock, frame)
 
@@ -227,7 +227,7 @@ class _Publisher:
             self.hearing = answered(self.hearing, confirms((self._kind,)), now)
         return self.hearing.is_heard(moves)
 
-    def ask(self, now: float, message: bytes, clock: Any, frame: bytes) -> None:
+    def ask(self, now: float, message: bytes, clock: Any, frame: str) -> None:
         for _ in range(zeros_to_send(self.hearing, now)):
             self.publish(message, clock, frame)
             self.hearing = replace(self.hearing, asked=now)
@@ -235,5 +235,5 @@ class _Publisher:
     def has_confirmed(self) -> bool:
         return has_confirmed(self._publisher)
 
-    def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
+    def publish(self, message: bytes, clock: Any, frame: str) -> None:
         self._publisher.publish(stamped(message, clock.now().nanoseconds, frame) if self._is_stamped else message)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
-from improv_core.outputs.cdr import frame_field, twist_message
+from improv_core.outputs.cdr import twist_message
 from improv_core.outputs.ros.standby.client import Standby
 from improv_core.outputs.ros.topic import Now, RosTopic
 from improv_core.safety.pending_zeros import PendingZero, TopicFacts, check, pending_zero
@@ -76,7 +76,7 @@ class PendingZeros:
             else:
                 self._standby.note_confirmed(name)
             if found.sends:
-                entry.topic.publish(entry.zero, self._clock, frame_field(entry.frame))
+                entry.topic.publish(entry.zero, self._clock, entry.frame)
             if found.warns:
                 self._tell(
                     f"{entry.robot} may still be moving: no listener on {name} has confirmed the stop; "

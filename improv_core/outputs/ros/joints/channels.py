@@ -10,7 +10,7 @@ from fractions import Fraction
 from improv_core.score.body import Body, Controller, Interface, Joint
 from improv_core.score.joints import limbs_of, moved_parts
 from improv_core.score.movement import Velocity
-from improv_core.score.profiles import is_simulated
+from improv_core.score.profiles import PUPPET
 from improv_core.score.score import Part, in_namespace
 
 WINDOW = 0.1
@@ -71,7 +71,7 @@ def channels_of(part: Part, listed: Listed = lambda topic: ()) -> list[Channel]:
     For a part without scenes, whose robot only has to stop, these are the ones that don't stop by themselves.
     """
     body = part.profile.body
-    if not body or is_simulated(part.profile):
+    if not body or part.profile == PUPPET:  # only the simulator has such a robot
         return []
     if not part.scenes:
         endless = [each for each in controllers_of(body) if each.interface == "velocity"]
@@ -116,7 +116,7 @@ def joint_states_of(part: Part) -> str | None:
 
 def needs_base(part: Part) -> bool:
     """Return whether a robot needs a base. A robot that moves only its body parts doesn't."""
-    if is_simulated(part.profile):
+    if part.profile == PUPPET:
         return False
     return not channels_of(part) or any(any(scene.bounds.peak[:4]) for scene in part.scenes)
 

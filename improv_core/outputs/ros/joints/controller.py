@@ -126,7 +126,7 @@ class RosController:
     def ask(self) -> None:
         """Have its listeners confirm a command that moves nothing."""
         if course := self._update(begins=False):
-            self.topic.ask(message_of(self.channel, course), self._around.clock, b"")
+            self.topic.ask(message_of(self.channel, course), self._around.clock, "")
 
     def send(self, joints: Mapping[str, JointMotion], at: float, pace: float, until: float, late: float) -> str:
         """Publish the command for its joints among these from performance time `at` on, unless positions are unknown.
@@ -257,7 +257,7 @@ class RosController:
         if self._goals and not stops and self._goals.serves:
             self._goals.send(message)
             return
-        self.topic.publish(message, self._around.clock, b"")
+        self.topic.publish(message, self._around.clock, "")
         if self._goals and self._course:
             brakes = [brake.seconds for brake in self._course.brakes if brake] if self.topic.count_listeners() else []
             self._goals.stop(max(brakes, default=0.0))

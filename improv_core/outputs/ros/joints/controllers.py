@@ -115,7 +115,7 @@ class RosControllers:
         found = [each for controller in self._of(self._current) for each in controller.off()]
         moving = any(controller.homing for controller in self._of(self._current))
         self._begins = bool(found) or moving or bool(self._awaited)
-        line, now = line_of(found, moving=moving), self._now()
+        line, now = line_of(found, moving=moving) if found else "", self._now()
         patience = PATIENCE if any(each.is_unknown for each in found) else 0.0
         if line != self._line and now >= max(self._waits_since + patience, self._line_until if self._line else 0.0):
             self._line, self._line_until = line, now + AGAIN

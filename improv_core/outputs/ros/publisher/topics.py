@@ -10,11 +10,13 @@ import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
+from improv_core.outputs.ros.clock import NodeTime
 from improv_core.outputs.ros.nodes import Nodes
 from improv_core.preview.forecast import Forecast
+from improv_core.protocol.commands import is_muted
 from improv_core.protocol.messages import TransportMessage
 from improv_core.protocol.publisher_messages import Health
-from improv_core.protocol.transport import counted, is_muted
+from improv_core.protocol.transport import counted
 from improv_core.safety.fault_rules import LATE
 from improv_core.score.faults import Fault
 from improv_core.score.motion import Pose
@@ -47,7 +49,7 @@ class Publications:
         self._node = self._nodes.first
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
-        self._clock = self._node.get_clock()
+        self._clock, self._time = self._node.get_clock(), NodeTime(self._node)
         self._markers = self._advertise(MarkerArray, "/improv/markers")
         self._transport = self._advertise(String, "/improv/transport")
         self._diagnostics = self._advertise(DiagnosticArray, "/diagnostics")
@@ -70,7 +72,7 @@ class Publications:
         score, transport = forecast.score, forecast.transport
         if not score or not transport:
             return
-        self._nodes.use_sim_time(any(part.use_sim_time for part in score.parts.values()))
+        self._time.simulate(any(part.use_sim_time for part in score.parts.values()))
         self._publish_paths(forecast)
         self.publish_markers(forecast, now)
         if is_heard(self._transport):

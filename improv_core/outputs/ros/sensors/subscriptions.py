@@ -18,7 +18,7 @@ JOINTS_PERIOD = 0.05
 """Seconds between two looks at joints, whose controllers may send them a thousand times a second."""
 JOINTS_KEPT = 5
 """The number of messages kept of a topic: each of several controllers may send the positions of its own joints."""
-Hear = Callable[[Topic, bool | None], None]
+HearTopic = Callable[[Topic, bool | None], None]
 
 
 class Subscriptions:
@@ -27,7 +27,7 @@ class Subscriptions:
     `arguments` are ROS's own. The caller takes the messages about `poses`, `batteries`, and `joint_states`.
     """
 
-    def __init__(self, node: str, arguments: Sequence[str], hear: Hear, unread: Unread) -> None:
+    def __init__(self, node: str, arguments: Sequence[str], hear: HearTopic, unread: Unread) -> None:
         self._hear = hear
         self._unread = unread
         from rclpy.parameter import Parameter

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.ipc.stage_process import Heard, Stage, StageError
+from improv_core.ipc.stage_process import Heard, RunningStage, Stage, StageError
 from improv_core.outputs.ros.discovery import PEERS, RANGE, limited
 from improv_core.outputs.ros.setup.environment import AGAIN, ELSEWHERE, Say, SetupError
 from improv_core.protocol.limits import FOLDER
@@ -54,7 +54,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str], proof: Proof) 
     """Return the seconds from loading the score until its first Twist arrives, including discovery."""
     failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
-    def hear(_: Stage, message: Heard, stops: int) -> None:
+    def hear(_: RunningStage, message: Heard, stops: int) -> None:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 

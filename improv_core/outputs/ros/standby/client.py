@@ -1,4 +1,5 @@
-"""The stage's side of the standby process, which stops robots if the stage dies (see process.py)."""
+"""The stage's side of the standby process (see process.py), which stops robots if the stage dies, and the rules by
+which that process counts as lost."""
 
 from __future__ import annotations
 
@@ -16,7 +17,6 @@ from improv_core.outputs.ros.discovery import limited
 from improv_core.outputs.ros.nodes import STANDBY, node_name, without_name
 from improv_core.protocol.limits import HANG_LIMIT, LOADING_LIMIT, helper_command
 from improv_core.protocol.standby_messages import FromStandby, Publish, ToStandby
-from improv_core.safety.failover import READY_LIMIT, START_LIMIT, StandbyMonitor
 
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
@@ -26,6 +26,16 @@ AGAIN = 0.5
 """Seconds before a standby that failed to start is replaced again: it must not keep the machine busy."""
 FIND_LIMIT = 3.0
 """Seconds that beat 0 waits for it to find the robots: discovery took up to 2.64 s on a quiet machine."""
+ANSWER_LIMIT = 0.5
+"""Seconds within which a standby answers a pulse while robots move; otherwise it is replaced."""
+START_LIMIT = 5.0
+"""Seconds within which a new standby sends its first message, on a quiet machine after half a second; and within which
+one answers while robots stand: until then it may be creating publishers, which takes long on a busy machine."""
+READY_LIMIT = 5.0
+"""Seconds that robots may move without a standby that is ready: discovery alone took up to 3.3 s."""
+STALL = 0.3
+"""Seconds between two calls of `note_time` after which this process itself must have stalled. That proves nothing about
+the standby."""
 POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
 """It survives the stage. Messages about 1,000 robots don't fit into a usual pipe."""
 
@@ -257,3 +267,49 @@ class Standby:
             self._new.put(Child(self._command, POLICY))
         except OSError as error:
             self._new.put(error)
+
+
+class StandbyMonitor:
+    """The facts that decide whether a standby is lost, and whether robots have moved for too long without one. It never
+    reads a clock: call `note_time` before each decision. Times are in seconds."""
+
+    def __init__(self, now: float) -> None:
+        self._looked = now
+        self._lacking = math.inf  # the time since which robots move without a standby that is ready
+        self._due = math.inf  # the time at which the standby counts as lost, unless it sends something before
+        self.note_start(now)
+
+    def note_start(self, now: float) -> None:
+        """Note that there is a new standby."""
+        self._due, self._starts = now + START_LIMIT, True
+
+    def note_pulse(self, now: float, moving: bool) -> None:
+        """Note that the standby was sent a pulse, and whether robots move."""
+        if not self._starts:
+            self._due = min(self._due, now + (ANSWER_LIMIT if moving else START_LIMIT))
+
+    def note_message(self) -> None:
+        """Note that the standby has sent something."""
+        self._due, self._starts = math.inf, False
+
+    def note_time(self, now: float) -> None:
+        """Note that everything that the standby has sent until now has been read."""
+        if now > self._looked + STALL:
+            self._due += now - self._looked
+        self._looked = now
+
+    def is_lost(self) -> bool:
+        """Return whether the standby has to be replaced."""
+        return self._looked >= self._due
+
+    def must_stop(self, moving: bool, ready: bool) -> bool:
+        """Return whether robots have to be stopped, from whether they move and whether a standby is ready to stop
+        them."""
+        if not moving or ready:
+            self._lacking = math.inf
+            return False
+        self._lacking = min(self._lacking, self._looked)
+        if self._looked < self._lacking + READY_LIMIT:
+            return False
+        self._lacking = self._looked
+        return True

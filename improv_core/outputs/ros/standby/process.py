@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from improv_core.outputs.cdr import frame_field, numbers_message, stamped, twist_message
+from improv_core.outputs.cdr import numbers_message, stamped, twist_message
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
 from improv_core.safety.pending_zeros import LAST_ZEROS, LINGER, UNCONFIRMED, TopicFacts, check, pending_zero
@@ -262,7 +262,7 @@ class _Publishers:
             publisher.publish(numbers_message([0.0] * joints))
             return
         zero, now = twist_message(STILL), time.time_ns() + self._ahead
-        publisher.publish(stamped(zero, now, frame_field(frame)) if kind == "TwistStamped" else zero)
+        publisher.publish(stamped(zero, now, frame) if kind == "TwistStamped" else zero)
 
     def close(self) -> None:
         self._nodes.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.safety.failover import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, StandbyMonitor
+from improv_core.outputs.ros.standby.client import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, StandbyMonitor
 
 PERIOD = 0.1
 

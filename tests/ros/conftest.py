@@ -21,6 +21,7 @@ from typing import Any
 import pytest
 
 import improv_core
+from improv_core.outputs.ros.nodes import OURS, PROFILES
 from improv_core.safety import heartbeat
 from tests.needs import lacking
 
@@ -217,7 +218,6 @@ class Sink:
         return value
 
 
-PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 SHORT_LEASE = {PROFILES: str(Path(__file__).with_name("short_lease.xml"))}
 """Settings with which a killed node's lease, and so its place in the graph, ends after 2 s instead of 20 s."""
 Listen = Callable[..., Listener]
@@ -316,7 +316,7 @@ def ros_env(ros_python: str) -> Iterator[dict[str, str]]:
             "IMPROV_ROS_PYTHON": ros_python,
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_DOMAIN_ID": str(domain),
-            PROFILES: str(Path(__file__).with_name("quick_discovery.xml")),
+            PROFILES: str(OURS),
         }
 
 

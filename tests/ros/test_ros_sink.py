@@ -6,10 +6,12 @@ import os
 import signal
 from collections.abc import Iterator, Mapping
 from itertools import dropwhile
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from improv_core.outputs.ros.nodes import PROFILES
 from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Others, Sink, Start, with_limits
 from tests.ros.dance import at_speed, still
 
@@ -43,6 +45,21 @@ def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind:
         sink("send", "turtle1", *twist)
     listener.wait(last)
     assert heard(listener) == twists
+
+
+def test_robots_hear_each_new_stage_although_they_announce_themselves_only_once(
+    ros_python: str, alone: Mapping[str, str], start: Start
+) -> None:
+    silent = str(Path(__file__).with_name("silent.xml"))
+    others = Others(ros_python, {**alone, PROFILES: silent})
+    listener = Listener(others, "/turtle1/cmd_vel")
+    sink = start()
+    for _ in range(8):
+        sink("renew")
+        sink("prepare", TURTLE)
+        sink("wait")
+    listener.close()
+    others.close()
 
 
 def test_puppets_are_told_nothing_and_waited_for_by_nobody(sink: Sink, listen: Listen) -> None:

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -21,6 +22,10 @@ READER = "_reader"
 """The suffix of the names of nodes that read sensors."""
 PUBLISHER = "_publisher"
 """The suffix of the names of nodes that publish the forecast."""
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""The variable that names the settings of Fast DDS 2. Fast DDS 3 has another one, and other settings."""
+OURS = Path(__file__).with_name("fast_dds.xml")
+"""The settings with which nodes find each other soon."""
 _IN = r"/(?:\w+/)*"
 """The namespace before a node's name."""
 
@@ -171,6 +176,7 @@ def _node(context: Any, name: str, arguments: Sequence[str], **options: Any) -> 
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
+    os.environ.setdefault(PROFILES, str(OURS))
     # rclpy's own handlers would invalidate the context before the last zero is sent.
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)

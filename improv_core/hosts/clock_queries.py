@@ -52,7 +52,6 @@ def period(asking: Asking, now: float, *, moves: bool) -> float:
 
 
 def asked(asking: Asking, number: int, now: float) -> Asking:
-    """Note that a question is being sent."""
     open_ = {other: at for other, at in asking.questions.items() if at > now - LOST}
     return replace(asking, number=number, questions={**open_, number: now})
 

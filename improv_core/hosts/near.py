@@ -27,13 +27,7 @@ from improv_core.protocol.commands import Stop
 from improv_core.protocol.decoding import ProtocolError, dumps, read_as
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import END_LIMIT, LONGEST_LINE, SILENCE_LIMIT, STOP_PIPE, STOP_SOCKETS
-from improv_core.protocol.messages import (
-    DIRECT,
-    FromStage,
-    ToStage,
-    TransportMessage,
-    read_first,
-)
+from improv_core.protocol.messages import DIRECT, FromStage, ToStage, TransportMessage, read_first
 from improv_core.protocol.transport import may_move
 from improv_core.safety.allowed import who
 from improv_core.safety.stage_stops import OBEYED, StageSocket

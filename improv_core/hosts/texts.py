@@ -17,10 +17,7 @@ _OF_SSH = (
     ),
     ("Could not resolve hostname", "no machine has that name: check it, and that the machine is on"),
     ("Connection refused", "nothing listens for ssh there: start its ssh server (`sudo apt install openssh-server`)"),
-    (
-        "timed out|No route to host|Network is unreachable",
-        "it can't be reached: check that it is on, in your network",
-    ),
+    ("timed out|No route to host|Network is unreachable", "it can't be reached: check that it is on, in your network"),
     ("python3: (command )?not found|python3.*No such file", "it has no `python3`: install Python 3.10 or newer there"),
     ("Connection closed|Connection reset|Broken pipe|closed by remote host", "it has closed the connection"),
 )

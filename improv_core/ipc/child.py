@@ -57,11 +57,7 @@ class Child:
     """
 
     def __init__(
-        self,
-        command: Sequence[str],
-        policy: Policy,
-        env: Mapping[str, str] = os.environ,
-        pass_fds: Sequence[int] = (),
+        self, command: Sequence[str], policy: Policy, env: Mapping[str, str] = os.environ, pass_fds: Sequence[int] = ()
     ) -> None:
         """Start it, `isolated`. Raises OSError."""
         self._policy = policy

@@ -71,7 +71,6 @@ class Helper:
         self.kill()
 
     def kill(self) -> None:
-        """End it at once."""
         if self._child:
             self._child.kill()
 

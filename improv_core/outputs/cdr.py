@@ -29,11 +29,7 @@ MOST_TRANSFORMS = 1_000
 MOST_JOINTS = 1_000
 """The most joints that are read from one message. No robot has more."""
 
-POSE_TEXTS = {
-    "nav_msgs/Odometry": 2,
-    "geometry_msgs/PoseStamped": 1,
-    "geometry_msgs/PoseWithCovarianceStamped": 1,
-}
+POSE_TEXTS = {"nav_msgs/Odometry": 2, "geometry_msgs/PoseStamped": 1, "geometry_msgs/PoseWithCovarianceStamped": 1}
 """The messages with a pose after a stamp, and the number of texts (names of frames) in between."""
 
 _HEADER = b"\x00\x01\x00\x00"
@@ -48,7 +44,6 @@ def twist_message(twist: Twist) -> bytes:
 
 
 def string_message(text: str) -> bytes:
-    """A `std_msgs/String`."""
     return _HEADER + _string(text)
 
 

@@ -69,7 +69,6 @@ def next_decision(run: Run, over: Duration) -> Due:
 
 
 def next_edges(run: Run, announced: Exact | None) -> Due:
-    """Return when the next announced edges are due."""
     if announced is None or run.mode != "playing":
         return NEVER
     return Due(run.transport.end(announced), Rank.EDGES)

@@ -75,7 +75,6 @@ def decide(run: Run, event: Event, facts: Facts) -> RunAndActs:
 
 
 def _asked(run: Run, message: Message, facts: Facts) -> RunAndActs:
-    """Return what follows from a message to the stage."""
     match message["type"]:
         case "stop":
             return stop_rules.stop(run, facts, message.get("by"), unasked=message.get("unasked", False))

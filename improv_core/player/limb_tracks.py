@@ -53,7 +53,6 @@ class LimbTrack:
         return self.limb.possible(self.limb.velocities(velocity))
 
     def tell(self, speeds: setpoint_queue.Velocity, at: float) -> dict[str, JointMotion]:
-        """Have its joints move at these speeds from a time on."""
         self.settle(at)
         self._told = self.limb.possible(speeds) if isinstance(speeds, Mapping) else {}
         return {name: JointMotion(at, self._told.get(name, 0.0)) for name, at in self.limb.positions.items()}
@@ -75,7 +74,6 @@ class LimbTrack:
         return self._performed[id(scene)]
 
     def set_scenes(self, scenes: tuple[Movement, ...]) -> None:
-        """Set the scenes that it may perform from now on."""
         if not all(one is other for one, other in zip_longest(scenes, self._scenes)):
             self._scenes, self._outcomes = scenes, JointOutcomes(self.limb.part, self.limb.body)
             known = set(map(id, scenes))

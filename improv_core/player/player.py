@@ -84,7 +84,6 @@ class Player:
         return now + (self._sink.period or LOOK_AGAIN) if _come_to_rest(self._tracks) else None
 
     def advance(self, now: float) -> None:
-        """Do everything that is due."""
         if self.run.mode == "waiting":
             self._decide(events.Awaited(), now)
         else:

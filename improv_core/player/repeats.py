@@ -81,7 +81,6 @@ class Repeats:
 
     @property
     def due(self) -> float:
-        """The time at which `take` is due."""
         return min((wheel.due for wheel in self._wheels.values()), default=math.inf)
 
     def take(self, performed: float) -> list[Mover]:

@@ -77,7 +77,6 @@ def transport(
 
 
 def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Sensed:
-    """Report the value of a robot's sense from a beat on."""
     robot, sense = what
     return {"type": "sensed", "sense": sense, "value": value, **_moment(run, robot, beat, performed, wall)}
 

@@ -152,7 +152,6 @@ class Run:
         return ENDLESS if self.has_next_scene else over
 
     def beat(self, now: float, over: Duration) -> Exact:
-        """Return the beat at a time on the clock."""
         playing = self.mode == "playing"
         return self.transport.beat(now, self.beats(over)) if playing else self.transport.origin
 

@@ -22,7 +22,6 @@ class Foreseen(NamedTuple):
 
 
 def foreseen(sensed: Sensed) -> Foreseen:
-    """The edge in a message."""
     return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
 
 
@@ -64,7 +63,6 @@ class Sensing:
         return self._latest.get(what)
 
     def take(self, what: RobotSense, value: bool | None) -> None:
-        """Take an edge."""
         self._latest[what] = value
 
     def hold(self, button: str, held: bool | None) -> None:
@@ -107,12 +105,10 @@ class Sensing:
         return what in self._forced
 
     def announce(self, edges: Iterable[Foreseen]) -> None:
-        """Announce edges that come at their beats."""
         self._announced.extend(edges)
 
     @property
     def announced(self) -> Exact | None:
-        """The beat of the next announced edges."""
         return self._announced[0].beat if self._announced else None
 
     def take_announced(self) -> list[Foreseen]:

@@ -49,7 +49,6 @@ class SeparationMonitor:
         self._strays = frozenset()
 
     def hear(self, run: Run, poses: Iterable[RawPose]) -> None:
-        """Take measured poses."""
         self._proximity = self._proximity.heard(poses, _guarded(run))
 
     def tell(self, run: Run, robot: str, twist: Twist, at: float) -> None:

@@ -33,7 +33,6 @@ SOON = 0.95
 
 
 def anchored(run: Run, anchor: Anchor, facts: Facts) -> RunAndActs:
-    """Handle news of the clock."""
     before = run.clock
     if not before:
         return run, []
@@ -60,7 +59,6 @@ def anchored(run: Run, anchor: Anchor, facts: Facts) -> RunAndActs:
 
 
 def looked(run: Run, due: Due, facts: Facts) -> RunAndActs:
-    """Look at the clock, because that is due."""
     clock, acts = run.clock, list[Act]()
     assert clock
     now = run.transport.clock(due.at)

@@ -83,7 +83,6 @@ class Tracks:
     # Sending in time
 
     def next_due(self) -> Due:
-        """Return the next thing that is due."""
         changes, repeats = self.queue.due, self.queue.repeats.due
         due = Due(changes, Rank.CHANGES) if changes <= repeats else Due(repeats, Rank.REPEATS)
         if self.sensing.announced is not None:
@@ -224,7 +223,6 @@ class Tracks:
         return bool(edges)
 
     def _take_announced(self, at: float) -> None:
-        """Take the announced edges that are due."""
         edges, robots = self.sensing.take_announced(), {}
         for beat, what, value in edges:
             if self.sensing.replays and what.robot in self.run.score.parts:
@@ -353,6 +351,5 @@ class Tracks:
         self.tell_news()
 
     def tell_news(self) -> None:
-        """Report new problems of robots."""
         for line in self.listeners.news():
             self.tell({"type": "warning", "message": line})

@@ -247,7 +247,6 @@ VOIDED_BY_STOP = COMMANDS["stop"].voids | {"load"}
 
 
 def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
-    """Return whether a message is a command that stops robots."""
     row = COMMANDS.get(message["type"])
     return row is not None and row.stops
 

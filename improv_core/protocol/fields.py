@@ -68,7 +68,6 @@ class PoseJson(TypedDict):
 
 
 def to_pose_json(pose: Pose) -> PoseJson:
-    """Return a pose for a message."""
     return {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading}
 
 

@@ -182,7 +182,6 @@ class Sink:
         raise NotImplementedError
 
     def sent_as(self, robot: str) -> SentAs:
-        """Return how the robot's velocities are sent."""
         return {"stamped": False}
 
     def send_joints(

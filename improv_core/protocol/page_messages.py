@@ -237,19 +237,10 @@ class Press(TypedDict):
     number: Count
 
 
-AskWindow = TypedDict(
-    "AskWindow",
-    {"type": Literal["window"], "generation": Beat, "from": Beat, "to": Beat},
-)
+AskWindow = TypedDict("AskWindow", {"type": Literal["window"], "generation": Beat, "from": Beat, "to": Beat})
 Window = TypedDict(
     "Window",
-    {
-        "type": Literal["window"],
-        "generation": int,
-        "from": float,
-        "to": float,
-        "robots": Mapping[str, RobotWindow],
-    },
+    {"type": Literal["window"], "generation": int, "from": float, "to": float, "robots": Mapping[str, RobotWindow]},
 )
 """The answer to `AskWindow`: the motion of robots between two beats, and the words that play, if no sense changes."""
 

@@ -29,7 +29,6 @@ class Heard:
     startable_by: Collection[Automation] = AUTOMATIONS
 
     def after(self, message: FromStage) -> Heard:
-        """Return it after another message of the stage."""
         if message["type"] == "armed":
             return replace(self, armed=message["armed"])
         if message["type"] == "transport":

@@ -12,17 +12,7 @@ from improv_core.robots.ros_names import ros_name
 from improv_core.robots.schema_robots import DRIVE
 from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading, listed
-from improv_core.score.body import (
-    START,
-    Body,
-    BodyGroup,
-    BodyPart,
-    BodyPose,
-    Controller,
-    Drive,
-    Interface,
-    Joint,
-)
+from improv_core.score.body import START, Body, BodyGroup, BodyPart, BodyPose, Controller, Drive, Interface, Joint
 from improv_core.syntax.vocabulary import WORDS
 
 DIRECTIONS: Mapping[str, str] = {"forward": "x", "strafeleft": "y", "up": "z", "left": "yaw"}

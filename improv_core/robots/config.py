@@ -118,7 +118,6 @@ class Robots:
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
     def namespace_of(self, name: str) -> str:
-        """Return the namespace of a robot's own topics."""
         robot = self.robots.get(name)
         return (robot and robot.namespace) or f"{self.namespace}/{name}"
 
@@ -268,7 +267,6 @@ def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
 
 
 def _topic(namespace: str) -> str:
-    """Return the topic of a robot with this namespace."""
     return f"{namespace}/cmd_vel"
 
 

@@ -218,10 +218,7 @@ _SENSE = {
     "osc": Key(
         "the word that stands for it in OSC messages, `/improv/sense WORD ROBOT 1`, instead of a topic",
         example='"kick"',
-        form=(
-            re.compile(r"[\w-]{1,100}").fullmatch,
-            "write `osc` as one word of letters, digits, `_`, and `-`",
-        ),
+        form=(re.compile(r"[\w-]{1,100}").fullmatch, "write `osc` as one word of letters, digits, `_`, and `-`"),
     ),
 }
 _PREFLIGHT = {

@@ -40,16 +40,13 @@ class Key:
 
 
 def number(about: str, unit: str, least: float, most: float, default: str = "") -> Key:
-    """Make the key of a number in a unit and a range."""
     return Key(about, "number", default, unit, least, most)
 
 
 def flag(about: str, default: bool = False) -> Key:
-    """Make the key of `true` or `false`."""
     words = ("false", "true")
     return Key(about, "boolean", default=words[default], example=words[not default])
 
 
 def table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
-    """Make a table with these keys."""
     return Key(about, "object", keys=keys, required=required, example=example)

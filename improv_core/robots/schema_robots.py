@@ -192,7 +192,7 @@ ROBOT = {
     ),
     "address": Key(
         "the place where its output finds it: `serial:PORT` or `tcp:HOST:PORT`; `improv hosts allow` has to approve it"
-        " once",
+        " once"
     ),
     "node": Key(
         "its number at that address, if several robots share it",

@@ -66,11 +66,7 @@ def read_osc(reading: TomlReading, table: Mapping[str, Any]) -> Osc | None:
 
 
 def read_safety(
-    reading: TomlReading,
-    values: Mapping[str, Any],
-    namespace: str,
-    on: Mapping[str, Any],
-    preflight: Mapping[str, Any],
+    reading: TomlReading, values: Mapping[str, Any], namespace: str, on: Mapping[str, Any], preflight: Mapping[str, Any]
 ) -> Safety:
     """Read `[ros]`, whose valid values are given, `[on]`, and `[preflight]`. Topics are in the namespace unless they
     begin with `/`."""

@@ -101,9 +101,7 @@ def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple
     if not start <= end <= start + 360:
         name = "from" if "from" in table else "to"
         reading.at_value(
-            (*keys, name),
-            "`from` must be less than `to`, by at most 360: degrees count counterclockwise",
-            whole=True,
+            (*keys, name), "`from` must be less than `to`, by at most 360: degrees count counterclockwise", whole=True
         )
     return math.radians(start), math.radians(end)
 

@@ -231,7 +231,6 @@ class _Walk:
 
 
 def _name(written: str) -> str:
-    """Convert a key to data."""
     if written[0] not in "\"'":
         return written
     try:
@@ -253,8 +252,7 @@ _NOTHING = r"(?P<nothing> [^\S\n]+ | \#[^\r\n]* )"
 _STRING = r"""(?P<string> \"{3} (?:\\.|[^\\])*? \"{3,5} | '{3} .*? '{3,5} | "(?:\\[^\n]|[^"\\\n])*" | '[^'\n]*' )"""
 _IN_KEYS = re.compile(rf"{_NOTHING} | {_STRING} | (?P<word> [\w-]+ ) | \[\[? | \]\]? | .", re.VERBOSE | re.DOTALL)
 _IN_VALUES = re.compile(
-    rf"{_NOTHING} | {_STRING} | (?P<word> \d{{4}}-\d\d-\d\d[ ]\d\d:[\w:.+-]+ | [\w+.:-]+ ) | .",
-    re.VERBOSE | re.DOTALL,
+    rf"{_NOTHING} | {_STRING} | (?P<word> \d{{4}}-\d\d-\d\d[ ]\d\d:[\w:.+-]+ | [\w+.:-]+ ) | .", re.VERBOSE | re.DOTALL
 )
 
 

@@ -124,7 +124,6 @@ class TomlReading:
         return {name: inner for name, inner in value.items() if name not in unknown}
 
     def unknown_key(self, keys: Keys, names: Collection[str]) -> None:
-        """Report a key that is none of these names."""
         self.at_key(keys, *_unknown(str(keys[-1]), names))
 
     def at_key(self, keys: Keys, message: str, fixed: str = "", whole: bool = False) -> None:

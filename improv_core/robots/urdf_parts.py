@@ -152,7 +152,6 @@ class UrdfBody:
                 yield chain
 
     def _end(self, link: str) -> str:
-        """Return the link that is fixed to this one and farthest from it."""
         held, start = [link], self._frames[link].place
         for each in held:
             held += self._fixed.get(each, ())
@@ -160,7 +159,6 @@ class UrdfBody:
 
     @cached_property
     def _fixed(self) -> Mapping[str, Sequence[str]]:
-        """The links that are fixed to each link."""
         found: dict[str, list[str]] = {}
         for joint in self.urdf.joints:
             if joint.kind == "fixed":
@@ -223,7 +221,6 @@ def dances(joint: UrdfJoint) -> bool:
 
 
 def has_room(joint: UrdfJoint) -> bool:
-    """Return whether the limits of a joint let it move."""
     return joint.lower is None or joint.upper is None or joint.upper - joint.lower >= _LEAST_ROOM
 
 

@@ -20,11 +20,7 @@ STEP = 0.2
 
 
 def sections(
-    urdf: Urdf,
-    source: str,
-    profile: str | None = None,
-    tips: Mapping[str, str] | None = None,
-    file: str | None = None,
+    urdf: Urdf, source: str, profile: str | None = None, tips: Mapping[str, str] | None = None, file: str | None = None
 ) -> str:
     """Return sections for a profile with this body: parts, their directions, and the limits of their joints.
 

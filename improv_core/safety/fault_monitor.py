@@ -91,7 +91,6 @@ class FaultMonitor:
             self._robots[robot] = _Robot(moves=each.moves)
 
     def take(self, pose: Comparison) -> None:
-        """Take a measured pose."""
         robot = self._robots[pose.raw.robot]
         robot.poses.append(pose)
         robot.posed = pose.raw.at
@@ -103,7 +102,6 @@ class FaultMonitor:
         return self._looked + PERIOD * (1 + 1e-6)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
-        """Note that a robot was sent a velocity, or a zero."""
         each = self._robots[robot]
         if twist != each.twist:
             if twist != STILL:  # somebody may have stopped it

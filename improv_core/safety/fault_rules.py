@@ -176,7 +176,6 @@ def _settled(watch: RobotWatch, found: Mapping[Fault, Worst | None], now: float)
 
 
 def _posed(watch: RobotWatch, pose: Comparison, found: dict[Fault, Worst | None], rules: FaultRules) -> RobotWatch:
-    """Take a pose."""
     before, anchor, usual, jumped, left = watch.latest, watch.anchor, watch.usual, watch.jumped, watch.left
     if before and pose.raw.at - before.raw.at <= SILENT:  # a longer gap is not usual
         usual = min(max(pose.raw.at - before.raw.at, 0.9 * usual), LONGEST_USUAL)

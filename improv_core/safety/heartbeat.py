@@ -75,7 +75,6 @@ class StageWatchdog:
         self._loads_end_with = number
 
     def pong(self, number: int, now: float) -> None:
-        """Note that the stage has answered a ping."""
         self._answered, self._pongs = now, max(self._pongs, number)
         if number == self._loads_end_with:
             self._loaded = number

@@ -111,13 +111,11 @@ class Odometry:
         self._compare_frames()
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
-        """Put robots at these poses, after playback has jumped to a beat."""
         for robot, pose in poses.items():
             if track := self._tracks.get(robot):
                 track.place(pose, at)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
-        """Note that a robot was sent this velocity."""
         if track := self._tracks.get(robot):
             track.tell(twist, at)
 
@@ -185,7 +183,6 @@ class Odometry:
 
     @property
     def robots(self) -> Collection[str]:
-        """The robots whose poses are compared."""
         return self._tracks.keys()
 
     def _compare_frames(self) -> None:
@@ -362,5 +359,4 @@ class _Track:
         return self._leg(at).pose_at(at)
 
     def _leg(self, at: float) -> _Leg:
-        """Return the leg of a time."""
         return next((leg for leg in reversed(self.legs) if leg.at <= at), self.legs[0])

@@ -88,7 +88,6 @@ def shown(found: Mapping[str, Standing]) -> Sequence[str]:
 
 
 def is_there(place: Standing, limits: Preflight) -> bool:
-    """Return whether a robot is near enough to its place."""
     ideal, pose, _ = place
     if not pose:
         return False

@@ -63,12 +63,7 @@ class Proximity:
         return self if track is before else replace(self, tracks={**self.tracks, robot: track})
 
     def looked(
-        self,
-        playing: bool,
-        bases: Mapping[str, Base],
-        keep_apart: float,
-        now: float,
-        ours: Set[str] | None = None,
+        self, playing: bool, bases: Mapping[str, Base], keep_apart: float, now: float, ours: Set[str] | None = None
     ) -> Looked:
         """Find the robots that are too near to each other now, or would be before they stood if all were sent zeros
         now.
@@ -103,11 +98,9 @@ class Proximity:
         return Looked(replace(self, leaving=None if found else leaving), found, due)
 
     def pose(self, robot: str) -> Pose:
-        """Return the latest pose of a robot that counts."""
         return self.tracks[robot].poses[-1].pose
 
     def is_fresh(self, robot: str, now: float) -> bool:
-        """Return whether a robot's pose is recent."""
         return now <= self._latest(robot) + OLDEST
 
     def is_guarded(self, robot: str, base: Base, now: float) -> bool:
@@ -121,7 +114,6 @@ class Proximity:
         return min((track.heard_at + OLDEST for track in tracks), default=math.inf)
 
     def _latest(self, robot: str) -> float:
-        """Return the time of the latest pose of a robot that counts."""
         poses = self.tracks.get(robot, Track()).poses
         return poses[-1].at if poses else -math.inf
 

@@ -53,7 +53,6 @@ def stages_not_stopped(stages: Iterable[str], obeyed: Collection[str]) -> list[s
 
 
 def socket_of(show: Path, stage: str) -> Path:
-    """Return the path of a stage's socket."""
     name = re.sub(r"[^\w@.:-]", "_", stage, flags=re.ASCII)[:LONGEST_NAME]
     return show.with_name(f"{show.name}.{name if name == stage else f'{name}~{zlib.crc32(stage.encode()):x}'}{SUFFIX}")
 

@@ -162,7 +162,6 @@ class Stops:
             self._repeat(stop)
 
     def _repeat(self, stop: Stop) -> None:
-        """Repeat a stop, unless that has happened."""
         with self._lock:
             waited = self._unsettled.pop(stop["direct"], None)
         if waited:

@@ -145,7 +145,6 @@ class Repeat(Single, InTurn):
         return throw.inside(0) if self.times is None else throw
 
     def dice_at(self, turn: int, dice: Dice) -> Dice:
-        """Return the dice of one turn."""
         return (dice.inside(0) if self.times is None else dice).after(turn * self.body.bounds.throws)
 
     def lasts(self, parts: Sequence[Lengths]) -> Lengths:

@@ -159,12 +159,10 @@ class Body:
 
     @cached_property
     def part(self) -> Mapping[str, BodyPart]:
-        """The parts by name."""
         return {each.name: each for each in self.parts}
 
     @cached_property
     def joint(self) -> Mapping[str, Joint]:
-        """The joints by name."""
         return {each.name: each for each in self.joints}
 
     @cached_property

@@ -11,17 +11,7 @@ from dataclasses import replace
 from improv_core.score import fields
 from improv_core.score.algebra import Hold
 from improv_core.score.bounds import held, under_part
-from improv_core.score.movement import (
-    STILL,
-    Around,
-    Asked,
-    BodyWords,
-    Factors,
-    Movement,
-    Single,
-    Through,
-    makes,
-)
+from improv_core.score.movement import STILL, Around, Asked, BodyWords, Factors, Movement, Single, Through, makes
 from improv_core.text import Span
 from improv_core.values import value
 

@@ -23,5 +23,4 @@ class FaultRules:
     angle: float = math.radians(15)
 
     def response(self, fault: Fault) -> Response:
-        """Return the response to a fault."""
         return self.responses.get(fault, "tell")

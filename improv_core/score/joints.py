@@ -89,7 +89,6 @@ class Limb:
         self.turn(velocities, float(beats * 60 / self.tempo))
 
     def turn(self, velocities: Mapping[str, float], seconds: float) -> None:
-        """Move the joints for some seconds."""
         for name, velocity in velocities.items():
             self.positions[name] = JointMotion(self.positions[name], velocity).after(seconds, self.body.joint[name])
 

@@ -82,7 +82,6 @@ def larger(one: Bound, other: Bound) -> Bound:
 
 
 def largest(component: Component | float) -> Coefficient:
-    """Return the largest coefficient of a component or a bound."""
     return max(component) if isinstance(component, Measure) else component
 
 

@@ -276,7 +276,6 @@ class Movement:
         return ()
 
     def made_of(self, parts: Sequence[Movement]) -> Movement:
-        """Return the same movement with other parts."""
         return self.make(parts, *(getattr(self, name) for name, _ in self.FIELDS))
 
     def within(self, around: Around) -> Around:

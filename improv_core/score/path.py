@@ -189,7 +189,6 @@ class Outcomes(Generic[M]):
         return self.first_beats(PlayedPart.first(movement), beats)
 
     def first_beats(self, played: PlayedPart, beats: Duration) -> M:
-        """Return the effect of the first beats of a part."""
         done = self._nothing
         while beats < played.movement.duration and not played.is_walked:
             before, played, beats = _split(played, beats, self._budget)

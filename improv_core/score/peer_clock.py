@@ -68,12 +68,10 @@ class Estimate:
 
     @property
     def is_known(self) -> bool:
-        """True once its rate is known."""
         return self.seen >= FEW and self.anchor.at - self.since >= KNOWN
 
 
 def first_seen(at: float, phase: float) -> Estimate:
-    """Return the estimate from the first sighting of a clock."""
     return Estimate(Anchor(at, phase, 0.0, 0.0), since=at)
 
 

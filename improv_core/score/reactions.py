@@ -160,7 +160,6 @@ def reactions(movement: Movement) -> Iterator[Reaction]:
 
 
 def senses_read(movement: Movement) -> frozenset[str]:
-    """Return the senses that a movement may read."""
     return frozenset(each.condition.sense for each in reactions(movement))
 
 

@@ -63,7 +63,6 @@ class Replay:
                 self._open[track] = kept or _OpenPart(score, part, movement, beat, changes, visits)
 
     def body_parts(self, robot: str) -> Sequence[str]:
-        """Return the body parts that a robot's part moves."""
         return [limb.part.name for limb in limbs_of(self.score.parts[robot], self.score.tempo)]
 
     def sense(self, robot: str, sense: str, value: bool | None, beat: Exact) -> None:
@@ -137,7 +136,6 @@ class Replay:
         return self._closed[track]
 
     def _performed(self, part: Part, whole: Movement, body_part: str | None) -> Movement:
-        """Return the movement of a body part or the base within a movement."""
         if body_part is None:
             return whole
         if body_part == BASE:

@@ -133,11 +133,9 @@ class Part:
         object.__setattr__(self, "movement", performance(scenes, [0, *(begin - self.begins for begin in begins[1:])]))
 
     def of_scene(self, scene: int) -> Movement:
-        """Return its movement in a scene."""
         return self.scenes[scene] if scene < len(self.scenes) else NOTHING
 
     def edition(self, scene: int) -> int:
-        """Return the number of its movement in a scene."""
         return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
@@ -311,7 +309,6 @@ class Score:
         return max((part.ends for part in self.parts.values()), default=0)
 
     def seconds(self, beats: Duration) -> float:
-        """Return the seconds that these beats take."""
         return float(beats * 60 / self.tempo)
 
 

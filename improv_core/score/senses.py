@@ -77,10 +77,7 @@ BUILT_IN: Mapping[str, BuiltIn] = {BUMP: BuiltIn("bump"), NEAR: BuiltIn("near"),
 Source = Topic | Key | OscName | BuiltIn
 """The source of a sense."""
 ODOMETRY: Message = "nav_msgs/Odometry"
-SECTORS: Mapping[Message, tuple[float, float] | None] = {
-    "sensor_msgs/LaserScan": None,
-    "sensor_msgs/Range": (0.0, 0.0),
-}
+SECTORS: Mapping[Message, tuple[float, float] | None] = {"sensor_msgs/LaserScan": None, "sensor_msgs/Range": (0.0, 0.0)}
 """Messages about distances, with the sector they measure from the heading if the sense doesn't name one."""
 Senses = Mapping[str, Source]
 """The senses that a robot's part reads, by name."""

@@ -60,7 +60,6 @@ def _waits_forever(reaction: Reaction) -> bool:
 
 
 def _cut(movement: Movement, beats: int) -> Movement:
-    """Return the first beats of a movement that never ends."""
     return parallel([movement, stand(beats)]) if movement.duration == ENDLESS else movement
 
 

@@ -17,16 +17,7 @@ from improv_core.score.moment_bars import bars, drawn_beats
 from improv_core.score.motion import Pose
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
-from improv_core.score.strokes import (
-    ENDLESS_BEATS,
-    MOST_MOMENTS,
-    Path,
-    Stroke,
-    apex,
-    outermost,
-    paths,
-    pictured,
-)
+from improv_core.score.strokes import ENDLESS_BEATS, MOST_MOMENTS, Path, Stroke, apex, outermost, paths, pictured
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")

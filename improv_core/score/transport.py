@@ -34,7 +34,6 @@ class Transport:
         return now - self.zero
 
     def clock(self, performed: float) -> float:
-        """Return the time on the clock at a performance time."""
         return performed + self.zero
 
     def beat(self, now: float, beats: Duration) -> Exact:

@@ -35,7 +35,6 @@ def follow(state: SessionState) -> StateAndActs:
 
 
 def anchored(state: SessionState, heard: AnchorMessage, now: Now) -> StateAndActs:
-    """Take news of the clock."""
     before = state.following
     assert before
     anchor = Anchor(heard["at"], heard["beat"], heard["tempo"] / 60, heard["period"], heard["jumps"])
@@ -106,7 +105,6 @@ def _lost_at(state: SessionState) -> float:
 
 
 def _stands(state: SessionState, now: Now) -> StateAndActs:
-    """Have all stand while the clock stands."""
     if state.mode != "playing":
         return (replace(state, enters=math.inf, stands=True) if state.enters < math.inf else state), []
     pause: Pause = {"type": "pause", "at": together.instant(state, now)}

@@ -30,7 +30,6 @@ MOST_PRESSES = 20
 
 
 def reported(state: SessionState, host: str, message: Heard, now: Now) -> StateAndActs:
-    """Take a message from a stage."""
     if host not in state.alive:
         return state, []
     match message["type"]:

@@ -232,7 +232,6 @@ def pass_on_seen(state: SessionState, now: Now) -> StateAndActs:
 
 
 def _share_position(state: SessionState, now: Now) -> list[Act]:
-    """Send the lead's position to the others."""
     lead = together.position(state)
     if lead is None or lead["state"] != "playing":
         return []

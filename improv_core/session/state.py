@@ -261,7 +261,6 @@ class SessionState:
 
     @property
     def robots(self) -> dict[str, StageState]:
-        """The stages of real robots, by their hosts."""
         return {key.host: stage for key, stage in self.stages.items() if key.output == "ros"}
 
     @property
@@ -276,7 +275,6 @@ class SessionState:
 
     @property
     def pages(self) -> list[StageKey]:
-        """The stages that have pages."""
         return [key for key, stage in self.stages.items() if stage.ready and "page" in stage.ready]
 
     @property
@@ -296,7 +294,6 @@ class SessionState:
 
     @property
     def is_real(self) -> bool:
-        """True if real robots play."""
         return self.leader == "ros"
 
     @property

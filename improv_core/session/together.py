@@ -46,19 +46,16 @@ def lead(state: SessionState) -> str | None:
 
 
 def position(state: SessionState) -> TransportMessage | None:
-    """Return the position of the lead."""
     host = lead(state)
     return state.robots[host].transport if host is not None else None
 
 
 def host_of(state: SessionState, robot: str) -> str:
-    """Return the host whose stage moves a robot."""
     part = state.on_robots.score.parts.get(robot)
     return part.host.name if part and part.host else HERE
 
 
 def robots_of(state: SessionState, host: str) -> list[str]:
-    """Return the robots that the stage of a host moves."""
     return [robot for robot in state.on_robots.score.parts if host_of(state, robot) == host]
 
 
@@ -68,12 +65,10 @@ def ahead(state: SessionState) -> float:
 
 
 def bar(state: SessionState) -> int:
-    """Return the number of beats in a bar."""
     return state.on_robots.score.bar or state.on_robots.beats_per_bar
 
 
 def speed(state: SessionState) -> Fraction:
-    """Return the speed factor that a person has set."""
     asked = state.kept.get("speed")
     return Fraction(str(asked["factor"] if asked and asked["type"] == "speed" else 1.0))
 
@@ -200,7 +195,6 @@ def playing_from(state: SessionState, at: float) -> SessionState:
 
 
 def begin(state: SessionState, at: float) -> StateAndActs:
-    """Begin at this time with beat 0, for all."""
     state = replace(without_entry(state), mode="playing", since=at, drifts=at + DRIFT_PERIOD)
     return state, [send(host, {"type": "resume", "at": at}) for host in state.alive]
 

@@ -146,7 +146,6 @@ class Loop:
             self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: play again", now)
 
     def advance(self, now: float) -> None:
-        """Do everything that is due."""
         if self._may_move and self._parent.is_silent(now):
             self._parent_lost(now)
         for what in [what for what, until in self._held.items() if now >= until]:

@@ -168,7 +168,6 @@ class DeviceSink(Sink):
 
 
 def robot_for(name: str, at: DeviceAddress, kind: type[Device], color: tuple[float, float, float]) -> DeviceRobot:
-    """Return the robot for a device of this kind, with all its settings."""
     defaults = {each: setting.default for each, setting in kind.settings.items()}
     return DeviceRobot(name, at.address, at.node, color, {**defaults, **at.settings})
 
@@ -242,13 +241,11 @@ class DeviceLink:
         return next((name for name in self._reads if name not in self._readings), None)
 
     def sense(self, name: str, value: bool | float) -> None:
-        """Take a reading of the device."""
         with self._changed:
             self._readings[name] = value
             self._report(name, value)
 
     def pose(self, pose: Pose) -> None:
-        """Take a pose of the device."""
         if self._odom:
             self._hear(RawPoses([RawPose(self.robot.name, ODOMETRY, pose, self._now(), topic=self._odom)]))
 

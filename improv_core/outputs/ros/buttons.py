@@ -68,7 +68,6 @@ class Buttons:
                 )
 
     def guard(self, topics: Collection[str]) -> None:
-        """Subscribe to emergency stops that are on."""
         for topic in topics:
             self._listen_to(topic, StopTopic(on=True, latest=True))
 

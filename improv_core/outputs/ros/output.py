@@ -17,15 +17,7 @@ from improv_core.outputs.ros.clock import CLOCK, ClockListener, NodeTime
 from improv_core.outputs.ros.discovery import described
 from improv_core.outputs.ros.joints.channels import Channel, needs_base
 from improv_core.outputs.ros.joints.controllers import RosControllers
-from improv_core.outputs.ros.nodes import (
-    PUBLISHER,
-    READER,
-    Nodes,
-    is_harmless,
-    is_published,
-    node_name,
-    without_name,
-)
+from improv_core.outputs.ros.nodes import PUBLISHER, READER, Nodes, is_harmless, is_published, node_name, without_name
 from improv_core.outputs.ros.publisher.client import PublisherClient
 from improv_core.outputs.ros.requests import Ask, Requests
 from improv_core.outputs.ros.reset import Resets

@@ -46,7 +46,6 @@ class Requests:
             node.create_service(Trigger, f"~/{name}", _answering(answer))
 
     def show(self, message: FromStage) -> None:
-        """Update the parameters from a message of the stage."""
         self._heard = self._heard.after(message)
         if message["type"] != "transport":
             return

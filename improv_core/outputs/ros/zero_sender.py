@@ -39,12 +39,10 @@ class PendingZeros:
         self._pending: dict[str, _Entry] = {}  # by topic, the one that was checked longest ago first
 
     def note_velocity(self, topic: RosTopic, frame: str) -> None:
-        """Note that a robot is about to be sent a velocity, in this frame."""
         self._standby.note_velocity(topic.name, frame)
         self._pending.pop(topic.name, None)
 
     def note_zero(self, robot: str, topic: RosTopic, frame: str, zero: bytes = ZERO) -> None:
-        """Note that a robot was sent this zero."""
         moved = topic.name in self._standby.moving
         self._standby.note_zero(topic.name)
         now, entry = self._now(), self._pending.get(topic.name)

@@ -67,7 +67,6 @@ class NoCollisions:
         return {}
 
     def take_bumps(self) -> list[Bump]:
-        """The bumps since the last call."""
         return []
 
     def take_contacts(self) -> tuple[set[str], set[str]]:
@@ -207,7 +206,6 @@ class Collisions(NoCollisions):
             self._bumps.append(Bump(self._end, contact.point_a.x, contact.point_a.y, names, thing))
 
     def _is_above(self, one: str, other: str) -> bool:
-        """Return whether one robot flies above the other."""
         (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
         return abs(self._paths[one][0].z - self._paths[other][0].z) >= disc.radius + beside.radius
 

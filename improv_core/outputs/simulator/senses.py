@@ -67,7 +67,6 @@ class SimulatedSenses:
         return any(self._measures_speed(each) or self._near(each, at) != _NOTHING for each in self._values)
 
     def changes(self, at: float) -> list[Edge]:
-        """The changes since the last call."""
         values = {each: self._value(each, at) for each in self._values}
         edges = [Edge(each, value, at) for each, value in values.items() if self._values[each] != value]
         self._values = values

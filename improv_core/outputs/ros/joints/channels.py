@@ -50,7 +50,6 @@ class Channel:
 
     @property
     def message(self) -> str:
-        """The type of its messages."""
         return MESSAGES[self.interface]
 
     @property
@@ -99,7 +98,6 @@ def window_of(part: Part, channel: Channel, tempo: Fraction) -> float:
 
 
 def _reversing(joint: Joint, speed: float, part: Part, tempo: Fraction) -> float:
-    """The seconds in which a joint reverses from a speed in a part."""
     if part.movement.body_words.has_poses:  # its way there isn't known before
         way = joint.max - joint.min if joint.max is not None and joint.min is not None else math.tau
         speed = max(speed, way * float(tempo) / 60)

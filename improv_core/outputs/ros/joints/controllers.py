@@ -106,7 +106,6 @@ class RosControllers:
                 self._make(robot, restart=False)
 
     def topics(self, robots: Collection[str]) -> set[str]:
-        """The topics of these robots' controllers."""
         return {controller.topic.name for controller in self._of(robots)}
 
     def waits(self) -> bool:

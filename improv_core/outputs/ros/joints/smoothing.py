@@ -51,7 +51,6 @@ class Brake:
         return self.since + self.seconds
 
     def at(self, time: float) -> tuple[float, float]:
-        """Return its position and its velocity at a time."""
         left = max(self.until - time, 0.0) / self.seconds
         return self.rest - self.velocity * self.seconds * left**2 / 2, self.velocity * left
 
@@ -114,7 +113,6 @@ def blend_of(way: Sequence[Stretch], window: float, now: float, before: Blend) -
 
 
 def blended(way: Sequence[Stretch], window: float, blend: Blend, time: float) -> tuple[float, float]:
-    """Return the position and velocity of a joint at a time."""
     passed = time - blend.since
     if passed < SOONEST:
         velocity = blend.velocity + blend.acceleration * passed
@@ -140,7 +138,6 @@ def _spread(bends: Sequence[float], now: float) -> list[float]:
 
 
 def smoothed(way: Sequence[Stretch], window: float, time: float) -> tuple[float, float]:
-    """Return the smoothed position and velocity of a joint at a time."""
     since, here = time - window, _at(way, time)
     if len(way) == 1:
         return here, 0.0

@@ -41,7 +41,6 @@ class PublisherClient:
 
     @property
     def problem(self) -> str | None:
-        """The problem with the process, in one line."""
         return self._process.problem if self._process else None
 
     def take(self, score: Score, generation: int) -> None:
@@ -79,7 +78,6 @@ class PublisherClient:
             self._process.helper.put(self.health.taken())
 
     def close(self) -> None:
-        """End all processes."""
         for process in self._leaving:
             process.kill()
         if self._process:

@@ -68,7 +68,6 @@ class Publications:
             logger.warning(line)
 
     def publish(self, forecast: Forecast, health: Health, now: float) -> None:
-        """Publish everything, from the latest forecast."""
         score, transport = forecast.score, forecast.transport
         if not score or not transport:
             return
@@ -110,7 +109,6 @@ class Publications:
         self._markers[0].publish(MarkerArray(markers=markers))
 
     def close(self) -> None:
-        """Destroy the nodes."""
         self._executor.shutdown()
         self._nodes.close()
 
@@ -197,7 +195,6 @@ def path_topics(robots: Sequence[str] | Mapping[str, Any]) -> dict[str, str]:
 
 
 def is_heard(advertised: Advertised) -> bool:
-    """Return whether a publisher has a subscriber."""
     return bool(advertised[0].get_subscription_count())
 
 
@@ -216,11 +213,7 @@ def _status(diagnosis: Diagnosis) -> Any:
     values = [KeyValue(key=key, value=value) for key, value in diagnosis.values.items()]
     level = bytes([diagnosis.level])
     return DiagnosticStatus(
-        level=level,
-        name=diagnosis.name,
-        message=diagnosis.message,
-        hardware_id=diagnosis.hardware,
-        values=values,
+        level=level, name=diagnosis.name, message=diagnosis.message, hardware_id=diagnosis.hardware, values=values
     )
 
 

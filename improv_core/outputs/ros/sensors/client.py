@@ -153,11 +153,9 @@ class RosReader:
         return robot in self._wanted["odometry"] and robot not in self.posed and self.alive > since + POSE_LIMIT
 
     def is_silent(self, sense: RobotSense) -> bool:
-        """Return whether a sense has no known value."""
         return self._values.get(sense) is None
 
     def close(self) -> None:
-        """End the process."""
         self._closing.set()
         if self._thread.ident:
             self._thread.join()

@@ -99,7 +99,6 @@ class HeardSenses:
 
     @property
     def topics(self) -> Iterable[Topic]:
-        """The topics to subscribe to."""
         return self._read.keys()
 
     def read(self, sources: Mapping[RobotSense, Topic], now: float) -> Iterator[Edge]:

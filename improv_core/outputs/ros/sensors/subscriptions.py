@@ -65,11 +65,9 @@ class Subscriptions:
             self._executor.spin_once(timeout_sec=left)
 
     def is_published(self, topic: str) -> bool:
-        """Return whether a topic has a publisher."""
         return is_published(self._node, topic)
 
     def close(self) -> None:
-        """Destroy all nodes."""
         self._executor.shutdown()
         if self._polling:
             self._polling.destroy_node()

@@ -88,7 +88,6 @@ async def _moves(receiver: Child) -> None:
 
 
 async def _next(receiver: Child) -> list[bytes]:
-    """Wait for the receiver's next reports."""
     try:
         while not (said := receiver.read(0.0)):  # noqa: ASYNC110 (no event tells of a pipe)
             await asyncio.sleep(LOOK_PERIOD)

@@ -152,7 +152,6 @@ class Standby:
         self._tell(message)
 
     def withdraw(self, topic: str, kind: str) -> None:
-        """Note that the stage has destroyed this publisher."""
         del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
@@ -280,7 +279,6 @@ class StandbyMonitor:
         self.note_start(now)
 
     def note_start(self, now: float) -> None:
-        """Note that there is a new standby."""
         self._due, self._starts = now + START_LIMIT, True
 
     def note_pulse(self, now: float, moving: bool) -> None:
@@ -289,7 +287,6 @@ class StandbyMonitor:
             self._due = min(self._due, now + (ANSWER_LIMIT if moving else START_LIMIT))
 
     def note_message(self) -> None:
-        """Note that the standby has sent something."""
         self._due, self._starts = math.inf, False
 
     def note_time(self, now: float) -> None:
@@ -299,7 +296,6 @@ class StandbyMonitor:
         self._looked = now
 
     def is_lost(self) -> bool:
-        """Return whether the standby has to be replaced."""
         return self._looked >= self._due
 
     def must_stop(self, moving: bool, ready: bool) -> bool:

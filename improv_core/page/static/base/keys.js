@@ -8,14 +8,14 @@ const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
 /**
  * @typedef {object} Actions
  * @property {(event: KeyboardEvent) => void} stop for Space and Escape
- * @property {Record<string, () => string | void>} keys by `event.key`; each returns what it did, in a word or two
+ * @property {(key: string) => (() => string | void) | undefined} actionOf a key; each action returns what it did, in a word or two
  * @property {Record<string, () => void>} shifted arrows with Shift
  * @property {() => boolean} lettersWork
  * @property {(line: string) => void} say shows what a letter did, or why it did nothing
  */
 
 /** Calls functions for keys. @param {Actions} actions */
-export function listen({ stop, keys, shifted, lettersWork, say }) {
+export function listen({ stop, actionOf, shifted, lettersWork, say }) {
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || event.defaultPrevented) return
     const target = event.target instanceof Element ? event.target : document.body
@@ -28,7 +28,7 @@ export function listen({ stop, keys, shifted, lettersWork, say }) {
     if (target.closest("input, select, textarea, .toml-lines pre")) return
     const arrow = event.key.startsWith("Arrow")
     const letter = event.key.length === 1
-    const action = arrow && event.shiftKey ? shifted[event.key] : keys[keyOf(event)]
+    const action = arrow && event.shiftKey ? shifted[event.key] : actionOf(keyOf(event))
     if (!action || (letter && !lettersWork())) return
     if (!target.closest(CONTROLS)) {
       if (letter && target === document.body) say("Keys work once you have clicked the stage")

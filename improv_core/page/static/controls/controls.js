@@ -16,8 +16,7 @@ const SPEEDS = [SLOWEST, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, FASTEST]
 /** Saves and plays the text on this page, if there is one that does not play. Returns whether it did. @type {{ writes: (() => boolean) | null }} */
 export const editing = { writes: null }
 
-const press = { stop, play: playOrPause, restart, step, slower, faster, normal: () => setSpeed(1) }
-for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", () => action())
+find("stop").addEventListener("click", stop)
 
 /** Stops all robots. */
 export function stop() {
@@ -64,7 +63,7 @@ export function faster() {
 }
 
 /** @param {number | undefined} factor */
-function setSpeed(factor) {
+export function setSpeed(factor) {
   if (!factor) return
   send({ type: "speed", factor })
   return `speed ${factor}×`

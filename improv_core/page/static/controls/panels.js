@@ -7,7 +7,7 @@ import { listen } from "../base/keys.js"
 import { showBriefly } from "../base/notices.js"
 import { setting } from "../base/setting.js"
 import { settings } from "../base/storage.js"
-import { faster, playOrPause, restart, slower, step, stop } from "./controls.js"
+import { faster, playOrPause, restart, setSpeed, slower, step, stop } from "./controls.js"
 import { seek, seekBy } from "./seek.js"
 
 /** @import { Camera } from "../floor/camera.js" */
@@ -21,6 +21,8 @@ const ZOOM_STEP = 1.25
 export class Panels {
   #camera
   #trails = findA("trail", HTMLSelectElement)
+  /** The actions of controls, by their ids. @type {Record<string, () => string | void>} each returns what it did, in a word or two */
+  #actions
   trail = Infinity // seconds
   ahead = true
   presenting = false
@@ -28,32 +30,36 @@ export class Panels {
   /** @param {Camera} camera */
   constructor(camera) {
     this.#camera = camera
-    for (const name of /** @type {const} */ (["timeline", "score"])) {
-      this.#openUsual(name)
-      find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
-    }
+    for (const name of /** @type {const} */ (["timeline", "score"])) this.#openUsual(name)
     SMALL_SCREEN.addEventListener("change", () => {
       const extra = document.body.classList.contains("editing") ? "timeline" : "score"
       if (!SMALL_SCREEN.matches) this.#openUsual(extra)
       else if (!find("timeline").hidden) this.#open(extra, false)
       refit()
     })
-    for (const [card, button] of Object.entries(CARDS)) {
-      find(button).addEventListener("click", () => this.#turn(card))
-      find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
-    }
-    const press = {
+    const buttons = {
+      play: playOrPause,
+      restart,
+      step,
+      slower,
+      normal: () => setSpeed(1),
+      faster,
+      "show-timeline": () => this.#toggle("timeline"),
+      "show-score": () => this.#toggle("score"),
       "zoom-in": () => this.#zoom(ZOOM_STEP),
       "zoom-out": () => this.#zoom(1 / ZOOM_STEP),
+      fit: () => this.#fit(),
       ahead: () => this.#turnAhead(),
       present: () => this.#turnPresent(),
       "present-end": () => this.#turnPresent(),
       "present-program": () => this.#turnPart("program"),
       "present-beat": () => this.#turnPart("beat"),
       "show-more": () => this.#showMore(find("show-more").getAttribute("aria-expanded") !== "true"),
-      fit: () => this.#fit(),
+      ...Object.fromEntries(Object.entries(CARDS).map(([card, button]) => [button, () => this.#turn(card)])),
     }
-    for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
+    for (const [id, action] of Object.entries(buttons)) find(id).addEventListener("click", action)
+    this.#actions = { ...buttons, trail: () => this.#setTrail(this.trail ? 0 : Infinity) }
+    for (const card of Object.keys(CARDS)) find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
     this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
     this.#showTrail(Number(settings.get("trail", "Infinity")))
     this.#listen()
@@ -88,34 +94,18 @@ export class Panels {
       this.#shutAll()
       this.#showMore(false)
     }
-    const unlessPresenting = (/** @type {() => string | void} */ action) => () => (this.presenting ? undefined : action())
-    /** @type {Record<string, () => string | void>} */
-    const keys = {
-      k: playOrPause,
-      p: () => this.#turnPresent(),
-      r: restart,
-      n: step,
-      "[": slower,
-      "]": faster,
-      "+": () => this.#zoom(ZOOM_STEP),
-      "=": () => this.#zoom(ZOOM_STEP),
-      "-": () => this.#zoom(1 / ZOOM_STEP),
-      f: () => this.#fit(),
-      t: unlessPresenting(() => this.#setTrail(this.trail ? 0 : Infinity)),
-      x: unlessPresenting(() => pressed("clear", "trails cleared")),
-      c: () => pressed("cue", "cue"),
-      a: unlessPresenting(() => this.#turnAhead()),
-      l: unlessPresenting(() => this.#toggle("timeline")),
-      s: () => (this.presenting ? this.#turnPart("program") : this.#toggle("score")),
-      b: () => (this.presenting ? this.#turnPart("beat") : undefined),
-      w: unlessPresenting(() => pressed("show-wall", "")),
-      "?": unlessPresenting(() => this.#turn("help")),
-      ArrowLeft: () => seekBy(-1),
-      ArrowRight: () => seekBy(1),
-      Home: () => seek(0),
-    }
+    /** @type {Record<string, () => void>} */
+    const positions = { ArrowLeft: () => seekBy(-1), ArrowRight: () => seekBy(1), Home: () => seek(0) }
     const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
-    listen({ stop: stopOrClose, keys, shifted, lettersWork: letters, say: showBriefly })
+    listen({ stop: stopOrClose, actionOf: (key) => positions[key] ?? this.#actionOf(key), shifted, lettersWork: letters, say: showBriefly })
+  }
+
+  /** The action of the control with a key, unless that is hidden, also by what is presented. @param {string} key */
+  #actionOf(key) {
+    const unused = this.presenting ? "#more, #panels, #caption" : "#presenting"
+    const all = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(`[aria-keyshortcuts~="${CSS.escape(key)}" i]`))
+    const control = [...all].find((each) => !each.hidden && !each.closest(unused))
+    return control && (this.#actions[control.id] ?? (() => (control.click(), control.title.split(" (")[0])))
   }
 
   /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
@@ -234,11 +224,4 @@ export class Panels {
     this.showFit()
     return "fit"
   }
-}
-
-/** Presses a button, if it is there. Returns what that did. @param {string} id @param {string} did */
-function pressed(id, did) {
-  if (find(id).hidden) return
-  find(id).click()
-  return did
 }

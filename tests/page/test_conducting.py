@@ -193,6 +193,10 @@ def test_text_typed_outside_the_editor_starts_nothing(stage: Page) -> None:
     wait(stage, f"improv.transport.generation > {generation}")
     stage.keyboard.press("l")
     expect(stage.locator("#timeline")).to_be_visible()
+    stage.keyboard.press("a")  # a button that is out of sight, at this size or a smaller one
+    expect(did).to_have_text("A: Paths ahead off")
+    stage.keyboard.press("a")
+    expect(stage.locator("#ahead")).to_have_attribute("aria-pressed", "true")
 
 
 def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:

@@ -28,6 +28,11 @@ export function element(tag, properties = {}, ...children) {
   return made
 }
 
+/** Makes a span. @param {string} className @param {string} textContent */
+export function span(className, textContent = "") {
+  return element("span", { className, textContent })
+}
+
 /**
  * Makes a button that calls a function when it is pressed.
  * @param {Partial<HTMLButtonElement>} properties

@@ -1,7 +1,7 @@
 // @ts-check
 // The page's messages to people: its connection, and news for screen readers.
 
-import { button, find } from "./elements.js"
+import { button, find, write } from "./elements.js"
 import { refit } from "./frames.js"
 
 /** @typedef {"opening" | "open" | "lost" | "refused" | "over"} Connection */
@@ -93,7 +93,7 @@ export class Notices {
 
 /** Tells screen readers. @param {string} text */
 export function announce(text) {
-  if (find("news").textContent !== text) find("news").textContent = text
+  write(find("news"), text)
 }
 
 let briefly = 0 // the timer that hides what was done

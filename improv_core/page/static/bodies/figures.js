@@ -2,7 +2,7 @@
 // The bodies: for each robot with one a figure, and gauges of its joints. The figure is seen from the front and from its
 // right side, or it is a stick figure that turns, if the robot's joints are known from a URDF.
 
-import { element, find, robotElement } from "../base/elements.js"
+import { element, find, robotElement, span } from "../base/elements.js"
 import { robotList } from "../score/robot-list.js"
 import { figureOf } from "./body.js"
 import { gauge } from "./gauge.js"
@@ -107,7 +107,7 @@ function starts(body) {
 
 /** The gauges of one body part, under its name. @param {Row[]} rows */
 function group(rows) {
-  const name = element("span", { className: "part", textContent: rows[0]?.part.replaceAll("_", " ") ?? "" })
+  const name = span("part", rows[0]?.part.replaceAll("_", " "))
   return element("div", {}, name, ...rows.map(({ row }) => row))
 }
 
@@ -117,7 +117,7 @@ function row(part, joint) {
   const className = ["gauge", ...["least", "most"].filter((_, index) => ends[index])].join(" ")
   const words = joint.name.split("_")
   const textContent = words.filter((word) => !part.split("_").includes(word)).join(" ") || words.join(" ")
-  const value = element("span", { className: "value" })
+  const value = span("value")
   const row = element(
     "div",
     { className, role: "img" },

@@ -10,7 +10,6 @@ import { line } from "./vectors.js"
 /** @typedef {[x: number, y: number]} Point */
 /** @typedef {{ d: string, hand: Point, behind: boolean }} DrawnArm */
 /** @typedef {{ middle: Point, eyes: (Point | null)[], nose: Point | null, hat: string }} DrawnHead what looks away is null */
-/** @typedef {{ arms: DrawnArm[], head: DrawnHead, strings: string }} View */
 /** @typedef {keyof typeof VIEWS} ViewName */
 /** @typedef {{ svg: SVGSVGElement, draw: (positions: Positions) => void }} Picture of a body whose joints are at these positions */
 
@@ -82,7 +81,6 @@ function circles(points, radius) {
  * A figure as it is seen. From the front, its left arm is on our right.
  * @param {Figure} figure
  * @param {ViewName} name
- * @returns {View}
  */
 export function view({ head, arms }, name) {
   const { seen, toUs } = VIEWS[name]

@@ -9,7 +9,6 @@ import { along, line, plus } from "./vectors.js"
 /** @import { Place } from "./vectors.js" */
 /** @typedef {{ turn: number, tilt: number }} Sight from how far to the left of its front, and from how far above, in radians */
 /** @typedef {{ middle: Place, radius: number }} Room that is shown: all of it fits from everywhere */
-/** @typedef {{ floor: string, still: string, moving: string, joints: string }} Paths */
 
 /** @type {Place} */
 const BASE = [0, 0, 0]
@@ -51,7 +50,7 @@ export class StickFigure {
     this.#last = skeleton.map(({ way }, index) => way === "turns" && !carries[index])
   }
 
-  /** @param {Positions} positions @param {Sight} sight @returns {Paths} */
+  /** @param {Positions} positions @param {Sight} sight */
   seen(positions, sight) {
     const frames = framesOf(this.#skeleton, positions)
     this.#fit(frames.map(({ at }) => at))

@@ -1,7 +1,7 @@
 // @ts-check
 // The bar: the dance that plays, and the buttons that control it.
 
-import { element, find } from "../base/elements.js"
+import { find, span } from "../base/elements.js"
 import { notices } from "../base/notices.js"
 import { isWebsite } from "../net/backend.js"
 import { LIMITS } from "../net/limits.js"
@@ -147,9 +147,6 @@ export function spoken() {
   const length = beats === null ? "without end" : `${round(beats)} beats`
   return `playing${from} ${length} at ${round(tempo)} beats per minute`
 }
-
-/** @param {string} className @param {string} textContent */
-const span = (className, textContent) => element("span", { className, textContent })
 
 /** @param {number} number */
 function round(number) {

@@ -2,7 +2,7 @@
 // Movements by hand: a path that somebody draws on the floor, or a robot that somebody moves with the arrow keys or a
 // finger. Their words are written into the program. Only the picture of a robot moves: nothing is sent to robots.
 
-import { element, find, findA } from "../base/elements.js"
+import { find, findA, span } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
 import { announce } from "../base/notices.js"
 import { poseAfter } from "../base/path.js"
@@ -195,7 +195,7 @@ export class Gesturing {
     const written = mode === "draw" ? startPoses.written : {} // only a robot of the score has a picture that performs
     const names = Object.keys(written).length ? Object.keys(written) : robotList.playing.map(({ name }) => name)
     const before = this.#robot.value
-    this.#robot.replaceChildren(...(names.length ? names : ["turtle1"]).map((name) => element("option", { value: name, textContent: name })))
+    this.#robot.replaceChildren(...(names.length ? names : ["turtle1"]).map((name) => new Option(name)))
     if (names.includes(before)) this.#robot.value = before
     find("gesture-whose").hidden = names.length < 2
     this.#end()
@@ -222,7 +222,6 @@ export class Gesturing {
     this.#restart(pose)
     this.#floor.camera.look(pose, FINE)
     const [before, line, keys] = LINES[this.#pen ? "draw on" : (this.#mode ?? "draw")]
-    const span = (/** @type {string} */ className, /** @type {string} */ textContent) => element("span", { className, textContent })
     find("gesture-line").replaceChildren(span("before", `${before} `), line, span("by-key", ` ${keys}`))
     redraw()
   }
@@ -238,8 +237,7 @@ export class Gesturing {
     this.#bar.className = ""
     this.#floor.camera.stays = false
     this.#click(null)
-    this.#points = []
-    this.#keys = []
+    this.#restart(null)
     this.#held.clear()
     this.#finger = null
     this.#pens = {}
@@ -253,14 +251,14 @@ export class Gesturing {
     redraw()
   }
 
-  /** Begins a new gesture at a pose. @param {Pose} pose */
+  /** Begins a new gesture at a pose, or ends it. @param {Pose | null} pose */
   #restart(pose) {
     this.#pose = pose
     this.#begun = 0
     this.#keys = []
     this.#points = []
     this.#drags = false
-    if (this.#mode === "draw") this.#note(pose)
+    if (pose && this.#mode === "draw") this.#note(pose)
   }
 
   /** Beats count from the first movement or, if the dance plays, from where the robot left it. */

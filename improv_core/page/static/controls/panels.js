@@ -24,7 +24,7 @@ export class Panels {
   /** The actions of controls, by their ids. @type {Record<string, () => string | void>} each returns what it did, in a word or two */
   #actions
   trail = Infinity // seconds
-  ahead = true
+  #isAhead = setting("ahead", redraw)
   presenting = false
 
   /** @param {Camera} camera */
@@ -49,7 +49,6 @@ export class Panels {
       "zoom-in": () => this.#zoom(ZOOM_STEP),
       "zoom-out": () => this.#zoom(1 / ZOOM_STEP),
       fit: () => this.#fit(),
-      ahead: () => this.#turnAhead(),
       present: () => this.#turnPresent(),
       "present-end": () => this.#turnPresent(),
       "present-program": () => this.#turnPart("program"),
@@ -105,7 +104,7 @@ export class Panels {
     const unused = this.presenting ? "#more, #panels, #caption" : "#presenting"
     const all = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(`[aria-keyshortcuts~="${CSS.escape(key)}" i]`))
     const control = [...all].find((each) => !each.hidden && !each.closest(unused))
-    return control && (this.#actions[control.id] ?? (() => (control.click(), control.title.split(" (")[0])))
+    return control && (this.#actions[control.id] ?? (() => pressed(control)))
   }
 
   /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
@@ -181,11 +180,9 @@ export class Panels {
     return length ? "trails on" : "trails off"
   }
 
-  #turnAhead() {
-    this.ahead = !this.ahead
-    find("ahead").setAttribute("aria-pressed", String(this.ahead))
-    redraw()
-    return this.ahead ? "paths on" : "paths off"
+  /** True if the paths ahead are shown. */
+  get ahead() {
+    return this.#isAhead()
   }
 
   /**
@@ -224,4 +221,11 @@ export class Panels {
     this.showFit()
     return "fit"
   }
+}
+
+/** Presses a button. Returns what that did. @param {HTMLElement} button */
+function pressed(button) {
+  button.click()
+  const state = { true: " on", false: " off" }[button.getAttribute("aria-pressed") ?? ""] ?? ""
+  return button.title.split(" (")[0] + state
 }

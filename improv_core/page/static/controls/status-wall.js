@@ -7,16 +7,6 @@ import { announce } from "../base/notices.js"
 import { measured } from "../floor/measured.js"
 import { clock } from "../score/clock.js"
 
-/**
- * @typedef {object} Brick one robot as the wall shows it
- * @property {string} name
- * @property {string} state what it does, or what is wrong with it
- * @property {"fault" | "still" | "well"} kind
- * @property {string} off how far it is off its path
- * @property {string} age how old its latest pose is
- * @property {string} battery
- */
-
 /** @type {Record<string, string>} */
 const WORDS = { gone: "gone", silent: "silent", stuck: "stuck", joints: "joints don't follow", off_path: "off its path", jumped: "jumped", late: "late" }
 const COLUMNS = ["state", "off", "age", "battery"] // after the name
@@ -82,7 +72,7 @@ export class StatusWall {
     return `${WORDS[fault]}${seconds < Infinity ? `, last pose ${Math.round(seconds)} s ago` : ""}`
   }
 
-  /** All robots that are real, those in trouble first. @returns {Brick[]} */
+  /** All robots that are real, those in trouble first. */
   get tiles() {
     const found = Object.entries(this.#vitals).map(([name, { odom, battery, instead }]) => {
       const faults = ORDER.filter((fault) => this.#faults.get(name)?.has(fault))
@@ -91,7 +81,7 @@ export class StatusWall {
       const silent = clock.isSilent(name)
       const { state } = clock.transport
       const does = silent ? "muted" : instead && clock.playing ? instead : state
-      /** @type {Brick["kind"]} */
+      /** @type {"fault" | "still" | "well"} */
       const kind = wrong.length ? "fault" : silent || instead || !clock.playing ? "still" : "well"
       const age = this.#age(name)
       const off = measured.off(name)

@@ -15,9 +15,6 @@ export const connect = isWebsite ? connectToWorker : connectToServer
 /** Promises the paths as SVG; null if there are none, or nobody can draw them. */
 export const fetchPicture = isWebsite ? drawPaths : server.fetchPaths
 
-/** Promises the song of improv.toml, or says why there is none. */
-export const fetchSong = isWebsite ? server.fetchFromGallery : server.fetchSong
-
 /** Promises the Unix time of what plays, in seconds. */
 export const fetchTime = isWebsite ? server.ownTime : server.fetchTime
 

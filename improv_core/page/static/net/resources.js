@@ -9,29 +9,16 @@ import { withToken } from "./token.js"
 const NONE = { bytes: null, tag: "", same: false, problem: "", type: "" }
 
 /**
- * The song that the server has; `same` if it is the one with this tag. `problem` says why there is none.
+ * The song that the server has, or the website's gallery; `same` if it is the one with this tag. `problem` says why there
+ * is none.
  * @param {string} file
  * @param {string} tag
  * @returns {Promise<SongAnswer>}
  */
 export async function fetchSong(file, tag) {
-  return answerOf(withToken("song"), file, tag)
-}
-
-/**
- * A song of the website's gallery. It has no others: those are dropped onto the page.
- * @param {string} file
- * @param {string} tag
- * @returns {Promise<SongAnswer>}
- */
-export async function fetchFromGallery(file, tag) {
-  const songs = document.querySelector('meta[name="improv-songs"]')?.getAttribute("content")?.split(" ") ?? []
-  if (songs.includes(file)) return answerOf(new URL(`songs/${file}`, location.href), file, tag)
-  return { ...NONE, problem: `This website doesn't have ${file}: drop it onto this page.` }
-}
-
-/** @param {URL} address @param {string} file @param {string} tag @returns {Promise<SongAnswer>} */
-async function answerOf(address, file, tag) {
+  const songs = document.querySelector('meta[name="improv-songs"]')?.getAttribute("content")?.split(" ")
+  if (songs && !songs.includes(file)) return { ...NONE, problem: `This website doesn't have ${file}: drop it onto this page.` }
+  const address = songs ? new URL(`songs/${file}`, location.href) : withToken("song")
   const problem = `${file} did not arrive: reload this page.`
   try {
     const answer = await fetch(address, { headers: tag ? { "If-None-Match": tag } : {} })
@@ -54,8 +41,8 @@ export async function fetchTime() {
   return Number.isFinite(time) ? time : null
 }
 
-/** @param {string} path */
-async function textAt(path) {
+/** The text at a path of the server, or of the website; null if there is none. @param {string} path */
+export async function textAt(path) {
   try {
     const answer = await fetch(withToken(path))
     return answer.ok ? await answer.text() : null

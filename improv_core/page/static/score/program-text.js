@@ -5,8 +5,7 @@ import { CodePoints } from "../base/code-points.js"
 
 /** @import { Segment } from "./lookahead.js" */
 /** @import { Velocity } from "../base/path.js" */
-/** @typedef {"x" | "y" | "z" | "yaw"} Axis */
-/** @typedef {{ word: string, sign: string, rests: boolean, axis?: Axis, at: number, names: { word: string, at: number }[] }} Voice */
+/** @typedef {{ word: string, sign: string, rests: boolean, axis?: typeof AXES[number], at: number, names: { word: string, at: number }[] }} Voice */
 
 export const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 // Signs for words: for each axis that of a positive and that of a negative velocity.

@@ -3,8 +3,9 @@
 
 import { element, find, findA } from "../base/elements.js"
 import { announce, notices, showBriefly } from "../base/notices.js"
+import { setting } from "../base/setting.js"
 import { settings } from "../base/storage.js"
-import { fetchSong } from "../net/backend.js"
+import { fetchSong } from "../net/resources.js"
 import { keepAsking } from "../net/server-time.js"
 import { changes } from "../score/changes.js"
 import { clock } from "../score/clock.js"
@@ -44,7 +45,6 @@ export class Sound {
     find("tap").addEventListener("click", () => this.#tap())
     find("use-tempo").addEventListener("click", () => this.#useTempo())
     for (const gesture of ["click", "keydown", "pointerup"]) addEventListener(gesture, () => this.#turnOn(), true)
-    find("metronome").addEventListener("click", () => this.#setClicks(!this.#clicks))
     addEventListener("dragover", (event) => {
       if (event.dataTransfer?.types.includes("Files")) event.preventDefault()
     })
@@ -72,7 +72,7 @@ export class Sound {
       if (file) this.#take(file)
       chosen.value = ""
     })
-    if (settings.get("clicks", false)) this.#setClicks(true)
+    setting("clicks", (on) => this.#setClicks(on), false)
   }
 
   /** The sound that plays, for measurements. */
@@ -169,8 +169,6 @@ export class Sound {
   /** @param {boolean} clicks */
   async #setClicks(clicks) {
     this.#clicks = clicks
-    settings.set("clicks", clicks)
-    find("metronome").setAttribute("aria-pressed", String(clicks))
     if (clicks) await this.#ready()
     this.run()
   }

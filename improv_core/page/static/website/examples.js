@@ -5,6 +5,7 @@ import { robotColor } from "../base/colors.js"
 import { button, element, find, findA, svgAddress } from "../base/elements.js"
 import { figureOf } from "../bodies/body.js"
 import { puppet } from "../bodies/puppet.js"
+import { textAt } from "../net/resources.js"
 
 /** @import { Body } from "../bodies/body.js" */
 /** @typedef {{ name: string, text: string, toml: string, picture: string, bodies: Body[] }} Example with the picture of its paths, as SVG */
@@ -27,15 +28,11 @@ export function offerExamples(take) {
     if (list.childElementCount) return
     const line = find("examples-line")
     line.textContent = "Loading…"
-    try {
-      const answer = await fetch("examples.json")
-      /** @type {Example[]} */
-      const examples = await answer.json()
-      list.replaceChildren(...examples.map(row))
-      line.textContent = ""
-    } catch {
-      line.textContent = "The examples can't be loaded: try again once there is a network."
-    }
+    const text = await textAt("examples.json")
+    /** @type {Example[]} */
+    const examples = JSON.parse(text ?? "[]")
+    list.replaceChildren(...examples.map(row))
+    line.textContent = text ? "" : "The examples can't be loaded: try again once there is a network."
   })
 }
 

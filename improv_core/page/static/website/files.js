@@ -1,7 +1,7 @@
 // @ts-check
 // Programs as files: where browsers let pages choose a file to write, there, and elsewhere as a download.
 
-import { download, findA } from "../base/elements.js"
+import { download } from "../base/elements.js"
 
 /**
  * @typedef {object} Chosen a file that somebody has chosen to write
@@ -35,17 +35,6 @@ export async function saveText(name, text) {
     const wasLeft = problem instanceof DOMException && problem.name === "AbortError" // the window to choose a file
     return wasLeft ? "" : `Not saved: ${problem}`
   }
-}
-
-/** Opens a file that somebody chooses. Promises null if nobody does. @returns {Promise<File | null>} */
-export function chooseFile() {
-  const input = findA("open-file", HTMLInputElement)
-  input.value = ""
-  input.click()
-  return new Promise((done) => {
-    input.onchange = () => done(input.files?.[0] ?? null)
-    input.oncancel = () => done(null)
-  })
 }
 
 /** The program in a file; null if it is too long or no text. @param {File} file */

@@ -3,6 +3,7 @@
 
 import { button, element, find, findA } from "../base/elements.js"
 import { isWebsite } from "../net/backend.js"
+import { textAt } from "../net/resources.js"
 import { settings } from "../base/storage.js"
 
 /** @typedef {{ part: string, title: string, html: string }} Page its HTML comes with Improv */
@@ -30,13 +31,12 @@ export function offerGuide(take) {
 
   find("show-guide").addEventListener("click", async () => {
     if (pages.length) return
-    try {
-      const answer = await fetch("guide.json")
-      pages = await answer.json()
-    } catch {
+    const loaded = await textAt("guide.json")
+    if (!loaded) {
       text.textContent = "The tutorial can't be loaded: try again once there is a network."
       return
     }
+    pages = JSON.parse(loaded)
     for (const part of new Set(pages.map((page) => page.part))) {
       const titles = pages.filter((page) => page.part === part).map(({ title }) => title)
       menu.append(element("optgroup", { label: part }, ...titles.map((title, i) => new Option(`${i + 1}. ${title}`))))

@@ -2,7 +2,7 @@
 // Passes a program on: as a link to a website, which anybody can open, as a QR code, or as a file.
 
 import { find, findA, svgAddress } from "../base/elements.js"
-import { chooseFile, saveText, textOf } from "./files.js"
+import { saveText, textOf } from "./files.js"
 import { TOO_LONG, UNFIT, fragmentOf, isTooLong, workIn } from "./link.js"
 import { settings } from "../base/storage.js"
 import { isWebsite, keptToml } from "../net/backend.js"
@@ -66,11 +66,14 @@ export function offerSharing(saving, getBeat, getStill) {
     }
   })
   find("save-file").addEventListener("click", async () => say(await saveText("dance.improv", saving.text)))
-  find("choose-file").addEventListener("click", async () => {
-    const chosen = await chooseFile()
-    if (!chosen) return
-    const text = await textOf(chosen)
-    if (text === null) say(`${chosen.name} is no text of at most 100,000 characters: choose an .improv file`)
+  const chosen = findA("open-file", HTMLInputElement)
+  find("choose-file").addEventListener("click", () => chosen.click())
+  chosen.addEventListener("change", async () => {
+    const [file] = chosen.files ?? []
+    if (!file) return
+    chosen.value = ""
+    const text = await textOf(file)
+    if (text === null) say(`${file.name} is no text of at most 100,000 characters: choose an .improv file`)
     else {
       dialog.close()
       saving.replace(text)

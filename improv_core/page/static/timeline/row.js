@@ -11,8 +11,7 @@ import { direction, itemsOf, labels, namesOf, outline, runs } from "./items.js"
 /** @import { Meeting } from "../floor/meetings.js" */
 /** @import { Pen } from "../base/pen.js" */
 /** @import { ProgramText, Voice } from "../score/program-text.js" */
-/** @import { RowPlace } from "./timerows.js" */
-/** @import { TimelineView } from "./timesheet.js" */
+/** @import { RowPlace, TimelineView } from "./timesheet.js" */
 /** @typedef {TimelineView & RowPlace & { pen: Pen, current: Lookahead }} Row with all that is needed to draw it */
 
 const MOST_ITEMS = 600 // per row: more would be finer than pixels

@@ -8,7 +8,6 @@ import { formatPosition } from "../score/clock.js"
 /** @import { Pen } from "../base/pen.js" */
 /** @import { TimelineView } from "./timesheet.js" */
 /** @typedef {{ beat: number, number: number, name: string }} Scene counted from 1 */
-/** @typedef {{ x: number, wide: number, text: string }} Label in pixels */
 /**
  * @typedef {Pick<TimelineView, "left" | "scale" | "letter" | "head"> & { bar: number | null, scenes: Scene[], last: number,
  *   height: number, colors: Colors }} Ruler up to a last beat
@@ -55,10 +54,9 @@ export function paintRuler(pen, ruler) {
 }
 
 /**
- * The names of scenes that have room; none for a single scene without one.
+ * The names of scenes that have room, and their places in pixels; none for a single scene without one.
  * @param {Pen} pen
  * @param {Ruler} ruler
- * @returns {Label[]}
  */
 function namesOf(pen, { left, bar, scenes, scale, letter }) {
   if (scenes.every(({ number, name }) => number === 1 && !name)) return []

@@ -2,26 +2,28 @@
 // The timeline: one row per robot, one item per word, as wide as its duration, and the playhead. Drag to scrub.
 
 import { colors } from "../base/colors.js"
-import { button, element, find, findA, robotElement } from "../base/elements.js"
+import { button, element, find, findA, robotElement, span, write } from "../base/elements.js"
 import { wake } from "../base/frames.js"
 import { seek } from "../controls/seek.js"
 import { wall } from "../controls/status-wall.js"
 import { measured } from "../floor/measured.js"
 import { send } from "../net/send.js"
 import { clock, formatPosition } from "../score/clock.js"
+import { partsOf } from "../score/lookahead.js"
 import { program } from "../score/program.js"
 import { robotList } from "../score/robot-list.js"
 import { Silence } from "../score/silence.js"
-import { rowsOf } from "./timerows.js"
 import { TimelineSheet } from "./timesheet.js"
 
 /** @import { Robot } from "../score/robot-list.js" */
 /** @import { Meeting } from "../floor/meetings.js" */
+/** @import { TimelineRow } from "./timesheet.js" */
 
 const LONG_NAME = 12 // letters: a longer name takes two or three smaller lines
 const LEAST_BEAT_WIDTH = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const PLAYHEAD_AT = 0.25 // where in the view the playhead stays
 const CROWD_SIZE = 8 // robots; with more, rows are lower, to leave room for the stage
+const MOST_MARKS = 500
 const SNAP_DISTANCE = 7 // pixels from a mark to a pointer
 const SEEK_PERIOD = 60 // milliseconds between two seeks while scrubbing
 
@@ -37,7 +39,9 @@ export class Timeline {
   #drawn = ""
   /** The part that is drawn: the beat at its left edge, pixels per beat, the beat that plays, and pixels. */
   shown = { left: 0, scale: 1, beat: 0, width: 0 }
-  #sizes = { width: 0, height: 0, letter: 16, head: 0, row: 0 }
+  #sizes = { width: 0, height: 0, letter: 16, head: 0 }
+  /** @type {TimelineRow[]} */
+  #rows = []
   #silence = new Silence()
   /** @type {number | null} */
   #pointed = null // the beat under a pointer that presses nothing
@@ -59,13 +63,13 @@ export class Timeline {
 
   /** Marks in a robot's row what its senses have decided. @param {Messages["decided"]} decision */
   mark(decision) {
-    this.#sheet.mark(decision)
+    this.#sheet.marks = [...this.#sheet.marks, decision].slice(-MOST_MARKS)
     this.touch()
   }
 
   /** Another performance begins: senses have decided nothing yet. */
   restart() {
-    this.#sheet.forgetMarks()
+    this.#sheet.marks = []
     this.touch()
   }
 
@@ -81,19 +85,20 @@ export class Timeline {
       height: this.#tracks.clientHeight,
       letter: parseFloat(getComputedStyle(this.#tracks).fontSize),
       head: find("robots-head").offsetHeight,
-      row: this.#list.firstElementChild?.getBoundingClientRect().height ?? 0,
     }
-    this.#sheet.resize(this.#sizes.width, this.#sizes.height)
+    const { top } = this.#list.getBoundingClientRect()
+    const boxes = [...this.#list.children].map((row) => row.getBoundingClientRect())
+    const rows = boxes.map(({ y, height }, i) => ({ robot: this.#rows[i], y: y - top, row: height }))
+    this.#sheet.resize(this.#sizes.width, this.#sizes.height, rows)
     this.touch()
   }
 
   /** Shows another score. @param {Messages["score"]} score */
   show(score) {
     this.#left = 0
-    const rows = rowsOf(score, robotList.playing)
-    this.#tracks.classList.toggle("crowd", rows.rows.length > CROWD_SIZE)
-    this.#sheet.show(rows)
-    this.#list.replaceChildren(...rows.rows.map((row) => (row.part === null ? this.#row(row) : partRow(row, row.part))))
+    this.#rows = robotList.playing.flatMap((robot) => partsOf(score, robot.name).map((part) => ({ ...robot, part })))
+    this.#tracks.classList.toggle("crowd", this.#rows.length > CROWD_SIZE)
+    this.#list.replaceChildren(...this.#rows.map((row) => (row.part === null ? this.#row(row) : partRow(row, row.part))))
     this.showSilence()
     this.showMeasured()
     this.showPosition()
@@ -124,7 +129,7 @@ export class Timeline {
       const off = row.querySelector(".off")
       const { robot = "" } = row.dataset
       const text = (beat === null && wall.lost(robot)) || measured.off(robot, beat)
-      if (off && off.textContent !== text) off.textContent = text
+      if (off) write(off, text)
     }
   }
 
@@ -189,13 +194,13 @@ export class Timeline {
     const { name } = robot
     const parts = name.split(/(?<=_)/).flatMap((part) => [part, element("wbr")])
     const label = element("span", { className: name.length > LONG_NAME ? "name long" : "name", title: name }, ...parts)
-    const off = element("span", { className: "off" })
+    const off = span("off")
     off.addEventListener("pointerenter", () => (off.title = `at most ${measured.most(name)}`))
-    const endless = element("span", { className: "endless", textContent: "∞", title: "endless" })
+    const endless = element("span", { className: "endless quiet", textContent: "∞", title: "endless" })
     return robotElement(
       "li",
       robot,
-      element("span", { className: "dot" }),
+      span("dot"),
       element("span", { className: "named" }, label, off),
       ...(program.current?.score.robots[name]?.ends === null ? [endless] : []),
       this.#button("muted", "Mute", name, `Mute: ${name} stands still while the others play`),

@@ -9,11 +9,13 @@ import { program } from "../score/program.js"
 import { itemsOf } from "./items.js"
 import { drawItems, paintRow } from "./row.js"
 import { paintRuler } from "./ruler.js"
-import { TimelineRows } from "./timerows.js"
 
 /** @import { Lookahead } from "../score/lookahead.js" */
 /** @import { Meeting } from "../floor/meetings.js" */
 /** @import { Pen } from "../base/pen.js" */
+/** @import { Robot } from "../score/robot-list.js" */
+/** @typedef {Robot & { part: string | null }} TimelineRow of a robot, or of one of its body parts */
+/** @typedef {{ robot: TimelineRow, y: number, row: number }} RowPlace where a row begins, and how high it is, in pixels */
 /**
  * @typedef {object} TimelineView
  * @property {number} beat
@@ -21,12 +23,10 @@ import { TimelineRows } from "./timerows.js"
  * @property {number} scale pixels per beat
  * @property {number} letter pixels
  * @property {number} head pixels
- * @property {number} row pixels
  * @property {number} top pixels by which rows are scrolled
  */
 
 const SPARE = 0.5 // of the view's width is drawn beyond its right edge
-const MOST_MARKS = 500
 
 export class TimelineSheet {
   #canvas
@@ -36,9 +36,10 @@ export class TimelineSheet {
   #width = 0
   #height = 0
   #ratio = 1
-  #rows = new TimelineRows([])
-  /** @type {Messages["decided"][]} */
-  #marks = []
+  /** @type {RowPlace[]} */
+  #rows = []
+  /** What senses have decided. @type {Messages["decided"][]} */
+  marks = []
   /** @type {Meeting[]} */
   meetings = []
 
@@ -48,27 +49,13 @@ export class TimelineSheet {
     this.#pen = penOn(canvas, { alpha: false })
   }
 
-  /** @param {TimelineRows} rows of another score */
-  show(rows) {
-    this.#rows = rows
-    this.forget()
-  }
-
   forget() {
     this.#sheet = null
   }
 
-  /** @param {Messages["decided"]} decision */
-  mark(decision) {
-    this.#marks = [...this.#marks, decision].slice(-MOST_MARKS)
-  }
-
-  forgetMarks() {
-    this.#marks = []
-  }
-
-  /** @param {number} width @param {number} height */
-  resize(width, height) {
+  /** @param {number} width @param {number} height @param {RowPlace[]} rows below the ruler */
+  resize(width, height, rows) {
+    this.#rows = rows
     this.#ratio = Math.min(devicePixelRatio, 2)
     this.#width = width
     this.#height = height
@@ -91,7 +78,7 @@ export class TimelineSheet {
     pen.drawImage(sheet.image, Math.round((sheet.left - view.left) * view.scale * this.#ratio), 0)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     this.#clipRows(pen, view)
-    for (const place of clock.atStart ? [] : this.#rows.visible(view, this.#height)) {
+    for (const place of clock.atStart ? [] : this.#visible(view)) {
       const { name, part } = place.robot
       const segments = current.track(name, part)
       const at = current.indexAt(segments, view.beat)
@@ -116,13 +103,19 @@ export class TimelineSheet {
     paintRuler(pen, { ...view, last: Math.min(right, beats ?? Infinity), bar, scenes: named, height: this.#height, colors: colors() })
     for (const { beat } of this.meetings) drawMark(pen, { x: (beat - view.left) * view.scale, y: view.head * 0.7 }, 6)
     this.#clipRows(pen, view, 1 + SPARE)
-    for (const place of this.#rows.visible(view, this.#height)) {
-      paintRow({ ...view, ...place, pen, current }, right, this.meetings, this.#marks)
+    for (const place of this.#visible(view)) {
+      paintRow({ ...view, ...place, pen, current }, right, this.meetings, this.marks)
     }
     pen.restore()
     this.#sheet?.image.close()
     this.#sheet = { image: canvas.transferToImageBitmap(), left: view.left, right, key }
     return this.#sheet
+  }
+
+  /** The rows that are not scrolled out of view. @param {TimelineView} view */
+  #visible({ head, top }) {
+    const rows = this.#rows.map((place) => ({ ...place, y: head + place.y - top }))
+    return rows.filter(({ y, row }) => y + row > head && y < this.#height)
   }
 
   /** @param {Pen} pen @param {TimelineView} view @param {number} [times] */

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ import pytest
 from tests.commands.command_line import IMPROV
 from tests.page.conftest import browser, chromium, keep, page, violations, window
 from tests.website.conftest import built, pyodide
+from tests.website.native import keep_nothing
 
 __all__ = ["browser", "built", "chromium", "keep", "page", "pyodide", "violations", "window"]
 
@@ -27,9 +29,17 @@ class Running(NamedTuple):
     teacher: str
 
 
+@pytest.fixture(scope="session")
+def site(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The website of a class, of which browsers keep nothing."""
+    site = shutil.copytree(built, tmp_path_factory.mktemp("class") / "site")
+    keep_nothing(site)
+    return site
+
+
 @pytest.fixture
-def running(built: Path, tmp_path: Path) -> Iterator[Running]:
-    command = [*IMPROV, "class", str(built), "--address", "127.0.0.1", "--port", "0"]
+def running(site: Path, tmp_path: Path) -> Iterator[Running]:
+    command = [*IMPROV, "class", str(site), "--address", "127.0.0.1", "--port", "0"]
     command += ["--folder", str(tmp_path / "dances")]
     with started(command) as running:
         yield running

@@ -144,8 +144,11 @@ def test_without_room_a_line_says_so_and_no_text_is_lost(address: str, page: Pag
 
 
 @pytest.mark.slow("a browser on a busy machine")
-def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(natively: Path, tmp_path: Path, page: Page) -> None:
+def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(
+    built: Path, natively: Path, tmp_path: Path, page: Page
+) -> None:
     shutil.copytree(natively / "improv", tmp_path / "site")
+    shutil.copy(built / "service-worker.js", tmp_path / "site")
     with served(tmp_path / "site") as root:
         open_site(page, root)
         page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")

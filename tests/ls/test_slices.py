@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import pytest
@@ -159,30 +160,25 @@ def test_a_large_urdf_is_read_in_slices_and_by_other_work_and_other_threads_at_o
     assert turns.seen == ["urdf"] * (1 + 5 + 5 + 5)
 
 
-LINE, LINES = analyze("r $ " + "up " * 5_000), analyze("x y z $ (\n" * 5_000)
-
-
-@pytest.mark.parametrize(
-    "work",
-    [
-        lambda: coloring.chunks(LINE, "utf-16"),
-        lambda: coloring.chunks(LINES, "utf-16"),
-        lambda: framing._json({"data": [0] * 50_000}),
-        lambda: folds(LINES),
-        lambda: format_all(LINES),
-        lambda: find_idle(LINES),
-        lambda: plays(LINES, "x"),
-    ],
-    ids=["colors of a line", "colors of lines", "JSON", "folds", "formatting", "idle", "plays"],
-)
-def test_work_on_a_long_text_has_checkpoints(work: Callable[[], Iterable[object]]) -> None:
-    passed: list[None] = []
-    on_checkpoint(lambda: passed.append(None))
-    try:
-        list(work())
-    finally:
-        on_checkpoint(None)
-    assert len(passed) >= 50
+def test_work_on_a_long_text_has_checkpoints() -> None:
+    line, lines = analyze("r $ " + "up " * 5_000), analyze("x y z $ (\n" * 5_000)
+    works: dict[str, Callable[[], Iterable[object]]] = {
+        "colors of a line": lambda: coloring.chunks(line, "utf-16"),
+        "colors of lines": lambda: coloring.chunks(lines, "utf-16"),
+        "JSON": lambda: framing._json({"data": [0] * 50_000}),
+        "folds": lambda: folds(lines),
+        "formatting": lambda: format_all(lines),
+        "idle": lambda: find_idle(lines),
+        "plays": lambda: plays(lines, "x"),
+    }
+    for name, work in works.items():
+        passed: list[None] = []
+        on_checkpoint(partial(passed.append, None))
+        try:
+            list(work())
+        finally:
+            on_checkpoint(None)
+        assert len(passed) >= 50, name
 
 
 def test_json_that_is_made_in_slices_is_the_same() -> None:

@@ -238,6 +238,31 @@ def test_the_view_moves_by_keys_and_fits_again(shared: tuple[Show, Page]) -> Non
     wait(page, f"Math.abs(improv.view.scale / {before['scale']} - 1) < 0.2")
 
 
+def test_only_improv_edit_lets_a_page_write(stage: Page) -> None:
+    expect(stage.locator("#read-only")).to_contain_text("Change it where it was written")
+    expect(stage.locator("#text")).to_be_hidden()
+
+    said = stage.evaluate(
+        """() => new Promise(done => {
+          const token = encodeURIComponent(JSON.parse(localStorage.getItem("improv.token")))
+          const socket = new WebSocket(`ws://${location.host}/live?token=${token}`)
+          const said = []
+          socket.onopen = () => {
+            socket.send(JSON.stringify({ type: "analyze", number: 1, text: "r $ left" }))
+            socket.send(JSON.stringify({ type: "write", number: 1, text: "r $ left", revision: "" }))
+            socket.send(JSON.stringify({ type: "stop" }))
+          }
+          socket.onmessage = ({ data }) => {
+            said.push(JSON.parse(data).type)
+            if (JSON.parse(data).state !== "stopped") return
+            socket.close()
+            done(said)
+          }
+        })"""
+    )
+    assert not {"source", "analyze", "write"} & set(said)
+
+
 def test_a_step_continues_from_the_previous_one_even_if_the_server_is_late(
     still: Callable[..., Page], viewer: PageServer, commands: Commands
 ) -> None:

@@ -12,7 +12,7 @@ from improv_core.page.server import PageServer
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.protocol.fields import LONGEST_TEXT
 from tests.axe import Violations
-from tests.page.conftest import SCHEMES, Keep, Show, at, box, wait, watch
+from tests.page.conftest import SCHEMES, Keep, at, box, wait
 from tests.page.editing import IDLE, PLAYING, Edit
 from tests.page.looks import COUNT
 from tests.page.test_text_preview import previews
@@ -313,30 +313,6 @@ def test_messages_are_rows_and_all_of_a_kind_are_fixed_at_once(edit: Callable[[s
     expect(page.locator("#text")).to_have_value(program.replace("forwrd", "forward"))
     page.keyboard.press("Control+z")
     expect(rows).to_have_count(45)  # one step back
-
-
-def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
-    watch(page, show, "ada $ repeat forward\n")
-    expect(page.locator("#read-only")).to_contain_text("Change it where it was written")
-    expect(page.locator("#text")).to_be_hidden()
-
-    said = page.evaluate(
-        """() => new Promise(done => {
-          const token = encodeURIComponent(JSON.parse(localStorage.getItem("improv.token")))
-          const socket = new WebSocket(`ws://${location.host}/live?token=${token}`)
-          const said = []
-          socket.onopen = () => {
-            socket.send(JSON.stringify({ type: "analyze", number: 1, text: "r $ left" }))
-            socket.send(JSON.stringify({ type: "write", number: 1, text: "r $ left", revision: "" }))
-            socket.send(JSON.stringify({ type: "stop" }))
-          }
-          socket.onmessage = ({ data }) => {
-            said.push(JSON.parse(data).type)
-            if (JSON.parse(data).state === "stopped") done(said)
-          }
-        })"""
-    )
-    assert not {"source", "analyze", "write"} & set(said)
 
 
 COLOR = """index => {

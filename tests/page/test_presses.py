@@ -42,10 +42,10 @@ def test_no_control_moves_while_it_is_pressed(edit: Callable[[str], Edit]) -> No
     page.evaluate(LISTEN)
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
-        for index in range(_count(page)):
-            _write(page)
-            if index < _count(page):
-                assert _places(page, index) == "same", f"{width}×{height}"
+        index = 0
+        while place := _write(page, index):
+            assert _places(page, place) == "same", f"{width}×{height}"
+            index += 1
 
 
 def test_the_first_press_of_save_and_play_plays_while_a_phone_has_its_keyboard_open(
@@ -53,31 +53,35 @@ def test_the_first_press_of_save_and_play_plays_while_a_phone_has_its_keyboard_o
 ) -> None:
     page = edit("ada $ repeat (forward left)\n").page()
     page.set_viewport_size({"width": 390, "height": 480})
-    _write(page)
-    page.mouse.move(*_middle(page, "document.querySelector('#write')"))
+    page.locator("#text").focus()
+    page.locator("#write").hover()
     page.mouse.down()
     next_frame(page)
     page.mouse.up()
     wait(page, PLAYING)
 
 
-def _write(page: Page) -> None:
-    page.locator("#text").focus()
+def _write(page: Page, index: int) -> list[float] | None:
+    """Put the focus into the text. Return the middle of a control, once all are laid out; None if there are fewer."""
+    page.evaluate("document.querySelector('#text').focus()")
     next_frame(page)
+    place: list[float] | None = page.evaluate(
+        f"""() => {{
+          window.seen = []
+          window.control = {CONTROLS}[{index}]
+          const box = control?.getBoundingClientRect()
+          return box ? [box.x + box.width / 2, box.y + box.height / 2] : null
+        }}"""
+    )
+    return place
 
 
-def _count(page: Page) -> int:
-    return int(page.evaluate(f"{CONTROLS}.length"))
-
-
-def _places(page: Page, index: int) -> str:
+def _places(page: Page, place: list[float]) -> str:
     """Press a control. Return its name, and where it was before and after, unless that is the same."""
-    page.evaluate(f"(window.seen = [], window.control = {CONTROLS}[{index}], 0)")
-    page.mouse.move(*_middle(page, "window.control"))
+    page.mouse.move(place[0], place[1])
     page.mouse.down()
     next_frame(page)
     page.mouse.up()
-    next_frame(page)
     return str(
         page.evaluate(
             """() => {
@@ -88,11 +92,3 @@ def _places(page: Page, index: int) -> str:
         }"""
         )
     )
-
-
-def _middle(page: Page, control: str) -> tuple[float, float]:
-    """Return the middle of a control, once it is laid out."""
-    x, y = page.evaluate(
-        f"(({{ x, y, width, height }}) => [x + width / 2, y + height / 2])({control}.getBoundingClientRect())"
-    )
-    return x, y

@@ -19,8 +19,7 @@ KEPT = 2
 
 
 def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
-    """Become the far end whose bundle has this hash and this size. Requests the bundle unless it is in the cache
-    here."""
+    """Become the far end whose bundle has this hash and size. Requests the bundle unless it is in the cache here."""
     os.chdir(os.path.abspath(os.sep))  # noqa: PTH100
     paths = [path for path in os.environ.pop("PYTHONPATH", "").split(os.pathsep) if Path(path).is_absolute()]
     if paths:
@@ -50,8 +49,7 @@ def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
 
 
 def say(**fields: Any) -> None:
-    """Send a line to the near end, which recognizes our lines by their first word, whatever a shell has printed
-    before."""
+    """Send a line to the near end, which knows ours by their first word, whatever a shell has printed before."""
     os.write(1, b"\nimprov " + json.dumps(fields).encode() + b"\n")
 
 

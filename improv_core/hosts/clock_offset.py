@@ -36,8 +36,7 @@ STEP = 0.02
 SLEW = 0.005
 """Seconds per second by which smaller differences are corrected."""
 FEW = 3
-"""The number of seconds with exchanges below which chance can't be told from delay: then half the round trip is the
-error."""
+"""The seconds with exchanges below which chance can't be told from delay: then half the round trip is the error."""
 CERTAIN = 2.0
 """The ratio of the error that 19 of 20 estimates keep to the probable error."""
 FINEST = 0.1e-6
@@ -56,8 +55,7 @@ class Exchange:
 
 @dataclass(frozen=True, slots=True)
 class LeastDelay:
-    """The least delay of one direction in a bucket: the time here at which it was sent or received, and the delay by
-    both clocks."""
+    """The least delay of one direction in a bucket: when it was sent or received here, and the delay by both clocks."""
 
     at: float
     delay: float

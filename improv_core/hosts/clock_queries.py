@@ -25,8 +25,7 @@ AT_FIRST = 30.0
 LOST = 30.0
 """Seconds after which no answer is expected anymore."""
 MOST_WAYS = 400
-"""The questions whose ways there are remembered. If one packet in fifty is lost, and sent again, some of these show the
-time that takes."""
+"""The questions whose ways there are remembered: if one packet in fifty is sent again, some show the time."""
 LOOK_PERIOD = 1.0
 """Seconds between two estimates, once the clock is known."""
 
@@ -78,8 +77,7 @@ def estimated(asking: Asking, now: float) -> Asking:
 
 
 def lag(asking: Asking) -> float:
-    """Return the seconds within which a message nearly always arrives: the most that any of the latest questions
-    took."""
+    """Return the seconds within which a message nearly always arrives: the most that a recent question took."""
     if not asking.clock or not asking.found or not asking.ways:
         return 0.0
     offset = asking.clock.remote(asking.found.at) - asking.found.at

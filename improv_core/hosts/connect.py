@@ -58,8 +58,7 @@ class Connection:
         self._incoming = Incoming(UP, LONGEST_UP)
 
     def hear(self, limit: float | None = None) -> list[LinkFrame]:
-        """Return the next frames; perhaps none, at the latest after `limit` seconds. Raises ConnectError if the far end
-        ends."""
+        """Return the next frames; perhaps none, after `limit` seconds. Raises ConnectError if the far end ends."""
         try:
             said, self.said = self.said or self.ssh.read_some(limit), b""
             frames = self._incoming.take(said)

@@ -1,5 +1,4 @@
-"""Lets only one parent play on a machine at a time, and tells the second one who plays. Linux and other Unix
-systems."""
+"""Lets only one parent play on a machine at a time, and tells the second one who plays (Unix)."""
 
 from __future__ import annotations
 

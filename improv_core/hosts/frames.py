@@ -89,8 +89,7 @@ class Incoming:
         self._length = 0
 
     def take(self, data: bytes) -> list[LinkFrame]:
-        """Take bytes, and return the frames that they complete. Raises FrameError, after which nothing more can be
-        read."""
+        """Take bytes, and return the frames that they complete. Raises FrameError, and nothing can be read then."""
         frames = []
         *ends, rest = data.split(b"\n")
         for end in ends:
@@ -114,8 +113,7 @@ class Incoming:
 
 
 class Outgoing:
-    """The frames that wait for the far end, in their order: urgent ones, then chunks of lines, as many as the window
-    allows."""
+    """The frames that wait for the far end: urgent ones first, then as many chunks of lines as the window allows."""
 
     def __init__(self) -> None:
         self._urgent: deque[bytes] = deque()

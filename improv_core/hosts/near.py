@@ -50,8 +50,7 @@ Say = Callable[[Mapping[str, Any]], None]
 
 
 class NearEnd:
-    """The near end's state of the far end, and the lines on their way to it. Threads read and write; all share one
-    lock."""
+    """The near end's state of the far end, and the lines on their way to it. All threads share one lock."""
 
     def __init__(self, host: str, ssh: Child, say: Say) -> None:
         self._host = host

@@ -1,5 +1,4 @@
-"""Looks at another machine, or sets up ROS 2 there, through the same connection that a stage there has. It starts no
-stage."""
+"""Looks at another machine, or sets up ROS 2 there, through the connection that a stage has. Starts no stage."""
 
 from __future__ import annotations
 

@@ -20,12 +20,10 @@ URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {
 OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
     "sensed", "decided", "seen", "measured", "joints", "program", "source", "draft", "answer"
 }  # fmt: skip
-"""The messages that urgent ones overtake. They never overtake a score, so a score that was sent before a stop can't
-undo it."""
+"""The messages that urgent ones overtake: never a score, so one sent before a stop can't undo it."""
 
 MOST_SENSED = 1_000
-"""The most edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value
-count."""
+"""The most edges of senses that may wait. If more come, only the latest of each sense to each value count."""
 
 Item = TypeVar("Item")
 

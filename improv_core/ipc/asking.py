@@ -35,8 +35,7 @@ class Answerer(Generic[Question, Answer]):
         self._child: Child | None = None
 
     def ask(self, question: Question) -> Answer:
-        """Return the answer of the process. Blocks; raises EOFError or OSError if the process has ended, or has hung
-        and was killed."""
+        """Return the answer of the process. Raises EOFError or OSError if it has ended, or has hung and was killed."""
         answer: Answer = _unpacked(self.start().ask(json.dumps(_packed(question)).encode(), self.limit))
         return answer
 

@@ -42,8 +42,7 @@ class Policy:
     """True if it has a session of its own. Then Ctrl-Z in a terminal doesn't suspend it, and a kill of our process
     doesn't kill it. To kill it kills all that it has started, except processes that lead a session, too."""
     waits: bool = True
-    """True if writing waits until the process reads. Otherwise, the rest that doesn't fit into the pipe is written
-    later."""
+    """True if writing waits until the process reads. Otherwise, what doesn't fit into the pipe is written later."""
     errors: int = subprocess.DEVNULL
     """The target of its standard error, as for `subprocess`. With PIPE, its last line is kept."""
     pipe_size: int = 0
@@ -129,8 +128,7 @@ class Child:
         return lines
 
     def read_some(self, limit: float | None = None) -> bytes:
-        """Return the next bytes, in the middle of a line or not; otherwise as `read`. For a process that may never end
-        its lines."""
+        """Return the next bytes, even of half a line, as `read` does: for a process that may never end its lines."""
         if self._output.closed:
             raise EOFError
         if limit is not None and not self.speaks(limit):
@@ -195,8 +193,7 @@ class Child:
         return self.wait()
 
     def kill(self) -> None:
-        """Kill it if it still runs, and also all that it has started if it leads: it may hang because of one of
-        these."""
+        """Kill it if it still runs and, if it leads, all that it has started: it may hang because of one of these."""
         if sys.platform == "win32" or not self._policy.leads:
             self._process.kill()
         elif self._process.poll() is None:

@@ -179,8 +179,7 @@ def transforms_in(message: bytes) -> list[Transform]:
 
 
 def joints_in(message: bytes) -> dict[str, float]:
-    """The positions in a sensor_msgs/JointState, by joint, except those that aren't numbers; empty if the message can't
-    be read."""
+    """The positions in a sensor_msgs/JointState by joint, without those that aren't numbers; empty if unreadable."""
     order, body = _order(message), memoryview(message)[len(_HEADER) :]
     try:
         _, place = _text(body, 8, order)  # after the stamp

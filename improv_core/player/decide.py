@@ -56,8 +56,7 @@ SEEN = 0.5
 """Seconds after a fault for which unmuting the robot has no effect: nobody can know yet that it stands."""
 UNHEARD = "no robot listened, so none has moved: start their drivers, check them with `improv doctor`, and play again"
 LATE = 0.5
-"""Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
-should have."""
+"""Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped, or should have."""
 
 TOO_FAR = "can't jump to beat {beat:,g}: it takes too long to find out what {robot} does there, so jump less far"
 
@@ -103,8 +102,7 @@ def _asked(run: Run, message: Message, facts: Facts) -> RunAndActs:
 
 
 def trouble(run: Run, real: bool, late: float, overloaded: bool) -> Event | None:
-    """Return the reason to stop real robots that move: setpoints are `late` by too many seconds, or this machine is
-    `overloaded`."""
+    """Return the reason to stop moving real robots: setpoints are too `late`, or this machine is `overloaded`."""
     if not real or run.mode != "playing":
         return None
     if late > LATE:

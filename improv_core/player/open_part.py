@@ -1,5 +1,4 @@
-"""A robot's part of a scene, performed step by step, since senses or joint positions decide what it does. It never
-reads a clock."""
+"""A robot's part of a scene, performed step by step, since senses or joints decide it. It never reads a clock."""
 
 from __future__ import annotations
 

@@ -102,8 +102,7 @@ class Player:
         self._decide(event, now, late)
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Take an edge. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense makes
-        its robot react."""
+        """Take an edge. An emergency stop stops all, a released deadman button pauses, and robots react to senses."""
         match edge.what:
             case RobotSense() as what:
                 self._catch_up(max(min(edge.at, now), self.reached))
@@ -238,8 +237,7 @@ class Player:
         return events.Changed()
 
     def _find_faults(self, now: float) -> list[RobotNews]:
-        """Return news about the faults of real robots, if a look is due. Once a second, report the condition of all of
-        them."""
+        """Return news about faults of real robots, if a look is due. Once a second, report the condition of all."""
         run, tracks = self.run, self._tracks
         if not self._sink.real or not tracks.faults.is_due(run.score, now):
             return []

@@ -39,8 +39,7 @@ RESERVE, SLACK = 2.0, 1.3
 GAIN = 1.0
 """The speed of a robot toward a place, for each radian or meter: it slows down before it is there."""
 REACHED, AIMED, TURNED = 0.03, math.radians(20), math.radians(2)
-"""The distance that is near enough, the error of direction allowed while driving, and that of the heading at the
-end."""
+"""The distance that is near enough, and the errors of the direction while driving, and of the heading at the end."""
 AHEAD = 1.0
 """Seconds after which a robot must not be too near to another one."""
 ROOM = 0.2
@@ -67,8 +66,7 @@ class Clearance:
 
 
 class HomeStep(NamedTuple):
-    """The next step of a robot that drives back: a velocity, or None if it plays its part again. `line` is for people,
-    unless it is empty."""
+    """The next step of a robot that drives back: a velocity, or None if it plays again. `line` is for people."""
 
     robot: str
     twist: Twist | None
@@ -184,8 +182,7 @@ class Returns:
 
 
 def _places(ideal: Pose, part: Iterable[Setpoint], now: float, end: float) -> Iterator[Rendezvous]:
-    """Yield the later poses of a part that is at its `ideal` pose now, until its scene ends. Its setpoints count from
-    now."""
+    """Yield a part's poses from its `ideal` one now until its scene ends. Its setpoints count from now."""
     pose, end = ideal, min(end, now + HORIZON)
     changes = [(now + each.at, each.velocity) for each in islice(part, MOST_CHANGES)]
     last = changes[-1:]

@@ -62,8 +62,7 @@ class SeparationMonitor:
             self.due = min(self.due, max(at, self._looked + LOOK_PERIOD))
 
     def shared(self, run: Run, poses: Iterable[RawPose]) -> RobotsSeen | None:
-        """Return the message about these poses, measured here, by which stages elsewhere keep robots apart, and compare
-        frames."""
+        """Return the message about these poses, by which stages elsewhere keep robots apart and compare frames."""
         parts = run.score.parts
         if run.mode in ("stopped", "ended"):
             return None
@@ -156,8 +155,7 @@ class SeparationMonitor:
             )
 
     def _delays(self, run: Run, ages: Mapping[str, float]) -> Iterator[str]:
-        """Yield lines about robots whose poses come too late to be of use. `ages` are the lowest ages at which they
-        came, in seconds."""
+        """Yield lines about robots whose poses are too old to be of use. `ages` are the lowest, in seconds."""
         late = {robot for robot in _dependent(run) if ages.get(robot, 0.0) > OLDEST}
         if new := late - self._delayed:
             seconds = max(ages[robot] for robot in new)
@@ -172,8 +170,7 @@ class SeparationMonitor:
 
 
 def from_elsewhere(seen: RobotsSeen, score: Score, now: float) -> list[RawPose]:
-    """Return the poses and velocities of robots that other stages move, as these report them. None was measured later
-    than now."""
+    """Return the poses and velocities of robots as other stages report them, none measured later than now."""
     return [
         RawPose(robot, FROM_ELSEWHERE, Pose(**each["pose"]), min(each["at"], now), each.get("frame", ""), told=told)
         for robot, each in seen["robots"].items()

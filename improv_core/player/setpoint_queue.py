@@ -187,8 +187,7 @@ class SetpointQueue:
         return problems
 
     def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
-        """Stop robots at once whose topic or message type changes, and those that leave while another one takes their
-        topic."""
+        """Stop robots at once whose topic or message type changes, and those that lose their topic to another one."""
         taken = {part.topic for part in after.values()}
         for robot, part in before.items():
             later = after.get(robot)

@@ -49,8 +49,7 @@ FEW = 10
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
 QUIET = 10.0
-"""Seconds after a pause for an unseen robot in which people get no line about another one: poses may be late again and
-again."""
+"""Seconds after a pause for an unseen robot without lines about others: poses may be late again and again."""
 
 
 def restarted(run: Run, event: events.Restarted, facts: Facts) -> RunAndActs:
@@ -276,8 +275,7 @@ def in_time(run: Run, entry: Takeover | None, facts: Facts) -> Run:
 
 
 def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
-    """Return the gate after a person opens it: it opens at the next bar of a clock that runs, after a count, or at
-    once."""
+    """Return the gate after a person opens it: at the next bar of a clock that runs, after a count, or at once."""
     left = run.clock.until(0, run.slope, run.bar, facts.now) if run.clock else math.inf
     if left < math.inf:
         return replace(closed, begins=facts.wall + left, at_bar=True, count=0)

@@ -44,8 +44,7 @@ class Listeners:
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
         self.gone: dict[str, str] = {}
-        """Robots that went away and haven't listened again since, even if their parts have begun again, with the line
-        about each."""
+        """Robots that went away and haven't listened since, even if their parts began again, and a line about each."""
         self._looked_at = 0
         self._robots: list[str] = []  # of the score
         self._others: set[str] = set()  # other names that lines are about
@@ -90,8 +89,7 @@ class Listeners:
         self._warned, self._news, self.gone, self.standing = {}, {}, {}, set()
 
     def wait(self, now: float) -> None:
-        """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
-        off forever."""
+        """Look around after a whole period at most, so that repeated calls don't put it off forever."""
         if abs(self.next_look - now) > LOOK_PERIOD:
             self.next_look = now + LOOK_PERIOD
 

@@ -296,8 +296,7 @@ class Tracks:
     # Facts and reports
 
     def facts(self, now: float, event: Event | None = None, late: float = 0.0) -> Facts:
-        """Return the facts at a time on the clock for the decision of an event, which other stages did `late` seconds
-        ago."""
+        """Return the facts at a time for the decision of an event, which other stages did `late` seconds ago."""
         entering = isinstance(event, (Play, Due)) and self.run.score.open and not self.sink.real
         poses = self.sink.poses() if entering else {}
         places = self.odometry.places(now) if self.sink.real else {}

@@ -252,8 +252,7 @@ def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
 
 
 def is_muted(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
-    """Return whether a robot stands still while others play: if robots are soloed, all others do, otherwise the
-    muted ones."""
+    """Return whether a robot stands while others play: if any are soloed, all others; else muted ones."""
     return robot not in soloed if soloed else robot in muted
 
 
@@ -264,7 +263,6 @@ def starts(message: Mapping[str, Any]) -> bool:
 
 
 def about(request: PageRequest) -> tuple[str, str]:
-    """Return the subject of a request, beginning with its type. Of waiting requests with one subject, only the latest
-    counts."""
+    """Return a request's type and what it is about. Of waiting requests with one subject, only the latest counts."""
     kind = request["type"]
     return kind, COMMANDS[kind].about(request)

@@ -159,8 +159,7 @@ class Sink:
         return False
 
     def posed(self) -> Collection[str]:
-        """Return the robots of which a pose has come since it was asked for. It may still be on its way to the
-        player."""
+        """Return the robots of which a pose has come since it was asked for, even if it is still on its way."""
         return ()
 
     def ask(self, robots: Collection[str]) -> None:

@@ -38,8 +38,7 @@ class Heard:
 
 
 class Reply(NamedTuple):
-    """The answer to a request: the command to send, if any; whether that does what the sender wanted; and a line about
-    it."""
+    """The answer to a request: the command to send, if any; if that does what was wanted; and a line about it."""
 
     request: Resume | Restart | None
     succeeds: bool

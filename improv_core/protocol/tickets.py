@@ -16,8 +16,7 @@ ROOT = 0
 
 
 def issue(token: str, *, own: bool = False) -> str:
-    """Return a new ticket, for a URL. If it is `own`, it opens the page only for this user, on systems that list the
-    users of connections."""
+    """Return a new ticket for a URL. One of our `own` opens the page only for this user, if the system lists users."""
     owner = os.getuid() if own and hasattr(os, "getuid") else ""
     about = f"{time.monotonic():.6f}-{secrets.token_hex(2)}-{owner}"
     return f"{about}-{_sign(token, about)}"
@@ -46,7 +45,6 @@ class Tickets:
 
 
 def _sign(token: str, about: str) -> str:
-    """Sign with 96 bits, so that the URL fits into one line of a terminal with 80 columns: people copy it from
-    there."""
+    """Sign with 96 bits: then the URL fits into a line of 80 columns, from which people copy it."""
     digest = hmac.new(token.encode(), about.encode(), hashlib.sha256).digest()
     return base64.b64encode(digest[:12], altchars=b"_~").decode()

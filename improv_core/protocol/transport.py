@@ -27,8 +27,7 @@ def may_move(transport: TransportMessage) -> bool:
 
 
 def counted(transport: TransportMessage, beat: float) -> str:
-    """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`, `beat 3/∞`; in bars, `bar 2,
-    beat 1`."""
+    """Return a beat for people, who count from 1, and the number of beats: `beat 3/8`; in bars, `bar 2, beat 1`."""
     beats, passed = transport["beats"], math.floor(beat)
     whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
     passed = int(min(passed, whole - 1))
@@ -46,8 +45,7 @@ def silenced(muted: Collection[str], soloed: Collection[str]) -> str:
 
 
 def stop_of(transport: TransportMessage) -> Stop:
-    """Return the stop for another stage when one has stopped; it keeps whether somebody asked for that, and `by`, since
-    that counts for all."""
+    """Return the stop for another stage when one has stopped, with all that counts for both: `unasked`, and `by`."""
     stop: Stop = {"type": "stop"}
     startable_by = transport.get("startable_by", ())
     if len(startable_by) == 1:

@@ -27,8 +27,7 @@ _SLACK = 1e-9
 def read_body(
     reading: TomlReading, keys: Keys, table: Mapping[str, Any], values: Mapping[str, Any], base: Body | None
 ) -> Body | None:
-    """Read the body of a profile, in which the file's `values` and sections replace those of `base`. Errors are
-    reported."""
+    """Read the body of a profile: the file's `values` and sections replace those of `base`. Reports errors."""
     if not table.keys() & {"body", "joints", "controllers", "joint_states", "home", "urdf"}:
         return base
     base = base or Body()
@@ -72,8 +71,7 @@ def with_offsets(reading: TomlReading, keys: Keys, value: Any, body: Body | None
 
 @dataclass(slots=True)
 class _Bodies:
-    """Reads one body. `owners` has the direction that moves each joint, and `slides` whether its values are in
-    meters."""
+    """Reads one body. `owners` has the direction that moves each joint; if it `slides`, its values are in meters."""
 
     reading: TomlReading
     keys: Keys

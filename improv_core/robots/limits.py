@@ -169,8 +169,7 @@ def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fra
 
 
 def exactly(velocity: Velocity, profile: Profile) -> list[Fraction]:
-    """Return a velocity in meters and radians per beat, exactly as the profile is written: 2 m and a step may be
-    equal."""
+    """Return a velocity in meters and radians per beat, exactly as the profile has it: 2 m and a step may be equal."""
     step, turn = _as_written(profile.step), _as_written(profile.quarter_turn)
     degree = turn / 90 if profile.quarter_turn == math.pi / 2 else _as_written(DEGREE)
     own = (step, step, step, turn)
@@ -179,8 +178,7 @@ def exactly(velocity: Velocity, profile: Profile) -> list[Fraction]:
 
 @lru_cache(maxsize=100)
 def _as_written(number: float) -> Fraction:
-    """Convert to a fraction: 0.2 as people mean it, not the nearest binary fraction, so a speed exactly at the limit is
-    allowed."""
+    """Convert to a fraction: 0.2 as people mean it, not in binary, so a speed exactly at the limit is allowed."""
     return Fraction(repr(number))
 
 

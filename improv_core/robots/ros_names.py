@@ -13,8 +13,7 @@ _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
 
 def ros_name(reading: TomlReading, keys: Keys, written: str | None, namespace: str) -> str | None:
-    """Return the full name of a topic or a service, if it is written. The namespace applies unless the name starts with
-    `/`."""
+    """Return the full name of a topic or a service, if any, in this namespace unless it starts with `/`."""
     if written is None:
         return None
     whole = in_namespace(written, namespace)

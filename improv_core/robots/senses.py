@@ -1,5 +1,4 @@
-"""Reads the section `[senses]` of an `improv.toml`: the topics, keys, and OSC messages that decide what robots
-sense."""
+"""Reads the section `[senses]` of `improv.toml`: topics, keys, and OSC messages that decide what robots sense."""
 
 from __future__ import annotations
 

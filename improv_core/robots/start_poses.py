@@ -62,8 +62,7 @@ def _rows(
 
 
 def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, list[Pose]]:
-    """Return this many places around the middle of the floor, and the largest possible distance between them in
-    meters."""
+    """Return this many places around the middle of the floor, and the largest distance between them in meters."""
     most = max(APART, 2 * radius)
 
     def room(columns: int) -> tuple[float, float]:

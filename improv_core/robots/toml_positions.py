@@ -115,8 +115,7 @@ _LITERAL = re.compile(
 
 
 _DEEPEST = 100
-"""The most nested brackets, and the longest names of keys, that are followed. The time to follow them grows with its
-square."""
+"""The most nested brackets, and the longest names of keys, to follow. The time grows with the square."""
 
 
 @dataclass(slots=True)

@@ -128,8 +128,7 @@ _BEFORE = {
 
 
 def unreadable(text: str, error: str, start: int = 0) -> Diagnostic:
-    """Describe the error at which `tomllib` stopped, and what to do. `error` is its message, `start` the offset of the
-    text."""
+    """Describe the error at which `tomllib` stopped, and what to do. `start` is the offset of the text."""
     lines = LineIndex(text)
     found = _MESSAGE.fullmatch(error)
     if not found:  # not from tomllib itself but from one of Python's limits

@@ -81,8 +81,7 @@ def refusal(host: str) -> str:
 
 
 def who(process: int) -> str:
-    """Return the name of a parent, for a host on which two want to play: `user@machine`, and after a slash the
-    process."""
+    """Return the name of a parent on a host that two want to play on: `user@machine`, a slash, and the process."""
     user = "somebody"
     with suppress(KeyError, OSError, ImportError):
         user = getpass.getuser()

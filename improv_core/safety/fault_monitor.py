@@ -97,8 +97,7 @@ class FaultMonitor:
 
     @property
     def next_look(self) -> float:
-        """The time of the next look. It adds a little to the period, so that rounding never makes the look too
-        early."""
+        """The time of the next look, a little later than a period, so that rounding never makes the look too early."""
         return self._looked + PERIOD * (1 + 1e-6)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:

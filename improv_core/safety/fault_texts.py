@@ -97,8 +97,7 @@ def _line(found: Sequence[SeenNews], beat: str, response: Response, rejoin: Rejo
 
 
 def _filled(text: str, parts: Sequence[Part], worst: Worst, names: str = "", why: str = "") -> str:
-    """Return a text about the robots of some parts. It has fields, and the words for one robot or several in
-    brackets."""
+    """Return a text about the robots of some parts. It has fields, and in brackets the words for one or several."""
     return re.sub(r"\[(.*?)\|(.*?)\]", r"\1" if len(parts) == 1 else r"\2", text).format(
         names=names or in_one_phrase([part.robot for part in parts]),
         off=in_words(worst),

@@ -35,8 +35,7 @@ class StopTopic:
         return replace(self, on=bool(self.on), latest=False).looked(now)
 
     def looked(self, now: float) -> StopTopic:
-        """Return the state at this time: if the latest message was a false, the stop is released, unless others still
-        press it."""
+        """Return the state at this time: after a false, the stop is released, unless others still press it."""
         if self.on and not self.latest and now >= self.pressed + RELEASED:
             return replace(self, on=False)
         return self
@@ -61,8 +60,7 @@ class EmergencyStops:
         return replace(self, count=self.count + 1)
 
     def told(self, pressed: Pressed) -> EmergencyStops:
-        """Return it after the parent has reported the stops that another stage counted. Later ones that this stage
-        counted count more."""
+        """Return it after the parent reports the stops that another stage counted, unless this one has counted more."""
         return (
             EmergencyStops(self.on | {*pressed["topics"]}, pressed["count"]) if pressed["count"] > self.count else self
         )

@@ -1,5 +1,4 @@
-"""Checks whether the joints of real robots are where their parts begin, and words the lines about it. Pure
-functions."""
+"""Checks that joints of real robots are where their parts begin, and words the lines about it. Pure functions."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ class JointOff(NamedTuple):
 
 
 def adrift(joints: Sequence[Joint], measured: Mapping[str, float], told: Sequence[float]) -> bool:
-    """Return whether a joint is so far from the position at which it was sent to stand that it would jump if it
-    continued there."""
+    """Return whether a joint is so far from where it was sent to stand that it would jump if it continued there."""
     return any(is_far(joint, measured[joint.name], place) for joint, place in zip(joints, told, strict=True))
 
 

@@ -25,8 +25,7 @@ LEGS_KEPT = 1000
 JUMP, JUMP_TURN = 0.1, 0.3
 """Meters and radians that count as a jump, beyond the distance that the robot's fastest velocity explains."""
 LEAST_SPEED, LEAST_TURN = 1.0, 3.0
-"""m/s and rad/s: if a robot's limits are unknown, moving this fast is never a jump, since somebody else may drive
-it."""
+"""m/s and rad/s: if a robot's limits are unknown, this is never a jump, since somebody else may drive it."""
 BEYOND = 1.5
 """The factor by which a robot may exceed its limits: wheels roll farther than they should, and slopes help."""
 UNEVEN = 0.1
@@ -45,8 +44,7 @@ AFTER_MOVING = "geometry_msgs/PoseWithCovarianceStamped"
 FROM_ELSEWHERE = "another stage"
 """The source of poses of robots that stages elsewhere move."""
 CONTINUOUS = "nav_msgs/Odometry"
-"""The source whose frame never jumps (REP 105): if it does, the source has started over. Others may correct
-themselves."""
+"""The source whose frame never jumps (REP 105), unless it has started over. Others may correct themselves."""
 
 
 class Comparison(NamedTuple):
@@ -130,14 +128,12 @@ class Odometry:
         return track is not None and at < track.jumped + DOUBTFUL
 
     def taken_at(self, raw: RawPose) -> float:
-        """Return the time at which a pose was measured: its stamp if the clocks seem to agree, otherwise its
-        arrival."""
+        """Return the time at which a pose was measured: its stamp if the clocks seem to agree, or its arrival."""
         track = self._tracks.get(raw.robot)
         return track.taken_at(raw) if track else raw.at
 
     def ages(self) -> dict[str, float]:
-        """Return the least age in seconds that poses had on arrival, for each robot of which some came since the last
-        call."""
+        """Return the least age in seconds of each robot's poses on arrival, if some have come since the last call."""
         found = {robot: track.youngest for robot, track in self._tracks.items() if track.youngest < math.inf}
         for robot in found:
             self._tracks[robot].youngest = math.inf
@@ -150,8 +146,7 @@ class Odometry:
         return {robot: -least for robot, least in known.items() if not AHEAD <= least <= BEHIND}
 
     def fits(self, raw: RawPose) -> bool:
-        """Return whether a pose is of the robot that has this part now: a pose of another robot may still have been on
-        its way."""
+        """Return whether a pose is of the robot with this part now: another's may still have been on its way."""
         track = self._tracks.get(raw.robot)
         return not (track and raw.topic) or raw.topic == track.odom
 
@@ -172,8 +167,7 @@ class Odometry:
         return found
 
     def places(self, now: float) -> dict[str, Standing]:
-        """Return the ideal and the measured places of the robots whose poses are in the world, at a time on the
-        clock."""
+        """Return the ideal and the measured places at a time of the robots whose poses are in the world."""
         places = {robot: track.place_at(now) for robot, track in self._tracks.items() if track.in_world}
         if not self.strays:
             return places
@@ -193,8 +187,7 @@ class Odometry:
 
 
 def strays(frames: Mapping[str, str]) -> frozenset[str]:
-    """Return the robots that don't name the frame that more than half of them name: their poses can't be compared with
-    those of the others."""
+    """Return the robots that don't name the frame of the majority: their poses can't be compared with the others'."""
     usual = next((frame for frame, count in Counter(frames.values()).items() if 2 * count > len(frames)), None)
     return frozenset(robot for robot, frame in frames.items() if frame != usual)
 
@@ -276,8 +269,7 @@ class _Track:
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
     def place_at(self, now: float) -> Standing:
-        """Return its ideal and its measured place. A pose counts for a moment, or longer if its source sends one only
-        after a movement."""
+        """Return its ideal and its measured place. A pose counts longer if its source sends it only after a move."""
         raw = self.latest
         known = raw and (now - raw.at <= FRESH or raw.source == AFTER_MOVING)
         return Standing(self.legs[-1].pose_at(now), raw.pose if raw and known else None)

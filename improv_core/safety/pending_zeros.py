@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 LAST_ZEROS = 3
-"""The number of zeros that end a robot's motion. One may be lost, but an endless stream would conflict with other
-publishers."""
+"""The number of zeros that end a motion. One may be lost; an endless stream would disturb other publishers."""
 LINGER = 0.2
 """Seconds for which a publisher stays after its last zero. When it goes, a listener loses what it has not received."""
 PERIOD = 0.2

@@ -1,5 +1,4 @@
-"""Checks whether real robots stand where the program has them, before they begin. Pure functions; standard library
-only."""
+"""Checks that real robots stand where the program has them, before they begin. Pure functions."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ radians (two degrees)."""
 
 
 class Standing(NamedTuple):
-    """A robot's ideal pose, and its measured pose in the same frame; None if that is unknown, for example because of
-    `why`."""
+    """A robot's ideal pose, and its measured one in the same frame; None if unknown, perhaps because of `why`."""
 
     ideal: Pose
     pose: Pose | None

@@ -18,8 +18,7 @@ ASK = b"stop\n"
 MOST_BYTES = 1_000
 """The longest request, and the most bytes of an answer to read at once. More of a request is not read."""
 BUSY_LIMIT, BUSY_PERIOD = 0.05, 0.001
-"""Seconds for which to ask a server again that takes no more connections, as in a flood, and seconds between two
-tries."""
+"""Seconds for which to ask again a server that takes no connections, as in a flood, and seconds between two tries."""
 
 
 class StopRequest:

@@ -1,5 +1,4 @@
-"""The end of a stop socket that hears stops: neither a process that connects and stays silent nor a flood of them
-delays one."""
+"""The end of a stop socket that hears stops. Neither a silent connection nor a flood of them delays one."""
 
 from __future__ import annotations
 

@@ -18,8 +18,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile, slow_speeds
 
 REACTION = 0.1
-"""Seconds from the decision that a robot must stand until its motors brake: zeros are sent and arrive, and its base
-obeys them."""
+"""Seconds from the decision to stop a robot until its motors brake: zeros have to arrive, and its base to obey."""
 BRAKING = 0.5
 """m/s² with which a robot brakes whose profile has no `max_linear_acceleration`: less than any built-in profile."""
 JITTER = 0.03
@@ -164,8 +163,7 @@ class Track:
         return [Approach(coasting(speed, base.braking, times * age + further) + moved, times * speed) for age in ages]
 
     def reach(self, base: Base, point: Pose, now: float) -> Approach:
-        """Return how far it may come toward a point from its latest pose, by that or by the pose before: one may be
-        wrong."""
+        """Return how far it may come toward a point from either of its latest two poses: one may be wrong."""
         last = self.poses[-1]
         age, way = (2 if base.elsewhere else 1) * max(now - last.at, 0.0), _Way.between(last.pose, point)
         found = []

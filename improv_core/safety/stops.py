@@ -273,13 +273,11 @@ class StopFence:
         return replace(self, direct=self.direct - {stop}, known=(*self.known, stop)[-MOST_DIRECT:])
 
     def lose(self) -> StopFence:
-        """Return it after robots were stopped because nothing has come for too long: requests sent until now must not
-        move them."""
+        """Return it after robots were stopped because nothing came for too long: no request until now may move them."""
         return replace(self, void=self.heard + 1) if self.heard else self
 
     def voids(self, kind: str, after: int | None) -> bool:
-        """Return whether a request that was sent after this number must not be obeyed. `after` is None if nobody
-        counts."""
+        """Return whether a request sent after this number must not be obeyed. `after` is None if nobody counts."""
         return kind in VOIDED_BY_STOP and (bool(self.direct) or (after is not None and after < self.void))
 
     def awaits(self, kind: str, after: int | None) -> bool:

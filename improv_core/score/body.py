@@ -57,8 +57,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The joint that a direction moves, and its radians or meters per step. A direction is a component of the
-    velocity."""
+    """The joint that a direction (a component of the velocity) moves, and its radians or meters per step."""
 
     direction: str
     joint: str

@@ -67,8 +67,7 @@ def refusal(profile: Profile) -> str | None:
 
 
 def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tuple[float, float]) -> Twist:
-    """Return the speed of motors after some seconds on the way from `speed` to `wanted`, at accelerations in m/s² and
-    rad/s²."""
+    """Return the speed of motors some seconds on the way from `speed` to `wanted`, at m/s² and rad/s²."""
     linear, angular = (acceleration * max(seconds, 1e-9) for acceleration in accelerations)
     x, yaw = wanted.x - speed.x, wanted.yaw - speed.yaw
     return Twist(speed.x + _clamped(x, linear), yaw=speed.yaw + _clamped(yaw, angular))

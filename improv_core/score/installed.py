@@ -1,5 +1,4 @@
-"""The outputs that are installed as packages: their names, and the settings that each declares. Standard library
-only."""
+"""The outputs that are installed as packages: their names and settings. Standard library only."""
 
 from __future__ import annotations
 

@@ -43,8 +43,7 @@ class Factors(NamedTuple):
 
 
 class Velocity(NamedTuple):
-    """Forward, left, and up in steps per beat; yaw in quarter turns per beat, counterclockwise; unless they are
-    `Measure`."""
+    """Forward, left, and up in steps per beat; yaw in counterclockwise quarter turns; unless they are `Measure`."""
 
     x: Component = 0
     y: Component = 0

@@ -24,8 +24,7 @@ FINEST_STEP = 10**12
 
 
 class Posture(Protocol):
-    """The positions of a body part's joints now. The code that performs the part's movement updates it before asking
-    for the next moment."""
+    """The positions of a part's joints now, which its performer updates before it asks for the next moment."""
 
     def steps(self, direction: str) -> float:
         """Return the steps of a direction's joint from its zero."""

@@ -164,6 +164,5 @@ def senses_read(movement: Movement) -> frozenset[str]:
 
 
 def _first_beat(body: Movement) -> Movement:
-    """Return the rest of a movement that ends as it begins: it stands until the next whole beat, or its end if that is
-    sooner."""
+    """Return the rest of a movement: it stands until the next whole beat, or its end if that is sooner."""
     return stand(1 if isinstance(body.duration, float) else min(1, body.duration))

@@ -32,8 +32,7 @@ _MARGIN = 26.0  # room for names
 def picture(
     score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS, prediction: Prediction | None = None
 ) -> str:
-    """Return a small SVG of only the paths, with start, direction, and end; under 20 KB for one robot. Senses are as
-    the prediction says."""
+    """Return an SVG of only the paths, their starts, and ends; under 20 KB for one robot. Senses are as predicted."""
     drawn = paths(score, most_moments, prediction)
     frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _heights(drawn))
     below, height = _from_the_side(drawn, frame)
@@ -166,8 +165,7 @@ def _discs(score: Score, meetings: Sequence[Meeting], frame: _Frame) -> Iterator
 
 
 def _paths(drawn: Sequence[Path], frame: _Frame) -> list[str]:
-    """Return the SVG group of each robot: its path, a ring at its start, and an arrow at its end, or a dot from the
-    side."""
+    """Return the SVG group of each robot: path, ring at the start, arrow at the end (from the side, a dot)."""
     groups = []
     for place, path in enumerate(drawn):
         shapes = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)

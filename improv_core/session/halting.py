@@ -23,8 +23,7 @@ def halt(state: SessionState, key: StageKey) -> SendScore:
 
 
 def has_halted(state: SessionState, key: StageKey, transport: TransportMessage) -> bool:
-    """Return whether a stage reports that it has stopped the robots of a dead one. Before it was sent its score, it had
-    nothing to stop."""
+    """Return whether a stage reports that it has stopped a dead one's robots: before its score, it had none to stop."""
     stands = transport["state"] in ("stopped", "ended") and transport["generation"] == state.generation
     return key in state.stages and state.stages[key].died_moving and stands
 

@@ -66,8 +66,7 @@ class Playback:
         self.state = SessionState()
         """The state of the session; only to be read."""
         self.begins_with = ""
-        """The name of the program to play once everything has started, until somebody plays one; empty if there is
-        none."""
+        """The name of the program to play once everything has started, until somebody plays one; empty if none."""
         self._listen = listen
         self._edit = edit
         self._start = start
@@ -255,8 +254,7 @@ class Playback:
         return line
 
     def _moving(self, key: StageKey, stage: RunningStage) -> list[str]:
-        """Return the real robots that a stage moves, by its reports and not by its score; also those that it moved when
-        it was killed."""
+        """Return the real robots that a stage moves by its reports, not by its score, or moved when it was killed."""
         state = self.state
         robots = state.played.score.moving().parts if state.played and key.output == "ros" else ()
         return stage.moving(robot for robot in robots if host_of(state, robot) == key.host)

@@ -56,8 +56,7 @@ Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
 robot that is not in its place has prevented it."""
 
 MOST_SENT = 100
-"""The most scores to compare with. Hundreds of saves may wait for the end of a long dance, of which only the last will
-play."""
+"""The most scores to compare with: of hundreds of saves during a long dance, only the last will play."""
 
 
 class StageKey(NamedTuple):
@@ -153,8 +152,7 @@ class PartVersions:
         return replace(self, sent={number: score for number, score in self.sent.items() if number >= generation})
 
     def _editions(self, part: Part, new: Iterator[int]) -> tuple[int, ...]:
-        """Return a number for each scene: that of an earlier part if it moves the robot in the same way in that
-        scene."""
+        """Return a number for each scene: that of an earlier part if it moves the robot in the same way there."""
         earlier = [
             known
             for score in reversed([*self.sent.values()])
@@ -341,8 +339,7 @@ class SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
     def opening(self, hosts: Mapping[str, float]) -> SessionState:
-        """Return it before the stages start, also those of these hosts, each with its `lag` until its link has measured
-        that."""
+        """Return it before the stages start, those of hosts with a `lag` that counts until their links are measured."""
         stages = {StageKey(host, "ros"): StageState(alive=False, lag=lag) for host, lag in hosts.items()}
         return replace(self, stages={**self.stages, **stages})
 

@@ -98,8 +98,7 @@ def is_led(state: SessionState) -> bool:
 
 
 def may_start(state: SessionState, by: Automation | None) -> bool:
-    """Return whether this automation, or a person (None), may have robots begin or continue, by the reports of all
-    stages."""
+    """Return whether an automation, or a person (None), may have robots begin or continue, by all stages' reports."""
     said = [stage.transport for stage in state.robots.values() if stage.alive]
     return by is None or all(by in each.get("startable_by", AUTOMATIONS) for each in said if each)
 

@@ -27,8 +27,7 @@ if __name__ == "__main__":
 
 
 def main() -> int:
-    """Play what standard input requests until it ends. Returns exit code 1 after a failure, 2 if the sink can't be
-    opened."""
+    """Play what standard input requests. Returns exit code 1 after a failure, 2 if the sink can't be opened."""
     options, theirs = options_in(sys.argv[1:])
     open_sink = import_module(f"improv_core.outputs.{options.sink}.opening").prepare(theirs)
     from improv_core.stage.process import play

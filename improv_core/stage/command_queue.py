@@ -107,8 +107,7 @@ class CommandQueue:
 
 
 def _time_of(arrival: Ordered, now: float) -> float:
-    """Return the time at which it takes effect, if that is still to come. A score that takes over is prepared
-    before."""
+    """Return the time at which it takes effect, if that is still to come. A score is prepared before its takeover."""
     if not isinstance(arrival, dict):
         return -math.inf
     at = arrival.get("at")

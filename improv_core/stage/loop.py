@@ -1,5 +1,4 @@
-"""A stage's main loop: handles messages as they arrive, and plays in between. It uses no clock but the one it is
-given."""
+"""A stage's main loop: handles messages as they arrive, and plays in between. Callers pass it a clock."""
 
 from __future__ import annotations
 
@@ -116,8 +115,7 @@ class Loop:
         self._parent = parent
         self._asleep = clock.asleep()
         self.failed = False
-        """True after a failure. Then only the last message is sent, since we don't know whether all robots have
-        stopped."""
+        """True after a failure. Then only the last message is sent: we don't know if all robots have stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._commands = CommandQueue(opened.sink.preload, clock.now)
         self._is_far = False  # true if its parent is on another machine

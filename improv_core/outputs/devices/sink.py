@@ -41,8 +41,7 @@ COLORS = tuple(
 
 
 class DeviceSink(Sink):
-    """A sink whose robots are devices of one class. `hear` gets edges and poses, on any thread; `warn` gets lines for
-    people."""
+    """A sink whose robots are devices of one class. `hear` is called on any thread; `warn` gets lines for people."""
 
     real = True
 
@@ -173,8 +172,7 @@ def robot_for(name: str, at: DeviceAddress, kind: type[Device], color: tuple[flo
 
 
 class DeviceLink:
-    """A robot's device and its thread. `problem` is why it can't be driven: empty while it connects for the first time,
-    None once it can be."""
+    """A robot's device and its thread. `problem` is why it can't be driven, empty at first, None once it can be."""
 
     def __init__(
         self,

@@ -1,5 +1,4 @@
-"""Buttons that people press in ROS 2 while robots move: emergency stops and deadman buttons (messages imported
-lazily)."""
+"""Emergency stops and deadman buttons that people press in ROS 2 while robots move (messages imported lazily)."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ FIND_LIMIT = 5.0
 
 
 class Buttons:
-    """Subscribes to the buttons that a score names, and passes on each change as an edge, on the thread of the node's
-    executor."""
+    """Subscribes to the buttons that a score names, and passes on changes as edges, on the executor's thread."""
 
     def __init__(self, node: Any, hear: Callable[[Edge], None], now: Now) -> None:
         self._node = node

@@ -11,8 +11,7 @@ from improv_core.outputs.ros.topic import Now
 from improv_core.score.peer_clock import Anchor, Estimate, first_seen, sighted
 
 FROZEN = 0.5
-"""Seconds without another time on /clock after which the simulation counts as paused, before a robot counts as
-stuck."""
+"""Seconds without another time on /clock from which the simulation counts as paused, before robots count as stuck."""
 CLOCK = "/clock"
 OFTEN = 0.05
 """The least number of seconds between two anchors: /clock may arrive a thousand times a second."""

@@ -351,8 +351,7 @@ class RosSink(Sink):
         return publisher, withdraw
 
     def _others(self, topic: RosTopic, guarded: bool = True) -> list[str]:
-        """The other nodes that publish on a topic, except those that send nothing. The standby publishes on `guarded`
-        topics."""
+        """The other nodes that send something on a topic. The standby publishes on `guarded` topics."""
         standby = guarded and self._standby.works
         return [name for name in topic.others(self._nodes.names, standby) if not is_harmless(name)]
 

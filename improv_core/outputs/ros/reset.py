@@ -15,8 +15,7 @@ LIMIT = 0.5
 
 @dataclass(slots=True)
 class _Call:
-    """A service to call, the robots it resets, and its progress. `ends` is the time until which it holds back beat
-    0."""
+    """A service to call, the robots it resets, and its progress. Until `ends`, it holds back beat 0."""
 
     service: str
     client: Any

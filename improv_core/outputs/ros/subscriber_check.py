@@ -15,8 +15,7 @@ ZEROS = 12
 PERIOD = 0.1
 """Seconds from one burst to the next. Zeros sent earlier would also have to be confirmed."""
 SETTLE = 0.2
-"""Seconds after which a best-effort listener, which confirms nothing, counts. Until then, commands arrived up to 0.16 s
-late."""
+"""Seconds after which a best-effort listener, which confirms nothing, counts. Commands arrived up to 0.16 s late."""
 ANSWER_LIMIT = 10.0
 """Seconds after which a warning names a listener that hasn't confirmed. In four runs on a busy machine, it named one
 that heard everything after five."""
@@ -39,8 +38,7 @@ class Hearing:
     """True if listeners found at the first look count at once, because the score can't wait for them."""
 
     def is_heard(self, moves: bool) -> bool:
-        """Return whether all listeners receive us. While the robot `moves`, new listeners next to confirmed ones
-        needn't confirm."""
+        """Return whether all listeners receive us, or if the robot `moves`, those that have confirmed."""
         return self.listeners > 0 and (self.heard >= self.listeners or (moves and self.heard > 0))
 
 
@@ -79,8 +77,7 @@ def is_overdue(hearing: Hearing, now: float) -> bool:
 
 
 def answered(hearing: Hearing, confirms: bool, now: float) -> Hearing:
-    """Update the state once the reliable listeners have confirmed everything; `confirms` is true if all are
-    reliable."""
+    """Update the state once all reliable listeners have confirmed; `confirms` is true if all are reliable."""
     if not confirms and now < hearing.since + SETTLE:
         return hearing
     return replace(hearing, heard=hearing.listeners)

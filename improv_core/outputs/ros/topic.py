@@ -173,8 +173,7 @@ class RosTopic:
         return confirms(self._node, self.name, kinds)
 
     def _incompatible(self) -> str | None:
-        """The reason why all listeners are incompatible with our publishers, which are reliable and volatile; None if
-        they aren't."""
+        """The reason why all listeners are incompatible with our reliable, volatile publishers; None if they aren't."""
         ours = {TYPES[kind] for kind in self._publishers}
         listeners = self._node.get_subscriptions_info_by_topic(self.name)
         wanted = {each.qos_profile.durability.name for each in listeners if each.topic_type in ours}

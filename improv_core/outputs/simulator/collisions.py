@@ -70,8 +70,7 @@ class NoCollisions:
         return []
 
     def take_contacts(self) -> tuple[set[str], set[str]]:
-        """The robots that bumped into something or were bumped into, and those that touched anything, since the last
-        call."""
+        """The robots that bumped or were bumped into, and those that touched anything, since the last call."""
         return set(), set()
 
 

@@ -152,8 +152,7 @@ class Scene(NamedTuple):
         )
 
     def seen_from(self, pose: Pose, direction: float = 0.0) -> Scene:
-        """The same things seen from a pose: the pose is the origin, and `direction` from its heading is the real
-        axis."""
+        """The same things seen from a pose: that is the origin, and `direction` from its heading the real axis."""
         origin, turn = complex(pose.x, pose.y), cmath.rect(1, -pose.heading - direction)
         return Scene(
             tuple(((one - origin) * turn, (other - origin) * turn) for one, other in self.lines),
@@ -173,8 +172,7 @@ def scene(world: World) -> Scene:
 
 
 def is_in_the_way(things: Scene, pose: Pose, radius: float, reach: float) -> bool:
-    """Return whether a disc would touch something on its next `reach` meters straight ahead. Things that it moves away
-    from don't count."""
+    """Return whether a disc would touch something in its next `reach` meters ahead, except what it moves away from."""
     seen = things.seen_from(pose)
     return any(_stops(one, other, radius, reach) for one, other in seen.lines) or any(
         center.real > 0 and abs(center - min(center.real, reach)) < radius + size for center, size in seen.discs

@@ -21,13 +21,11 @@ from improv_core.score.senses import RobotSense
 from improv_core.score.world import World
 
 LOOK = 24
-"""Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
-isn't pushed."""
+"""Steps between two searches for what is near (0.1 s). A robot that can't touch anything until then isn't pushed."""
 MARGIN = 0.05
 """Extra meters that count as near, because pushing can make robots faster."""
 MOST_PARTS = 16
-"""The most parts of a step. Steps are divided so that even fast or small discs move at most half their radius at
-once."""
+"""The most parts of a step. Steps are divided so that fast or small discs move at most half their radius at once."""
 BUMPS_KEPT = 200
 
 

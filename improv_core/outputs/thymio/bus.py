@@ -109,8 +109,7 @@ class Bus:
             raise OSError(self._problem)
 
     def find(self, name: str, number: int | None) -> int:
-        """Return the number of the robot with this number, of the only one, or of that with this name. Raises
-        OSError."""
+        """Return the number of the robot with this number or name, or of the only one. Raises OSError."""
         end = time.monotonic() + ANSWER_LIMIT
         while True:
             self._send(LIST_NODES, VERSION)

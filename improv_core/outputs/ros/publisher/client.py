@@ -96,8 +96,7 @@ class _CommandStats:
     _clipped: set[str] = field(default_factory=set)
 
     def sent(self, robot: str, at: float, now: float, clipped: bool) -> float:
-        """Note that a velocity was sent that was due at a performance time. Returns the seconds by which it was
-        late."""
+        """Note that a velocity was sent that was due at a performance time. Returns by how many seconds it was late."""
         if clipped:
             self._clipped.add(robot)
         late = 0.0 if self.zero is None else now - self.zero - at

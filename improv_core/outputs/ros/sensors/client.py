@@ -23,8 +23,7 @@ from improv_core.score.score import Part
 from improv_core.score.senses import CUE, BuiltIn, RobotSense, Topic
 
 START_LIMIT = 30.0
-"""Seconds until the first sign of life of a new process: half a second on a quiet machine, more than ten on one that is
-far too busy."""
+"""Seconds until a new process's first sign of life: 0.5 on a quiet machine, more than ten on one far too busy."""
 SILENT_LIMIT = 0.3
 """Seconds without a sign of life after which nothing from the process counts anymore. It sends twenty a second."""
 ALIVE_LIMIT = 1.0

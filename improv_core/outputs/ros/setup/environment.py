@@ -64,8 +64,7 @@ def unsuited() -> str | None:
 
 
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
-    """Run a command and pass each line that it prints to `tell`; if it fails, raise the error that `problem` makes of
-    the lines."""
+    """Run a command and pass each line that it prints to `tell`; if it fails, raise `problem` of the lines."""
     lines: list[str] = []
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # an interrupt now would leave it running
     child = Child(command, POLICY)

@@ -34,8 +34,7 @@ one answers while robots stand: until then it may be creating publishers, which 
 READY_LIMIT = 5.0
 """Seconds that robots may move without a standby that is ready: discovery alone took up to 3.3 s."""
 STALL = 0.3
-"""Seconds between two calls of `note_time` after which this process itself must have stalled. That proves nothing about
-the standby."""
+"""Seconds between two calls of `note_time` that prove that this process stalled, and nothing about the standby."""
 POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
 """It survives the stage. Messages about 1,000 robots don't fit into a usual pipe."""
 
@@ -245,8 +244,7 @@ class Standby:
             self._tell({"type": "pending", "topic": topic, "frame": frame})
 
     def _replace(self, what: str) -> None:
-        """Kill the process, which could wake up again, and start another one on a thread, so that robots don't wait for
-        it."""
+        """Kill the process, which could wake up again, and start another one on a thread: nothing waits for it."""
         again = bool(self.problem) and not self._has_spoken  # the previous one failed too
         self.problem = f"the standby process {what}: another one starts"
         old, self._child = self._child, None
@@ -299,8 +297,7 @@ class StandbyMonitor:
         return self._looked >= self._due
 
     def must_stop(self, moving: bool, ready: bool) -> bool:
-        """Return whether robots have to be stopped, from whether they move and whether a standby is ready to stop
-        them."""
+        """Return whether robots have to be stopped, from whether they move and whether a standby could stop them."""
         if not moving or ready:
             self._lacking = math.inf
             return False

@@ -38,32 +38,44 @@ test("a page asks for another frame while something moves, and for none at rest"
   assert.deepEqual([rest(), rest(), looks], [1, 0, 6]) // a hidden page does not even look
 })
 
-test("while somebody writes, a frame that takes long is followed by a break of four times that", async (context) => {
+test("while somebody writes, a long frame waits until its key is shown, and is followed by a break of four times that", async (context) => {
   const { setTimeout, clearTimeout } = globalThis
   context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
   let [now, takes] = [5000, 30]
   context.mock.method(performance, "now", () => now)
   const { draw, rest, redraw, redrawPaths, makeWay, due, delays } = await opened(() => ((now += takes), false))
-  draw()
+  draw() // 30 ms: from now on, keys come first
+  now += 300
+  makeWay()
+  redraw()
+  assert.deepEqual([draw(), delays.at(-1)], [0, 50])
+  now += 50
+  assert.deepEqual([rest(), draw(), rest()], [2, 1, 1])
+  redraw() // during the break
+  assert.deepEqual([draw(), delays.at(-1)], [0, 120])
+  now += 100
+  makeWay() // another key
+  now += 20
+  assert.deepEqual([rest(), draw(), delays.at(-1)], [2, 0, 30])
+  now += 30
+  takes = 300
+  assert.deepEqual([rest(), draw(), rest()], [1, 1, 1])
+  redraw()
+  assert.deepEqual([draw(), delays.at(-1)], [0, 400])
+  redrawPaths() // somebody waits for these
+  assert.deepEqual([draw(), rest()], [1, 1])
+  due.paths = false
+  takes = 5 // keys need not wait for that
+  now += 400
+  redraw()
+  assert.deepEqual([draw(), rest()], [1, 1])
   makeWay()
   redraw()
   assert.equal(draw(), 1)
-  redraw() // during the break
-  assert.deepEqual([draw(), rest(), delays.at(-1), draw(), rest()], [0, 1, 120, 0, 1])
-  takes = 300
-  assert.deepEqual([draw(), rest(), delays.at(-1), draw()], [1, 1, 250, 0])
-  redrawPaths() // somebody waits for these
-  assert.deepEqual([draw(), rest(), delays.at(-1), rest()], [1, 1, 0, 1])
-  due.paths = false
-  redraw()
-  takes = 5 // keys need not wait for that
-  assert.equal(draw(), 1)
-  assert.deepEqual([rest(), delays.at(-1), rest()], [1, 0, 1])
   takes = 30
+  rest()
   now += 2000 // nobody writes any more
   redraw()
-  rest()
-  rest()
   draw()
   redraw()
   assert.equal(draw(), 1)

@@ -4,19 +4,21 @@
 
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
+const KEY_TIME = 50 // milliseconds after a key in which it is shown, and its colors,
 const QUICK = 8 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
 const BREAK = 4 // times as long as the frame,
-const LONGEST_BREAK = 250 // milliseconds
+const LONGEST_BREAK = 400 // milliseconds
 
 /** What the next frame has to do: draw the stage, before that fit it to what covers it, and paint new paths of the text. */
 export const due = { draw: true, fit: true, paths: false }
 
 let isAsked = false // for the next frame
-let isWanted = false // another one, during a break
+let isWanted = false // another one, while it is shown
 let written = -Infinity // when somebody wrote last
-let rest = 0 // the timer that asks for it
-let pause = 0 // the timer of a break,
-let resume = () => {} // and what ends it
+let shown = -Infinity // when the latest frame was shown,
+let taken = 0 // and for how many milliseconds that kept the page busy
+let rest = 0 // the timer of the next look
+let pause = 0 // the timer that ends a break
 /** @type {() => boolean} */
 let show = () => false
 
@@ -29,11 +31,22 @@ export function showFrames(frame) {
 /** Asks for a frame. */
 export function wake() {
   isWanted = isAsked
-  if (!isAsked) requestAnimationFrame(next)
-  isAsked = true
+  if (!isAsked) ask()
 }
 
-/** Somebody writes: for a while, frames take breaks in which keys are shown, unless the machine is fast. */
+/** Asks the browser for a frame, after the break if there is one. */
+function ask() {
+  clearTimeout(pause)
+  pause = 0
+  isAsked = true
+  const now = performance.now()
+  const isFree = due.paths || taken < QUICK || now > written + WRITING_TIME
+  const begin = isFree ? now : Math.min(Math.max(shown + BREAK * taken, written + KEY_TIME), shown + LONGEST_BREAK)
+  if (begin > now) pause = window.setTimeout(ask, begin - now)
+  else requestAnimationFrame(next)
+}
+
+/** Somebody has pressed a key: unless the machine is fast, that is shown first, and for a while frames take breaks. */
 export function makeWay() {
   written = performance.now()
 }
@@ -54,7 +67,7 @@ export function refit() {
 export function redrawPaths() {
   due.paths = true
   redraw()
-  resume()
+  if (pause) ask()
 }
 
 /** The milliseconds of a frame in which it may paint what rarely changes: more of them where a break follows. */
@@ -62,24 +75,19 @@ export const paintTime = () => (performance.now() < written + WRITING_TIME ? 16 
 
 function next() {
   clearTimeout(rest)
-  isAsked = true // for the break, too
+  isAsked = true
   isWanted = false
   const begun = performance.now()
   const more = show()
   const end = () => {
-    clearTimeout(pause)
-    resume = () => {}
+    shown = performance.now()
+    taken = shown - begun
     isAsked = false
     if (more || isWanted) wake()
     else rest = window.setTimeout(look, REST_PERIOD)
   }
-  const rests = () => {
-    const taken = performance.now() - begun
-    pause = window.setTimeout(end, taken < QUICK || due.paths ? 0 : Math.min(BREAK * taken, LONGEST_BREAK))
-    resume = end
-  }
   if (begun > written + WRITING_TIME) end()
-  else setTimeout(rests) // once it is painted, too
+  else setTimeout(end) // once it is painted, too
 }
 
 /** Looks whether something has changed by itself. To ask the browser for a frame would cost more. */

@@ -35,8 +35,8 @@ const REPAINT_PERIOD = 5 // seconds after which it is repainted, as trails fade
 
 export class Ground {
   /** @type {OffscreenCanvas | null} */
-  #canvas = null // to paint on; finished sheets are images, which are copied faster
-  /** @type {(Sheet & { image: ImageBitmap }) | null} */
+  #canvas = null // to paint on, while the other one is shown
+  /** @type {(Sheet & { canvas: OffscreenCanvas }) | null} */
   #shown = null
   /** @type {Sheet | null} */
   #making = null
@@ -80,16 +80,16 @@ export class Ground {
    */
   draw(pen, camera) {
     if (!this.#shown) throw new Error("nothing has been painted yet")
-    const { image, view, middle, ratio, painted } = this.#shown
+    const { canvas, view, middle, ratio, painted } = this.#shown
     pen.setTransform(1, 0, 0, 1, 0, 0)
     if (camera.view !== view) {
       const { x, y } = camera.toScreen(view)
       const factor = camera.sight.scale / view.scale
       pen.fillStyle = colors().ground
-      pen.fillRect(0, 0, image.width, image.height)
+      pen.fillRect(0, 0, canvas.width, canvas.height)
       pen.setTransform(factor, 0, 0, factor, (x - middle.x * factor) * ratio, (y - middle.y * factor) * ratio)
     }
-    pen.drawImage(image, 0, 0)
+    pen.drawImage(canvas, 0, 0)
     return painted
   }
 
@@ -100,24 +100,21 @@ export class Ground {
 
   /** @param {Sheet} sheet */
   #show(sheet) {
-    this.#shown?.image.close()
-    if (this.#canvas) this.#shown = { ...sheet, image: this.#canvas.transferToImageBitmap() }
+    const canvas = this.#shown?.canvas ?? null
+    if (this.#canvas) this.#shown = { ...sheet, canvas: this.#canvas }
+    this.#canvas = canvas
   }
 
   /**
    * Adds to the sheet the trails since it was painted.
-   * @param {Sheet & { image: ImageBitmap }} shown
+   * @param {Sheet & { canvas: OffscreenCanvas }} shown
    * @param {GroundScene} scene
    */
   #lengthen(shown, scene) {
-    const { image, ratio, painted } = shown
-    const pen = this.#pen(scene)
-    pen.setTransform(1, 0, 0, 1, 0, 0)
-    pen.drawImage(image, 0, 0)
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0)
-    for (const robot of scene.robots) paintTail(pen, scene, robot, painted.get(robot.name))
-    const now = new Map(scene.robots.map(({ name }) => [name, reached(scene, name)]))
-    this.#show({ ...shown, painted: now, since: performance.now() })
+    const pen = penFor(shown.canvas)
+    for (const robot of scene.robots) paintTail(pen, scene, robot, shown.painted.get(robot.name))
+    shown.painted = new Map(scene.robots.map(({ name }) => [name, reached(scene, name)]))
+    shown.since = performance.now()
   }
 
   /** @param {GroundScene} scene @returns {Sheet} */
@@ -128,17 +125,18 @@ export class Ground {
     /** @type {Sheet["painted"]} */
     const painted = new Map()
     const now = performance.now()
-    const steps = paintAll(this.#pen(scene), { ...scene, view, middle, size: { ...camera.size } }, painted)
+    const size = { ...camera.size }
+    this.#canvas ??= new OffscreenCanvas(Math.round(size.width * ratio), Math.round(size.height * ratio))
+    const steps = paintAll(penFor(this.#canvas), { ...scene, view, middle, size }, painted)
     return { view, middle, ratio, painted, key: scene.key, steps, begun: now, since: now }
   }
+}
 
-  /** @param {GroundScene} scene */
-  #pen({ camera: { size }, ratio }) {
-    this.#canvas ??= new OffscreenCanvas(Math.round(size.width * ratio), Math.round(size.height * ratio))
-    const pen = penOn(this.#canvas, { alpha: false })
-    pen.lineJoin = pen.lineCap = "round"
-    return pen
-  }
+/** @param {OffscreenCanvas} canvas */
+function penFor(canvas) {
+  const pen = penOn(canvas, { alpha: false })
+  pen.lineJoin = pen.lineCap = "round"
+  return pen
 }
 
 /** @param {Pen} pen @param {SheetScene} scene @param {Sheet["painted"]} painted */

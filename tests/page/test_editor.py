@@ -22,7 +22,7 @@ SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
 # True if the colored text lies exactly below the written text.
 ALIGNED = """() => {
   const [below, text] = ["highlight", "text"].map(id => document.getElementById(id))
-  const shown = [...below.children].map(line => line.textContent).join("\\n")
+  const shown = [...below.querySelectorAll("div")].map(line => line.textContent).join("\\n")
   text.style.height = "0"
   const height = text.scrollHeight
   text.style.height = ""
@@ -109,7 +109,7 @@ def test_unsaved_text_and_settings_are_there_after_a_reload_and_on_a_new_page(ed
     expect(page.locator("#highlight .error").first).to_be_visible()
     assert page.evaluate(ALIGNED) == [True, True, 0]
 
-    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#highlight > div").nth(1)
+    margin, numbers = "text => parseFloat(getComputedStyle(text).paddingLeft)", page.locator("#highlight div").nth(1)
     number = "line => getComputedStyle(line, '::before').content"
     wide = text.evaluate(margin)
     assert numbers.evaluate(number) == '"2"'
@@ -211,11 +211,11 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
     edited = edit("".join(f"{long}r{i} $ repeat 2 (forward || left) # 🤖\n\n" for i in range(334)))
     page = edited.page()
     write(page, "last $ left")
-    wait(page, "document.querySelector('#highlight').lastElementChild.querySelector('.function')")
-    assert page.evaluate("document.querySelector('#highlight').childElementCount") == 1003
+    wait(page, "[...document.querySelectorAll('#highlight div')].at(-1).querySelector('.function')")
+    assert page.locator("#highlight div").count() == 1003
     assert page.evaluate(ALIGNED) == [True, True, 0]
     shown = """() => {
-      const [paper, last] = [document.querySelector("#paper"), document.querySelector("#highlight").lastElementChild]
+      const [paper, last] = [document.querySelector("#paper"), [...document.querySelectorAll("#highlight div")].at(-1)]
         .map(each => each.getBoundingClientRect())
       return last.top >= paper.top && last.bottom <= paper.bottom
     }"""
@@ -224,6 +224,15 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
     write(page, "x")
     expect(page.locator("#diagnostics .fix")).to_be_visible()  # which leaves less room for the text
     wait(page, f"({shown})()")
+    for line in (1, 802, 400):  # lines go from one part to another as they come into view
+        shown_line = page.locator("#highlight div").nth(line)
+        shown_line.scroll_into_view_if_needed()
+        expect(shown_line.locator(".keyword")).to_have_text("repeat")
+        assert page.evaluate(ALIGNED) == [True, True, 0]
+    page.locator("#text").evaluate("text => text.setSelectionRange(99, text.value.length / 2)")
+    page.keyboard.press("Delete")
+    wait(page, "document.querySelectorAll('#highlight div').length < 600")
+    assert page.evaluate(ALIGNED) == [True, True, 0]
     assert page.locator("#text").get_attribute("maxlength") == str(LONGEST_TEXT)
 
 

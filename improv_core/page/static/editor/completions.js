@@ -2,10 +2,11 @@
 // The list of words that may be written next. It never takes Enter, unless somebody has gone to a word with the arrows.
 // On phones and tablets, they stand in the row of words to tap instead.
 
-import { element, find, syncChildren } from "../base/elements.js"
+import { element, find, syncChildren, write } from "../base/elements.js"
 import { WORDS, wordButton } from "./word-row.js"
 
 const MOST_TO_TAP = 12 // words
+const touches = matchMedia("(pointer: coarse)")
 
 /** @typedef {{ word: string, about: string }} Word */
 
@@ -39,16 +40,13 @@ export class Completions {
 
   /** @param {Word[]} words @param {{ left: number, top: number, bottom: number }} place of what is written already */
   show(words, place) {
+    this.#leave()
     const names = words.map(({ word }) => word)
-    syncChildren(this.#list, names, (name) => element("li", { role: "option" }, element("b", { textContent: name }), " ", element("span")))
-    this.#items.forEach((item, i) => {
-      item.id = `completion-${i}`
-      item.ariaSelected = "false"
-      if (item.lastElementChild) item.lastElementChild.textContent = words[i].about
-    })
-    this.#list.hidden = false
-    this.#chosen = -1
-    this.#owner.removeAttribute("aria-activedescendant")
+    syncChildren(this.#list, names, (name) =>
+      element("li", { role: "option", id: `completion-${name}`, ariaSelected: "false" }, element("b", { textContent: name }), " ", element("span")),
+    )
+    this.#items.forEach((item, i) => item.lastElementChild && write(item.lastElementChild, words[i].about))
+    if (!this.open) this.#list.hidden = false
     placeBeside(this.#list, place)
   }
 
@@ -58,6 +56,7 @@ export class Completions {
    * @param {string} begun what is written already; if that is nothing, the words that are always there are left out
    */
   tap(words, begun) {
+    if (!touches.matches) return
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
     syncChildren(this.#row, offered.slice(0, MOST_TO_TAP), wordButton)
   }
@@ -69,7 +68,15 @@ export class Completions {
 
   hide() {
     this.tap([], "")
-    this.#list.hidden = true
+    this.#leave()
+    if (this.open) this.#list.hidden = true
+  }
+
+  /** Chooses none of the words. */
+  #leave() {
+    if (this.#chosen < 0) return
+    this.#items[this.#chosen].ariaSelected = "false"
+    this.#chosen = -1
     this.#owner.removeAttribute("aria-activedescendant")
   }
 
@@ -87,11 +94,12 @@ export class Completions {
   /** @param {number} step */
   #choose(step) {
     const items = this.#items
-    const from = this.#chosen < 0 && step < 0 ? 0 : this.#chosen
-    this.#chosen = (from + step + items.length) % items.length
-    items.forEach((item, i) => (item.ariaSelected = String(i === this.#chosen)))
-    items[this.#chosen].scrollIntoView({ block: "nearest" })
-    this.#owner.setAttribute("aria-activedescendant", items[this.#chosen].id)
+    const next = ((this.#chosen < 0 && step < 0 ? 0 : this.#chosen) + step + items.length) % items.length
+    this.#leave()
+    this.#chosen = next
+    items[next].ariaSelected = "true"
+    items[next].scrollIntoView({ block: "nearest" })
+    this.#owner.setAttribute("aria-activedescendant", items[next].id)
   }
 
   /** @param {string | undefined} word */

@@ -76,11 +76,12 @@ export class Editor {
       this.#look()
     })
     listenForArrows()
-    // Errors, a bar, or a phone's keyboard may cover the line that is written.
-    new ResizeObserver(() => {
+    // Errors, a bar, or a phone's keyboard may cover the line that is written, and other lines may come into view.
+    const sizes = new ResizeObserver(() => {
       if (document.activeElement === control) this.#reveal()
       this.#look()
-    }).observe(find("paper"))
+    })
+    for (const id of ["paper", "sheet"]) sizes.observe(find(id))
     this.saving = new Saving({
       getText: () => this.#text,
       set: (text) => this.#set(text),
@@ -292,7 +293,7 @@ export class Editor {
     this.pendingChanges.ask()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
     this.#colors = readColors(this.#numbers, this.#codePoints)
-    this.#look()
+    this.#draw()
     this.takeProblems(message)
   }
 

@@ -29,8 +29,10 @@ export function applyEdits(text, edits) {
   return edits.reduceRight((now, { start, end, text: put }) => now.slice(0, start) + put + now.slice(end), text)
 }
 
+const LETTERS = /^[\p{L}\p{M}\p{N}_]+$/u
+
 /**
- * Marks after an edit: they move along, and those that it touches in part are gone.
+ * Marks after an edit: they move along, words go on with letters behind them, and marks that it touches in part are gone.
  * @template {Span} T
  * @param {T[]} marks
  * @param {Edit} edit
@@ -38,10 +40,11 @@ export function applyEdits(text, edits) {
  */
 export function marksAfter(marks, { start, end, text }) {
   const by = text.length - (end - start)
+  const written = start === end && LETTERS.test(text)
   /** @type {T[]} */
   const found = []
   for (const mark of marks) {
-    if (mark.end <= start) found.push(mark)
+    if (mark.end < start || (mark.end === start && !(written && mark.start < start))) found.push(mark)
     else if (mark.start >= end) found.push({ ...mark, start: mark.start + by, end: mark.end + by })
     else if (mark.start <= start && mark.end >= end) found.push({ ...mark, end: mark.end + by })
   }

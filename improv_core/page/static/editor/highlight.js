@@ -9,22 +9,25 @@ import { partitionPoint } from "../base/search.js"
 /** @typedef {Span & { name: string }} Color of a class of the style sheet */
 /** @typedef {{ color: string, moves: boolean }} Light on a word that moves a robot, or that names something that does */
 /** @typedef {Span & { severity: string }} Underline */
-/** @typedef {{ key: string, element: HTMLElement, words: { start: number, element: HTMLElement }[] }} Line */
+/** @typedef {{ start: number, name: string, text: string }} Piece of a line, of some classes or none */
+/** @typedef {Piece & { node: Text }} Shown */
+/** @typedef {{ key: string, number: number, element: HTMLElement, pieces: Shown[] }} Line */
 
 export class Highlight {
-  #sheet
+  #parts = ["far", "", "far"].map((className) => element("section", { className })) // what is above, near, and below the view
   /** @type {Line[]} */
   #lines = []
   /** @type {number[]} */
   #starts = [] // of lines
   /** @type {[number, number]} */
   #near = [0, Infinity] // the first line that has colors, and the one after the last
+  #looked = false // whether these may be others since lines were last put into their parts
   /** @type {Set<HTMLElement>} */
   lit = new Set() // words
 
   /** @param {HTMLElement} sheet */
   constructor(sheet) {
-    this.#sheet = sheet
+    sheet.append(...this.#parts)
   }
 
   /**
@@ -39,15 +42,18 @@ export class Highlight {
     const [first, same] = sharedEnds(before.map(({ key }) => key), wanted.map(({ key }) => key))
     const old = before.slice(first, before.length - same)
     const now = wanted.slice(first, wanted.length - same)
-    const made = now.map((line, i) => (old.length === now.length && old[i].key === line.key ? old[i] : drawn(line)))
-    const next = before[before.length - same]?.element ?? null
-    old.forEach((line, i) => {
-      if (line === made[i]) return
-      if (old.length === now.length) line.element.replaceWith(made[i].element)
-      else line.element.remove()
-    })
-    if (old.length !== now.length) for (const { element } of made) this.#sheet.insertBefore(element, next)
+    const made = now.map((line, i) => drawn(line, old.length === now.length ? old[i] : null))
+    for (const [i, { element }] of old.entries()) if (element !== made[i]?.element) element.remove()
     this.#lines = [...before.slice(0, first), ...made, ...before.slice(before.length - same)]
+    const [from, to] = this.#looked ? [0, this.#lines.length] : [first, first + made.length]
+    this.#looked = false
+    for (let i = to - 1; i >= from; i--) {
+      const { element } = this.#lines[i]
+      const part = this.#parts[i < this.#near[0] ? 0 : i < this.#near[1] ? 1 : 2]
+      const after = this.#lines[i + 1]?.element
+      const next = after?.parentElement === part ? after : null
+      if (element.parentElement !== part || element.nextSibling !== next) part.insertBefore(element, next)
+    }
     this.#starts = wanted.map(({ start }) => start)
   }
 
@@ -58,6 +64,7 @@ export class Highlight {
    */
   look(scroller) {
     const { top, bottom, height } = scroller.getBoundingClientRect()
+    this.#looked = true
     this.#near = [this.#lineAt(top - height / 4), this.#lineAt(bottom + height / 4) + 1]
   }
 
@@ -70,7 +77,7 @@ export class Highlight {
     const lit = new Set()
     for (const [offset, { color, moves }] of lights) {
       const index = this.#line(offset)
-      const word = this.#lines[index]?.words.find(({ start }) => start === offset - this.#starts[index])?.element
+      const word = this.#lines[index]?.pieces.find(({ start, name }) => name && start === offset - this.#starts[index])?.node.parentElement
       if (!word) continue
       lit.add(word)
       word.classList.add("lit")
@@ -105,11 +112,11 @@ export class Highlight {
    */
   wordAt(x, y) {
     const index = this.#lineAt(y)
-    for (const { start, element } of this.#lines[index]?.words ?? []) {
-      for (const { left, right, top, bottom } of element.getClientRects()) {
+    for (const { start, name, text, node } of this.#lines[index]?.pieces ?? []) {
+      for (const { left, right, top, bottom } of (name && node.parentElement?.getClientRects()) || []) {
         if (left <= x && x < right && top <= y && y < bottom) {
           const from = this.#starts[index] + start
-          return { start: from, end: from + (element.textContent ?? "").length }
+          return { start: from, end: from + text.length }
         }
       }
     }
@@ -189,25 +196,27 @@ function described(text, colors, underlines, [first, last]) {
   return found
 }
 
-/** @param {ReturnType<typeof described>[number]} line @returns {Line} */
-function drawn({ line, number, marks, key }) {
-  const made = element("div")
-  if (number) made.dataset.number = String(number)
-  /** @type {Line["words"]} */
-  const words = []
+/**
+ * Makes a line, or writes into the one that is there if it has the same colors: a browser has less to do then.
+ * @param {ReturnType<typeof described>[number]} line
+ * @param {Line | null} before
+ * @returns {Line}
+ */
+function drawn({ line, number, marks, key }, before) {
+  if (before?.key === key) return before
   const cuts = [...new Set([0, line.length, ...marks.flatMap(({ start, end }) => [start, end])])].sort((a, b) => a - b)
-  cuts.slice(1).forEach((end, i) => {
-    const start = cuts[i]
-    const names = marks.filter((mark) => mark.start < end && mark.end > start).map(({ name }) => name)
-    const text = line.slice(start, end)
-    if (!names.length) {
-      made.append(text)
-      return
-    }
-    const word = element("span", { className: names.join(" "), textContent: text })
-    words.push({ start, element: word })
-    made.append(word)
+  const pieces = cuts.slice(1).map((end, i) => {
+    const names = marks.filter((mark) => mark.start < end && mark.end > cuts[i]).map(({ name }) => name)
+    return { start: cuts[i], name: names.join(" "), text: line.slice(cuts[i], end) }
   })
+  const there = before?.pieces ?? []
+  if (before && line && before.number === number && pieces.length === there.length && pieces.every(({ name }, i) => name === there[i].name)) {
+    pieces.forEach(({ text }, i) => text !== there[i].text && (there[i].node.data = text))
+    return { ...before, key, pieces: pieces.map((piece, i) => ({ ...piece, node: there[i].node })) }
+  }
+  const shown = pieces.map((piece) => ({ ...piece, node: new Text(piece.text) }))
+  const made = element("div", {}, ...shown.map(({ name, node }) => (name ? element("span", { className: name }, node) : node)))
+  if (number) made.dataset.number = String(number)
   if (!line) made.append(element("br")) // keeps an empty line's height
-  return { key, element: made, words }
+  return { key, number, element: made, pieces: shown }
 }

@@ -45,6 +45,6 @@ export class Tooltip {
   hide() {
     clearTimeout(this.#timer)
     this.#place = null
-    this.#box.hidden = true
+    if (!this.#box.hidden) this.#box.hidden = true // with each key, browsers would compute styles
   }
 }

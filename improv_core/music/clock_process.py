@@ -10,8 +10,8 @@ from typing import Literal, TypedDict
 
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
+from improv_core.protocol.helper_messages import FromClock
 from improv_core.protocol.limits import helper_command
-from improv_core.protocol.music_messages import FromClock
 from improv_core.score.score import OutsideClock
 
 POLICY = Policy(1.0, errors=subprocess.PIPE)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from improv_core.protocol.json_lines import Lines, own_output
 
 if TYPE_CHECKING:  # a process that only hears a clock needs no score, and little memory
-    from improv_core.protocol.music_messages import FromClock
+    from improv_core.protocol.helper_messages import FromClock
 
 OFTEN = 0.1
 """Seconds between two anchors."""

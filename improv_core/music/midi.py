@@ -20,7 +20,7 @@ from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.score.peer_clock import Anchor
 
 if TYPE_CHECKING:  # a process that only hears a clock needs no score, and little memory
-    from improv_core.protocol.music_messages import FromClock
+    from improv_core.protocol.helper_messages import FromClock
 
 LOOK = 2.0
 """Seconds between two searches for inputs: they come and go with their cables."""

@@ -26,9 +26,9 @@ from improv_core.music import osc_in, osc_out, osc_wire
 from improv_core.plain import message as in_plain_text
 from improv_core.preview.forecast import Forecast, WordBegins
 from improv_core.protocol.commands import PageRequest
+from improv_core.protocol.helper_messages import FromOsc, OscExchange, PeerJson, ToOsc
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
-from improv_core.protocol.music_messages import FromOsc, OscExchange, PeerJson, ToOsc
 from improv_core.safety.stage_stops import stop_stages
 from improv_core.score.score_json import RowsRead, from_json
 

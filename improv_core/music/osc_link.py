@@ -12,9 +12,9 @@ from typing import Literal, TypeAlias
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.protocol.commands import PageRequest
+from improv_core.protocol.helper_messages import FromOsc, PeerJson, ToOsc
 from improv_core.protocol.limits import helper_command
 from improv_core.protocol.messages import Armed, Sensed, TransportMessage
-from improv_core.protocol.music_messages import FromOsc, PeerJson, ToOsc
 from improv_core.safety.stops import Stops
 from improv_core.score.osc import Osc
 from improv_core.score.score import Score

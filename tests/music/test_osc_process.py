@@ -16,8 +16,8 @@ from improv_core.ipc.rate_limit import MOST, PERIOD
 from improv_core.music.osc import OscDesk
 from improv_core.music.osc_wire import Argument, OscMessage, read, written
 from improv_core.protocol.decoding import dumps, loads
+from improv_core.protocol.helper_messages import FromOsc, ToOsc
 from improv_core.protocol.limits import helper_command
-from improv_core.protocol.music_messages import FromOsc, ToOsc
 from improv_core.score.algebra import repeat
 from improv_core.score.reactions import pause
 from improv_core.score.score_json import RowsWritten, to_json

@@ -12,7 +12,7 @@ import pytest
 
 from improv_core.outputs.ros.publisher.topics import diagnose, path_topics
 from improv_core.preview.forecast import Forecast
-from improv_core.protocol.publisher_messages import Health
+from improv_core.protocol.helper_messages import Health
 from tests.player.test_player import Stage, score
 
 

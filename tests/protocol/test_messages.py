@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 
 from improv_core.protocol.decoding import ProtocolError, by_type, read_as
+from improv_core.protocol.helper_messages import FromClock, FromOsc, FromPublisher, ToOsc, ToPublisher
 from improv_core.protocol.messages import FromStage, ToStage
-from improv_core.protocol.music_messages import FromClock, FromOsc, ToOsc
 from improv_core.protocol.page_messages import ForPages, FromPage, ToPage
-from improv_core.protocol.publisher_messages import FromPublisher, ToPublisher
 from improv_core.protocol.reader_messages import FromReader, ToReader
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
 from improv_core.protocol.transport import counted

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from improv_core.music.osc_link import HearOsc, OscLink, Reach
 from improv_core.protocol.commands import PageRequest
-from improv_core.protocol.music_messages import ToOsc
+from improv_core.protocol.helper_messages import ToOsc
 from improv_core.score.osc import Osc, Peer
 from improv_core.score.score import Score
 from improv_core.session.acts import Now

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from improv_core.ipc.child import Policy
 from improv_core.ipc.helper import Helper
 from improv_core.plain import message as in_plain_text
+from improv_core.protocol.helper_messages import FromPublisher, Health, ToPublisher
 from improv_core.protocol.limits import helper_command
 from improv_core.protocol.messages import FromStage
-from improv_core.protocol.publisher_messages import FromPublisher, Health, ToPublisher
 from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
 

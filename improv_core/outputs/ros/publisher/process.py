@@ -15,8 +15,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from improv_core.preview.forecast import Forecast
+from improv_core.protocol.helper_messages import FromPublisher, Health, ToPublisher
 from improv_core.protocol.json_lines import Lines, own_output
-from improv_core.protocol.publisher_messages import FromPublisher, Health, ToPublisher
 from improv_core.score.score_json import RowsRead, from_json
 
 if TYPE_CHECKING:

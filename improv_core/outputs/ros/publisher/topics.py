@@ -14,8 +14,8 @@ from improv_core.outputs.ros.clock import NodeTime
 from improv_core.outputs.ros.nodes import Nodes
 from improv_core.preview.forecast import Forecast
 from improv_core.protocol.commands import is_muted
+from improv_core.protocol.helper_messages import Health
 from improv_core.protocol.messages import TransportMessage
-from improv_core.protocol.publisher_messages import Health
 from improv_core.protocol.transport import counted
 from improv_core.safety.fault_rules import LATE
 from improv_core.score.faults import Fault

@@ -40,10 +40,5 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
                 yield Lens(line, "▶ from here", Scenes(scene, analysis.scene_count - 1))
 
 
-def scene_ids(analysis: Analysis) -> frozenset[int]:
-    """Return the IDs of the statements that begin scenes."""
-    return frozenset(analysis.statement_ids[index] for index in analysis.breaks)
-
-
 def _titled(title: str, lasts: str) -> str:
     return f"{title} · {lasts}" if lasts else title

@@ -112,6 +112,11 @@ class Program:
     def scene_count(self) -> int:
         return min(len(self.breaks) + 1, MOST_SCENES)
 
+    @property
+    def scene_ids(self) -> frozenset[int]:
+        """The IDs of the statements that begin scenes."""
+        return frozenset(self.statement_ids[index] for index in self.breaks)
+
     @cached_property
     def scene_names(self) -> Sequence[str]:
         """The names of the scenes; "" for one without a name."""

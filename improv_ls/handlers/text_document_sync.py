@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from lsprotocol import types
 
-from improv_core.ide.code_lens import scene_ids
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.text import LineIndex
 from improv_ls.documents import (
@@ -103,7 +102,7 @@ def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
     """Show the lenses of scenes only with a save, because no line should move while a person types."""
     if document := ls.documents.get(uri):
         before = ls.scenes_with_lenses.pop(uri, None)
-        now = None if document.analysis.earlier else scene_ids(document.analysis)
+        now = None if document.analysis.earlier else document.analysis.scene_ids
         if now is not None:
             ls.scenes_with_lenses[uri] = now
         if now is None or now != before:

@@ -6,7 +6,7 @@ import pytest
 
 from improv_core.diagnostics import applied
 from improv_core.ide.code_action_play import play_actions
-from improv_core.ide.code_lens import lenses, scene_ids
+from improv_core.ide.code_lens import lenses
 from improv_core.ide.completion_item import Item
 from improv_core.ide.hover import hover
 from improv_core.ide.inlay_hint import hints
@@ -186,7 +186,7 @@ def test_outlines_have_places_and_scenes_by_name() -> None:
 
 def test_scenes_are_called_by_their_names() -> None:
     analysis = analyze("--- meet\nr $ left\n--- bow\nr $ left\n---\nr $ left")
-    texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, scene_ids(analysis))]
+    texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, analysis.scene_ids)]
     assert texts == ["▶ play", "▶ scene bow", "▶ from here", "▶ scene 3"]
     played = [
         [action.title for action in play_actions(analysis, at) if "only scene" in action.title] for at in (0, 20, 40)

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from improv_core.ide.code_action import fixes
 from improv_core.ide.code_action_play import play_actions
 from improv_core.ide.code_action_refactor import refactorings
-from improv_core.ide.code_lens import lenses, scene_ids
+from improv_core.ide.code_lens import lenses
 from improv_core.ide.completion import complete
 from improv_core.ide.document_symbol import outline
 from improv_core.ide.folding_range import folds
@@ -95,7 +95,7 @@ def use(text: str, offset: int) -> Analysis:
     assert analysis.diagnostics is not None
     hover(analysis, offset, pictures=True)
     complete(analysis, offset)
-    list(lenses(analysis, scene_ids(analysis)))
+    list(lenses(analysis, analysis.scene_ids))
     list(play_actions(analysis, offset))
     use_in_editor(analysis, offset)
     compiled(analysis, 100)

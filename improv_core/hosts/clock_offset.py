@@ -175,8 +175,7 @@ def _lowest(floors: _Floors, slope: float) -> float:
 
 
 def _spread(floors: _Floors, slope: float) -> float:
-    """Return the probable height of the lowest floor above the real one: the mean distance of n floors from the lowest
-    of them is n times that."""
+    """Return the probable height of the lowest floor above the real one: the mean distance from it divided by n."""
     lowest = _lowest(floors, slope)
     return sum(delay - slope * at - lowest for at, delay in floors) / max(len(floors) - 1, 1) / len(floors)
 

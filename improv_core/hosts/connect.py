@@ -92,8 +92,7 @@ def connect(host: str, arguments: Sequence[str], config: str | None = None) -> C
 
 
 def ssh_command(host: str, config: str | None = None) -> list[str]:
-    """Return the command that connects. `config` replaces the person's own, for tests. Raises HostError, also for a
-    host that nobody has allowed."""
+    """Return the command that connects; tests pass a `config`. Raises HostError, also for hosts that nobody allowed."""
     if not is_approved(checked(host)):
         raise HostError(refusal(host))
     name, port = split(host)

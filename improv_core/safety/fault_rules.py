@@ -22,8 +22,7 @@ velocities: localization sends a pose only after a robot has moved."""
 LONGEST_USUAL = 1.0
 """The longest usual time between two poses, in seconds."""
 BACK = 0.8
-"""The share of the limits within which a robot counts as back on its path. It is less than 1, so that a robot at the
-limit is reported once."""
+"""The share of the limits within which a robot is back on its path: less than 1, so one at the limit is news once."""
 STUCK = 0.7
 """Seconds for which a robot that is sent a velocity may stand. One that speeds up by 0.9 m/s², and whose poses come 80
 ms late, has moved by `MOVES` after 0.34 s; at 0.2 m/s, with poses 0.3 s late, after 0.6 s."""
@@ -42,8 +41,7 @@ within this share of the distance. Both keep moving meanwhile, so it isn't less.
 RUSHED = "the program changes velocities faster than accelerations in improv.toml allow: see `improv check`"
 """The reason for which a robot is off its path that isn't the robot's."""
 QUIET = 10.0
-"""Seconds without a jump or a late command after which that fault is over. Two nodes that publish on one topic make
-twenty jumps a second."""
+"""Seconds without a jump or a late command that end that fault. Two nodes on one topic make twenty jumps a second."""
 
 
 class Worst(NamedTuple):

@@ -97,8 +97,7 @@ class Motion:
     real: Twist | None = None
 
     def pose_at(self, time: float) -> Pose:
-        """Return its pose at a later time on the exact arc, as long as its twist stays the same. It stays on the ground
-        instead of going below it."""
+        """Return its pose at a later time on the exact arc of its twist, never below the ground."""
         return self.pose.after(self.twist if self.real is None else self.real, time - self.at).above_ground()
 
 

@@ -49,8 +49,7 @@ def bars(score: Score, colors: Mapping[str, str], left: float, top: float, width
 
 
 def _beat_row(score: Score, beats: float, left: float, top: float, width: float, height: float) -> Iterator[str]:
-    """Yield lines where scenes and bars begin, the names of scenes that have room, and the numbers of as many beats as
-    have room between them."""
+    """Yield lines where scenes and bars begin, and the names of scenes and numbers of beats that have room."""
     named = [score.scene_names[index] if index < len(score.scene_names) else "" for index in range(score.scenes)]
     shown = [name or f"scene {number}" for number, name in enumerate(named, 1)] if len(named) > 1 or any(named) else []
     begins = [*map(float, score.scene_begins), beats]

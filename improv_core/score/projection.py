@@ -138,8 +138,7 @@ def _rest(duration: Duration) -> Movement:
 
 
 def _reach(word: ToPose, under: _Under, part: str, body: Body, posture: Posture) -> Movement:
-    """Return a pose as this part reaches it. A reflection negates a pose unless it exchanges the part for its mirror,
-    or the pose is its start."""
+    """Return a pose as this part reaches it: reflections negate it unless they exchange parts, or it is the start."""
     if part == BASE or not body.part[part].has_pose(word.pose):
         return stand(1)
     goal = dict(goal_of(part, word.pose, body))

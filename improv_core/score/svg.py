@@ -92,8 +92,7 @@ class _Frame:
     def around(
         cls, points: Iterable[tuple[float, float]], size: float, heights: tuple[float, float], wide: float = 0.0
     ) -> _Frame:
-        """Return a frame for points as seen from above, at least so wide. Paths between two heights must fit into a
-        picture from the side."""
+        """Return a frame for points seen from above, at least so wide: paths between two heights must fit, too."""
         (left, right), (bottom, top) = (
             (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
         )

@@ -85,8 +85,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class HearClock:
-    """Listen to this clock of music, and no longer to another one. If nobody is in its session yet, that gets this
-    tempo, in beats per minute."""
+    """Listen to this clock of music only. If nobody is in its session yet, that gets this tempo in beats per minute."""
 
     clock: OutsideClock | None
     tempo: float = 120.0

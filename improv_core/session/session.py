@@ -103,8 +103,7 @@ class Playback:
     def present(
         self, name: str, folder: str, mistakes: Iterable[ProblemFields] = (), names: Mapping[str, str] | None = None
     ) -> None:
-        """Have pages show the program to play, and the errors that keep it from being played. Its robots have other
-        `names` there, if any."""
+        """Have pages show the program to play, its errors, and its robots' other `names` there, if any."""
         self.ask(program_message(name, folder, [*mistakes], names))
 
     async def open(self, hosts: frozenset[Host] = frozenset()) -> None:

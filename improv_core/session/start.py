@@ -84,8 +84,7 @@ class Options:
 
 
 def usual_port(path: str) -> int:
-    """Return the same port for the same file or folder each time: a browser keeps unsaved text, and a tunnel its way,
-    by the page's address."""
+    """Return the same port for the same path: a browser keeps unsaved text, and a tunnel its way, by address."""
     return PORTS[crc32(path.encode()) % len(PORTS)]
 
 
@@ -194,8 +193,7 @@ async def _start_by(found: RosPython, options: Options, hear: HearStage, stops: 
 
 
 async def _start_there(host: Host, options: Options, hear: HearStage, stops: Stops) -> Stage:
-    """Return the stage of a host's robots: the near end of the link to it works like any stage. That of an output runs
-    here, in our own Python."""
+    """Return the stage of a host's robots, the near end of its link; an output runs here, in our own Python."""
     if host.output:
         named = ["--sink", "devices", "--name", host.name, *_reporting(options), host.name]
         return await Stage.start([sys.executable, str(FOLDER), *named], _with_sockets(os.environ, options), hear, stops)

@@ -86,8 +86,7 @@ def begins(state: SessionState) -> float:
 
 
 def opens(state: SessionState) -> float:
-    """Return the time at which all have to be sent their start when they begin by themselves, in Unix time: they may
-    count beats until beat 0."""
+    """Return the Unix time at which all have to be sent their start if they begin by themselves, after a count."""
     counted = count(state)
     return begins(state) - (counted["beats"] * counted["period"] if counted else 0.0)
 

@@ -1,5 +1,4 @@
-"""A stage's process: threads read its standard input and write its output while it plays. Whatever ends it, it first
-sends every robot zeros."""
+"""A stage's process: threads read and write while it plays. Whatever ends it, it first sends every robot zeros."""
 
 from __future__ import annotations
 

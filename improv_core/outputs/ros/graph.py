@@ -77,8 +77,7 @@ def main() -> int:
 
 
 def look(topics: Sequence[str]) -> Graph:
-    """List the listeners and publishers on these topics and on all other velocity topics, with the poses and battery
-    levels that arrive there."""
+    """List who listens and publishes on these and all other velocity topics, and the poses and batteries there."""
     with _node("improv_look") as node:
         heard = _Heard(node, topics)
         end = time.monotonic() + LOOK

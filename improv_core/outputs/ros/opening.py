@@ -1,5 +1,4 @@
-"""Opens the output to ROS 2. The standby is started at once, since it loads while the modules of the stage do: nothing
-here imports those before."""
+"""Opens the output to ROS 2. The standby starts first, so that it loads while the stage's modules do."""
 
 from __future__ import annotations
 

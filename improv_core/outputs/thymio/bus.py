@@ -144,8 +144,7 @@ class Bus:
             return RobotMemory(node.variables, node.free, events, natives)
 
     def listen(self, number: int, report: Report) -> None:
-        """Have `report` get what the program of a robot emits, on the thread that reads. Raises OSError if another
-        device drives that robot."""
+        """Have `report` get what a robot's program emits, on the thread that reads. Raises OSError if it is in use."""
         if self._reports.setdefault(number, report) != report:
             raise OSError(f"another robot here is the Thymio {number}, too: give each its own `node`")
 

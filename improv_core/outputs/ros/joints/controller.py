@@ -46,8 +46,7 @@ Measured = Callable[[str], Mapping[str, tuple[float, float]]]
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """The facts that all controllers share: ROS's clock, the positions of joints, the zeros that may not have arrived,
-    and the monotonic time."""
+    """The facts that controllers share: ROS's clock, positions of joints, pending zeros, and the monotonic time."""
 
     clock: Any
     measured: Measured

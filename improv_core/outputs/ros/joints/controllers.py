@@ -31,8 +31,7 @@ STRING_ARRAY = 9
 
 
 class RosControllers:
-    """The controllers of all robots that a score has had. `advertise` creates publishers on a topic, and `measured`
-    returns joint positions."""
+    """The controllers of all robots so far. `advertise` creates publishers, and `measured` returns joint positions."""
 
     def __init__(
         self,

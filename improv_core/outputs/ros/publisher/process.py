@@ -27,8 +27,7 @@ NICENESS = 10
 MARKER_PERIOD = 0.1
 """Seconds between two markers of a robot that moves."""
 PERIOD = 1.0
-"""Seconds between two paths of a robot, and between two messages about anything that doesn't move. REP 107 has
-diagnostics once a second."""
+"""Seconds between two paths of a robot, or messages about what stands. REP 107 has diagnostics once a second."""
 
 
 def main() -> int:

@@ -99,8 +99,7 @@ class Standby:
             self._child.speaks(START_LIMIT)
 
     def is_ready(self, topics: Collection[str]) -> bool:
-        """Return whether it could stop robots on these topics at once, or isn't needed: it has found a listener
-        wherever this process has."""
+        """Return whether it has found a listener wherever we have on these topics, or isn't wanted."""
         if not self.wanted:
             return True
         if not self._child or not self._has_spoken:

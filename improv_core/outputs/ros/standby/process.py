@@ -52,8 +52,7 @@ class ParentWatch:
         self.moved: dict[str, str] = {}
         """The topics on which robots have moved since all last stood, with the frames of their velocities."""
         self.pending: dict[str, str] = {}
-        """The topics on which robots may not have received their zeros, with the same frames. Nobody else knows of them
-        once the stage is gone."""
+        """The topics whose robots may lack their zeros, with the same frames. Once the stage is gone, only we know."""
         self.ended = False
         """True after the stage's last message: all robots stand."""
         self._looked = now
@@ -216,8 +215,7 @@ class _Publishers:
         time.sleep(LINGER)
 
     def retry(self, topics: Mapping[str, str]) -> None:
-        """Send pending zeros on these topics, in their frames, until they are confirmed, for `UNCONFIRMED` at most:
-        nobody is left to warn."""
+        """Send pending zeros on these topics, in their frames, until they are confirmed, or for `UNCONFIRMED`."""
         made = {
             topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
         }

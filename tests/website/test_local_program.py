@@ -4,6 +4,7 @@ versions."""
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import zlib
 from base64 import urlsafe_b64decode, urlsafe_b64encode
@@ -148,13 +149,14 @@ def test_a_page_of_an_old_version_says_that_there_is_a_newer_one(
     built: Path, natively: Path, tmp_path: Path, page: Page
 ) -> None:
     shutil.copytree(natively / "improv", tmp_path / "site")
-    shutil.copy(built / "service-worker.js", tmp_path / "site")
+    worker = tmp_path / "site" / "service-worker.js"
+    shutil.copy(built / "service-worker.js", worker)
+    os.utime(worker, (0, 0))  # the server tells times in whole seconds, so the next one must not have the same
     with served(tmp_path / "site") as root:
         open_site(page, root)
         page.evaluate("() => navigator.serviceWorker.ready.then(() => true)")
         wait(page, "navigator.serviceWorker.controller")
         page.locator("#text").fill("cy $ forward")
-        worker = tmp_path / "site" / "service-worker.js"
         worker.write_text(worker.read_text().replace('{"version": "', '{"version": "newer '))
         page.reload()
         expect(page.locator("#notice")).to_contain_text("A newer version of this website is here.")

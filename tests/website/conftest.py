@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,10 +43,15 @@ def pyodide(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def built(pyodide: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The website built from that package. No test changes it."""
-    site = tmp_path_factory.mktemp("built") / "site"
-    build(site, pyodide)
-    return site
+    """The website built from that package, once for all workers. No test changes it."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    with (shared / "built.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (shared / "built").exists():
+            build(own / "draft", pyodide)
+            (own / "draft").rename(shared / "built")
+    return shared / "built"
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,7 @@ from itertools import chain, pairwise
 from typing import Any, TypedDict
 
 from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in, stamp_in, transforms_in
+from improv_core.outputs.ros.nodes import Nodes
 from improv_core.outputs.ros.sensors.polled import STATIC, TF, PolledTopics
 from improv_core.outputs.ros.sensors.poses import KINDS
 from improv_core.outputs.ros.sensors.readings import battery
@@ -135,16 +136,11 @@ def _spin(node: Any, heard: Sequence[Any], seconds: float) -> None:
 
 @contextmanager
 def _node(name: str) -> Iterator[Any]:
-    import rclpy
-
-    rclpy.init()
-    node = rclpy.create_node(name)
+    nodes = Nodes(name)
     try:
-        yield node
+        yield nodes.first
     finally:
-        # A node that exits without destroying itself stays in the graph for its lease, about twenty seconds.
-        node.destroy_node()
-        rclpy.try_shutdown()
+        nodes.close()
 
 
 class _Heard:

@@ -228,6 +228,7 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
         shown_line = page.locator("#highlight div").nth(line)
         shown_line.scroll_into_view_if_needed()
         expect(shown_line.locator(".keyword")).to_have_text("repeat")
+        expect(shown_line).to_be_in_viewport()
         assert page.evaluate(ALIGNED) == [True, True, 0]
     page.locator("#text").evaluate("text => text.setSelectionRange(99, text.value.length / 2)")
     page.keyboard.press("Delete")

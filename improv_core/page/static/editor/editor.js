@@ -77,8 +77,8 @@ export class Editor {
     })
     listenForArrows()
     // Errors, a bar, or a phone's keyboard may cover the line that is written, and other lines may come into view.
-    const sizes = new ResizeObserver(() => {
-      if (document.activeElement === control) this.#reveal()
+    const sizes = new ResizeObserver((changes) => {
+      if (document.activeElement === control && changes.some(({ target }) => target.id === "paper")) this.#reveal()
       this.#look()
     })
     for (const id of ["paper", "sheet"]) sizes.observe(find(id))

@@ -112,11 +112,6 @@ class Program:
     def scene_count(self) -> int:
         return min(len(self.breaks) + 1, MOST_SCENES)
 
-    @property
-    def scene_ids(self) -> frozenset[int]:
-        """The IDs of the statements that begin scenes."""
-        return frozenset(self.statement_ids[index] for index in self.breaks)
-
     @cached_property
     def scene_names(self) -> Sequence[str]:
         """The names of the scenes; "" for one without a name."""
@@ -251,6 +246,11 @@ class Program:
     @cached_property
     def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
         return scene_lengths(list(self.parts.values()))
+
+
+def scene_ids(program: Program) -> frozenset[int]:
+    """Return the IDs of the statements that begin scenes."""
+    return frozenset(program.statement_ids[index] for index in program.breaks)
 
 
 @value(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from lsprotocol import types
 
 from improv_core.ide.code_lens import lenses
 from improv_core.ide.inlay_hint import hints
+from improv_core.program.program import scene_ids
 from improv_ls.documents import Document
 from improv_ls.positions import to_position, to_scenes, to_span
 from improv_ls.session import Session
@@ -16,7 +17,7 @@ from improv_ls.session import Session
 def code_lens(ls: Session, document: Document, params: types.CodeLensParams) -> list[types.CodeLens]:
     if not ls.editor.settings.code_lens or document.analysis.earlier:  # not read yet, so it has no analysis
         return []
-    scenes = ls.scenes_with_lenses.setdefault(document.uri, document.analysis.scene_ids)
+    scenes = ls.scenes_with_lenses.setdefault(document.uri, scene_ids(document.analysis))
     found = []
     for lens in lenses(document.analysis, scenes):
         arguments: list[Any] = [document.uri]

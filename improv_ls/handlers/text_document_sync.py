@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from lsprotocol import types
 
+from improv_core.program.program import scene_ids
 from improv_core.protocol.editing import NO_DRAFT
 from improv_core.text import LineIndex
 from improv_ls.documents import (
@@ -102,7 +103,7 @@ def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
     """Show the lenses of scenes only with a save, because no line should move while a person types."""
     if document := ls.documents.get(uri):
         before = ls.scenes_with_lenses.pop(uri, None)
-        now = None if document.analysis.earlier else document.analysis.scene_ids
+        now = None if document.analysis.earlier else scene_ids(document.analysis)
         if now is not None:
             ls.scenes_with_lenses[uri] = now
         if now is None or now != before:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from improv_core.ide.code_lens import MOST_SCENES, lenses
 from improv_core.program.analysis import analyze
+from improv_core.program.program import scene_ids
 
 SCENES = "beat 30\nr $ up\n---\nr $ repeat 4 up\ns $ left\n---\n\n"
 
@@ -13,7 +14,7 @@ def check(program: str, *expected: str) -> None:
     analysis = analyze(program)
     found = [
         f"{lens.line}: {lens.text} → {f'{lens.only.first} to {lens.only.last}' if lens.only else 'all'}"
-        for lens in lenses(analysis, analysis.scene_ids)
+        for lens in lenses(analysis, scene_ids(analysis))
     ]
     assert found == list(expected)
 
@@ -49,11 +50,11 @@ def test_each_further_scene_has_a_lens() -> None:
 
 def test_no_line_gets_a_lens_while_somebody_types() -> None:
     now = analyze("")
-    scenes = now.scene_ids
+    scenes = scene_ids(now)
     for place, key in enumerate(SCENES):
         now = now.edited(place, place, key)
         assert [lens.line for lens in lenses(now, scenes)] == [0], now.text
-    scenes = now.scene_ids
+    scenes = scene_ids(now)
     for key in "r $ up\n":
         now = now.edited(0, 0, key)
         lines = [2 + now.text.count("\n") - SCENES.count("\n"), 5 + now.text.count("\n") - SCENES.count("\n")]
@@ -62,4 +63,4 @@ def test_no_line_gets_a_lens_while_somebody_types() -> None:
 
 def test_only_the_first_scenes_get_a_lens() -> None:
     analysis = analyze("r $ up\n---\n" * 3 * MOST_SCENES)
-    assert len(list(lenses(analysis, analysis.scene_ids))) == 1 + 2 * MOST_SCENES
+    assert len(list(lenses(analysis, scene_ids(analysis)))) == 1 + 2 * MOST_SCENES

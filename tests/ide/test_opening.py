@@ -15,6 +15,7 @@ from improv_core.ide.rename import RefusalError, renamable, rename
 from improv_core.ide.selection_range import selections
 from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import analyze
+from improv_core.program.program import scene_ids
 from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
@@ -186,7 +187,7 @@ def test_outlines_have_places_and_scenes_by_name() -> None:
 
 def test_scenes_are_called_by_their_names() -> None:
     analysis = analyze("--- meet\nr $ left\n--- bow\nr $ left\n---\nr $ left")
-    texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, analysis.scene_ids)]
+    texts = [lens.text.partition(" ·")[0] for lens in lenses(analysis, scene_ids(analysis))]
     assert texts == ["▶ play", "▶ scene bow", "▶ from here", "▶ scene 3"]
     played = [
         [action.title for action in play_actions(analysis, at) if "only scene" in action.title] for at in (0, 20, 40)

@@ -37,6 +37,7 @@ from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
+from improv_core.program.program import scene_ids
 from improv_core.program.report import summary
 from improv_core.score.replay import Replay
 from improv_core.score.score_json import from_json, to_json
@@ -95,7 +96,7 @@ def use(text: str, offset: int) -> Analysis:
     assert analysis.diagnostics is not None
     hover(analysis, offset, pictures=True)
     complete(analysis, offset)
-    list(lenses(analysis, analysis.scene_ids))
+    list(lenses(analysis, scene_ids(analysis)))
     list(play_actions(analysis, offset))
     use_in_editor(analysis, offset)
     compiled(analysis, 100)

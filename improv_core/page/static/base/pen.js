@@ -16,6 +16,12 @@ export function penOn(canvas, settings) {
   return pen
 }
 
+/** Fills a rectangle. @type {(pen: Pen, color: string, x: number, y: number, width: number, height: number) => void} */
+export function fillRect(pen, color, x, y, width, height) {
+  pen.fillStyle = color
+  pen.fillRect(x, y, width, height)
+}
+
 const MOST_PICTURES = 600
 
 /** @type {Map<string, ImageBitmap>} */

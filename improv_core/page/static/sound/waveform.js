@@ -4,7 +4,7 @@
 import { colors } from "../base/colors.js"
 import { find, findA } from "../base/elements.js"
 import { refit, wake } from "../base/frames.js"
-import { penOn } from "../base/pen.js"
+import { fillRect, penOn } from "../base/pen.js"
 import { firstBeatAfter, loudness, rounded, shapeOf } from "./wave.js"
 
 /** @import { Fit, Shape } from "./wave.js" */
@@ -93,8 +93,7 @@ export class Waveform {
     this.#canvas.height = Math.round(height * ratio)
     const pen = this.#pen
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
-    pen.fillStyle = colors().panel
-    pen.fillRect(0, 0, width, height)
+    fillRect(pen, colors().panel, 0, 0, width, height)
     pen.fillStyle = colors()["grid-strong"]
     const step = this.#fit.bar ?? 1
     const every = step * 2 ** Math.max(Math.ceil(Math.log2(6 / (scale * step))), 0)
@@ -106,8 +105,7 @@ export class Waveform {
       const high = loud < 0 ? 0 : Math.max(loud * (height - 4), SILENT)
       if (high) pen.fillRect(x, (height - high) / 2, 1, high)
     }
-    pen.fillStyle = colors().ink
-    pen.fillRect(playhead - 1, 0, 2, height)
+    fillRect(pen, colors().ink, playhead - 1, 0, 2, height)
   }
 
   #release() {

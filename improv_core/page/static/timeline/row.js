@@ -2,7 +2,7 @@
 // Draws a row of the timeline: the items of a robot, or of one of its body parts, and the marks on them.
 
 import { colors, mix } from "../base/colors.js"
-import { FONT } from "../base/pen.js"
+import { fillRect, FONT } from "../base/pen.js"
 import { drawMark } from "../floor/meetings.js"
 import { direction, itemsOf, labels, namesOf, outline, runs } from "./items.js"
 
@@ -26,16 +26,13 @@ const LEAST_HEIGHT = 0.12 // of a lane, so that a robot that is about to stop is
  */
 export function paintRow(place, right, meetings, decisions) {
   const { pen, current, robot, left, scale, letter, y, row } = place
-  pen.fillStyle = colors()["grid-strong"]
-  pen.fillRect(0, Math.round(y + row) - 1, (right - left) * scale, 1)
+  fillRect(pen, colors()["grid-strong"], 0, Math.round(y + row) - 1, (right - left) * scale, 1)
   const segments = current.track(robot.name, robot.part)
   const first = current.indexAt(segments, left)
   let last = first
   while (last < segments.length && segments[last].start < right && last - first < MOST_ITEMS) last++
   const items = itemsOf(segments, first, last)
   drawItems(place, items, false)
-  pen.textBaseline = "middle"
-  pen.textAlign = "left"
   pen.font = `600 ${letter * 0.75}px ${FONT}`
   pen.fillStyle = colors().quiet
   const names = robot.part === null ? labels(segments, first, last, current.text) : [] // no room for them
@@ -71,15 +68,12 @@ export function paintRow(place, right, meetings, decisions) {
 function paintEnds({ pen, current, robot: { name, color }, left, scale, y, row }) {
   const { begins, ends } = current.score.robots[name]
   if (ends !== null) {
-    pen.fillStyle = color
-    pen.fillRect((ends - left) * scale - 1.5, y + row * 0.28, 3, row * 0.55)
+    fillRect(pen, color, (ends - left) * scale - 1.5, y + row * 0.28, 3, row * 0.55)
   }
   if (begins > left) {
     const end = (begins - left) * scale
-    pen.fillStyle = colors().ground
-    pen.fillRect(0, y, end, row - 1)
-    pen.fillStyle = color
-    pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
+    fillRect(pen, colors().ground, 0, y, end, row - 1)
+    fillRect(pen, color, end - 1.5, y + row * 0.1, 3, row * 0.8)
   }
   pen.fillStyle = colors().ink
   for (const beat of current.score.scenes.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
@@ -92,15 +86,12 @@ function paintEnds({ pen, current, robot: { name, color }, left, scale, y, row }
  */
 function paintDecisions({ pen, current, robot, left, scale, letter, y, row }, decisions) {
   pen.font = `700 ${letter * 0.7}px ${FONT}`
-  pen.textAlign = "left"
-  pen.textBaseline = "middle"
   const own = decisions.filter(({ robot: name }) => name === robot.name)
   for (const [index, { beat, sources, held }] of own.entries()) {
     const x = (beat - left) * scale
     if (x < 0) continue
     const word = sources.slice(-1).flatMap((source) => current.spans(source)).map((span) => current.text.word(span)).join("")
-    pen.fillStyle = colors().ink
-    pen.fillRect(x - 1, y + row * 0.05, 2, row * 0.85)
+    fillRect(pen, colors().ink, x - 1, y + row * 0.05, 2, row * 0.85)
     const sign = held ? "✓" : "✗"
     const room = ((own[index + 1]?.beat ?? Infinity) - beat) * scale - 8
     const fitting = [`${sign} ${word}`, sign].find((text) => pen.measureText(text).width <= room)
@@ -138,12 +129,10 @@ export function drawItems({ pen, current, robot, left, scale, letter, y: above, 
       const size = Math.min(letter * 0.82, tall * 0.95)
       pen.font = `600 ${size}px ${FONT}`
       pen.fillStyle = lit ? colors().ground : colors().ink
-      pen.textBaseline = "middle"
-      pen.textAlign = item.parts.length > 1 ? "center" : "left" // where a shape is highest
       const [head] = word.split(" ") // without its measure
       const text = [`${sign} ${word}`, `${sign} ${head}`].find((each) => pen.measureText(each).width <= width - 8) ?? sign
-      if (text === sign) pen.textAlign = "center"
-      pen.fillText(text, pen.textAlign === "center" ? x + width / 2 : x + 5, y + tall / 2 + 0.5)
+      const centers = text === sign || item.parts.length > 1 // where a shape is highest
+      pen.fillText(text, centers ? x + (width - pen.measureText(text).width) / 2 : x + 5, y + tall / 2 + 0.5)
     })
   })
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The timeline's ruler: its beats or bars, and the names of its scenes.
 
-import { FONT } from "../base/pen.js"
+import { fillRect, FONT } from "../base/pen.js"
 import { formatPosition } from "../score/clock.js"
 
 /** @import { Colors } from "../base/colors.js" */
@@ -24,8 +24,6 @@ const LEAST_BEAT = 6 // pixels between the lines of beats within a bar
 export function paintRuler(pen, ruler) {
   const { left, last, bar, scale, letter, head, height, colors } = ruler
   pen.font = `600 ${letter * 0.8}px ${FONT}`
-  pen.textAlign = "left"
-  pen.textBaseline = "middle"
   const unit = bar ?? 1
   const numbered = (/** @type {number} */ beat) => (bar ? `bar ${beat / bar + 1}` : String(beat + 1))
   const wide = pen.measureText(numbered(unit * Math.ceil(last / unit))).width + letter * 0.8
@@ -38,15 +36,13 @@ export function paintRuler(pen, ruler) {
   const names = namesOf(pen, ruler)
   for (let beat = Math.ceil(left / step - 1) * step; beat <= last; beat += step) {
     const x = xOf(beat)
-    pen.fillStyle = colors["grid-strong"]
-    pen.fillRect(x, head * 0.55, bar ? 2 : 1, height)
+    fillRect(pen, colors["grid-strong"], x, head * 0.55, bar ? 2 : 1, height)
     pen.fillStyle = colors.quiet
     const covered = names.some((name) => x + wide > name.x && x < name.x + name.wide)
     if (beat >= 0 && beat < last && !covered) pen.fillText(numbered(beat), x + 0.5 + letter * 0.3, head * 0.5)
   }
   names.forEach(({ x, wide, text }, index) => {
-    pen.fillStyle = colors.panel
-    pen.fillRect(x, 0, wide, head - 1)
+    fillRect(pen, colors.panel, x, 0, wide, head - 1)
     pen.fillStyle = colors.ink
     if (index) pen.fillRect(x - 1, head * 0.2, 2, head)
     pen.fillText(text, x + letter * 0.3, head * 0.5)

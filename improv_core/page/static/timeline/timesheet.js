@@ -2,7 +2,7 @@
 // Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
 import { colors } from "../base/colors.js"
-import { penOn } from "../base/pen.js"
+import { fillRect, penOn } from "../base/pen.js"
 import { drawMark } from "../floor/meetings.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
@@ -62,6 +62,7 @@ export class TimelineSheet {
     this.#canvas.width = Math.round(width * this.#ratio)
     this.#canvas.height = Math.round(height * this.#ratio)
     this.#canvas.style.height = `${height}px`
+    this.#pen.textBaseline = "middle" // a new size forgets it
     this.forget()
   }
 
@@ -95,8 +96,8 @@ export class TimelineSheet {
     const width = Math.ceil(this.#width * (1 + SPARE) * this.#ratio)
     const canvas = new OffscreenCanvas(width, this.#canvas.height)
     const pen = penOn(canvas, { alpha: false })
-    pen.fillStyle = colors().panel
-    pen.fillRect(0, 0, canvas.width, canvas.height)
+    pen.textBaseline = "middle"
+    fillRect(pen, colors().panel, 0, 0, canvas.width, canvas.height)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     const { beats, bar, scene: first, scenes, scene_names: names } = current.score
     const named = scenes.map((beat, index) => ({ beat, number: first + index + 1, name: names[first + index] ?? "" }))
@@ -129,8 +130,7 @@ export class TimelineSheet {
   /** @param {Pen} pen @param {TimelineView} view */
   #drawPlayhead(pen, { beat, left, scale, letter, head }) {
     const x = Math.min(Math.max((beat - left) * scale, 1), this.#width - 1)
-    pen.fillStyle = colors().ink
-    pen.fillRect(x - 1, head * 0.3, 2, this.#height)
+    fillRect(pen, colors().ink, x - 1, head * 0.3, 2, this.#height)
     pen.beginPath()
     pen.moveTo(x - letter * 0.42, 1)
     pen.lineTo(x + letter * 0.42, 1)

@@ -132,7 +132,8 @@ class Settling:
         With a `text`, it is the document as it was saved with that: an editor sends the text if it had saved before its
         message could reach us. Words that are the same keep their places in the open document.
         """
-        await self._urdfs.all_read()
+        while self._urdfs.works:
+            await asyncio.wrap_future(next(iter(self._urdfs.works.values())))
         document = await self._settled(document)
         if text is None or text == document.analysis.text:
             return document

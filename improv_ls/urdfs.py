@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -28,7 +27,8 @@ class Urdfs:
         self._read = read
         self._thread = threading.get_ident()
         self._found: dict[bytes, Skeleton | str] = {}
-        self._works: dict[bytes, Future[Skeleton | str]] = {}
+        self.works: dict[bytes, Future[Skeleton | str]] = {}
+        """The URDFs that are being read. Once one leaves, `read` has been called."""
 
     def skeleton_in(self, source: bytes) -> Skeleton | str:
         """Return the skeleton in a URDF, or that it is being read. Other threads, and requests that run in slices, wait
@@ -39,22 +39,17 @@ class Urdfs:
             return self._found[source]
         if len(source) <= SMALL or self._slices.is_working or threading.get_ident() != self._thread:
             return skeleton_in(source)
-        if source not in self._works:
+        if source not in self.works:
             work = self._slices.begin(partial(skeleton_in, source))
             if work.done():
                 return work.result()
-            self._works[source] = work
+            self.works[source] = work
             work.add_done_callback(partial(self._done, source))
         return BEING_READ
-
-    async def all_read(self) -> None:
-        """Wait until no URDF is being read, and `read` has been called."""
-        while self._works:
-            await asyncio.wrap_future(next(iter(self._works.values())))
 
     def _done(self, source: bytes, work: Future[Skeleton | str]) -> None:
         self._found[source] = work.result()
         for oldest in [*self._found][:-MOST_KEPT]:
             del self._found[oldest]
-        del self._works[source]
+        del self.works[source]
         self._read()

@@ -105,7 +105,7 @@ class _Smooth:
 
 def _senses(config: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
     """Return the senses that a robot's part reads. An unknown one is an error in the program."""
-    names = frozenset[str]().union(*map(senses_read, scenes))
+    names = frozenset[str]().union(*(senses_read(scene) for scene in scenes if scene.open))
     return {name: config.sense(robot, name) for name in config.sense_names if name in names}
 
 

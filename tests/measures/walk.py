@@ -106,7 +106,9 @@ def _walks(root: Path, folder: Path, ros: str | None) -> tuple[list[Walk], list[
     found = [_calls(trace, begin, end, root) for begin, end in between[2:]]
     # The first save finds the dance that opened the page still playing.
     stops = [_passed_on(calls, "--sink ros" if ros else "--simulate") for calls in found[1::2]]
-    return [_walk(calls) for calls in found[::2]], [_walk(calls) for calls in stops]
+    if not any(stops):
+        raise SystemExit("each stop reached the stage through the session first: is the machine very busy?")
+    return [_walk(calls) for calls in found[::2]], [_walk(calls) for calls in stops if calls]
 
 
 def _address_of_page(editor: ProcessClient, uri: str) -> str:
@@ -156,11 +158,14 @@ def _calls(trace: Path, begin: int, end: int, root: Path) -> list[Call]:
 def _passed_on(calls: Sequence[Call], stage: str) -> list[Call]:
     """Return the calls that pass a Stop on to a stage, which these words of its command name: those of the page's
     threads that serve its request, until the stage's socket has a line; of the thread that reads it, until that puts
-    the stop into the stage's queue; then of the stage's main thread. Robots play on meanwhile: that is left out."""
+    the stop into the stage's queue; then of the stage's main thread. Robots play on meanwhile: that is left out. There
+    are none if the stop reached the stage through the session first."""
     of_page = {call.thread for call in calls if call.module in _SERVES_STOPS}
     of_socket = {call.thread for call in calls if call.module == _READS_STOPS and stage in call.command}
+    put = max((call.at for call in calls if call.thread in of_socket and call.module == _QUEUE), default=None)
+    if put is None:
+        return []
     arrived = next(call.at for call in calls if call.thread in of_socket)
-    put = max(call.at for call in calls if call.thread in of_socket and call.module == _QUEUE)
     (process,) = {thread[0] for thread in of_socket}
     return [
         call

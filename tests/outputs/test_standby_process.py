@@ -56,6 +56,15 @@ def test_the_standby_stops_moving_robots_whose_stage_is_gone_or_halted(how: str)
     assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"
 
 
+def test_a_stage_counts_as_silent_after_the_time_between_two_pulses_however_often_its_standby_looks() -> None:
+    watch = ParentWatch(0.0)
+    watch.take(MOVES, 1.0)
+    assert not any(watch.is_silent(1.0 + look / 100) for look in range(12))
+    assert watch.is_silent(1.0 + LOOK)
+    watch.take(PULSE, 1.2)
+    assert not watch.is_silent(1.3)
+
+
 def test_only_a_halted_stage_is_killed_for_pending_zeros() -> None:
     """As far as is known, they stand. So only a halted stage has to be killed; one that is gone leaves the zeros to the
     standby."""

@@ -55,11 +55,12 @@ class ParentWatch:
         """The topics whose robots may lack their zeros, with the same frames. Once the stage is gone, only we know."""
         self.ended = False
         """True after the stage's last message: all robots stand."""
-        self._looked = now
+        self._heard = self._looked = now
         self._hung = math.inf
 
     def take(self, message: ToStandby, now: float) -> None:
         """Take a message from the stage; those about publishers are ignored."""
+        self._heard = now
         if message["type"] == "moves":
             self.moved[message["topic"]] = message["frame"]
             self.pending.pop(message["topic"], None)
@@ -75,6 +76,10 @@ class ParentWatch:
             self.ended = True
         if message["type"] == "moves" or message["type"] == "pulse":
             self._looked, self._hung = now, now + message["patience"]
+
+    def is_silent(self, now: float) -> bool:
+        """Return whether the stage may have been halted. Take all its messages before."""
+        return now >= self._heard + LOOK
 
     def must_stop(self, now: float, gone: bool, halted: bool) -> bool:
         """Return whether robots move that the stage can't stop anymore, or whether it can't repeat their zeros. Take
@@ -96,7 +101,7 @@ def main() -> int:
     tell({"type": "alive"})
     said = time.monotonic()
     while not watch.ended:
-        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.pending else None)
+        gone = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.pending else None)
         now = time.monotonic()
         for topic, kind in publishers.found(now):
             tell({"type": "found", "topic": topic, "kind": kind})
@@ -107,7 +112,7 @@ def main() -> int:
                 tell({"type": "alive"})
                 said = time.monotonic()
         gone = gone or lines.ended
-        if watch.must_stop(now, gone, silent and stage.is_halted()):
+        if watch.must_stop(now, gone, watch.is_silent(now) and stage.is_halted()):
             if not gone:  # a stage that closed the pipe sends nothing anymore and may still have to report
                 stage.kill()  # it could resume and keep sending
             publishers.stop(watch.moved)
@@ -133,10 +138,10 @@ class _Stage:
             self._fd = os.pidfd_open(pid)
             self._poll.register(self._fd, select.POLLIN)
 
-    def wait(self, seconds: float | None) -> tuple[bool, bool]:
-        """Wait for a message or the end. Returns whether the process has ended, and whether nothing came in time."""
+    def wait(self, seconds: float | None) -> bool:
+        """Wait for a message or the end. Returns whether the process has ended."""
         events = self._poll.poll(None if seconds is None else seconds * 1000)
-        return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
+        return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid
 
     def wait_for_end(self, seconds: float) -> None:
         """Wait until it has ended, no matter what it sends."""

@@ -3,9 +3,9 @@
 python -m tests.halting [arguments of pytest]
 
 It finds tests, and code, that count on other processes being fast. Each halt is written to `.cache/halts.txt`, with the
-time at which it ended. Improv's own processes are halted for less time than they allow each other: any longer, and the
-robots would stop, as they should. A test that halts a process itself may fail, because this may continue it. Linux
-only.
+time at which it ended. One rule: Improv's own processes are halted for less time than they allow each other; any
+longer, and the robots would stop, as they should. A standby kills a stage that it finds halted after 0.12 s, but waits
+for 1 s in tests with ROS. A test that halts a process itself may fail, because this may continue it. Linux only.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from tests.processes import children, command_of, stat_of
 
 HALT, OWN_HALT, REST = 2.5, 0.4, 0.3
 """Seconds: the longest halt of a process, of one of Improv's, and the longest rest between two halts."""
-OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py")
-"""Parts of the commands that start Improv's processes, and a base that drives a robot."""
+OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py", b"tests/ros/driver.py")
+"""Parts of the commands that start Improv's processes, a base that drives a robot, and a sink that tests drive."""
 HALTS = Path(__file__).parents[1] / ".cache" / "halts.txt"
 
 

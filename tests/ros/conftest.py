@@ -229,6 +229,7 @@ PATIENT = {
     "protocol.limits.SILENCE_LIMIT": 20.0,
     "outputs.ros.subscriber_check.ANSWER_LIMIT": 20.0,
     "outputs.ros.standby.client.ANSWER_LIMIT": 20.0,
+    "outputs.ros.standby.process.LOOK": 1.0,
     "outputs.ros.standby.client.START_LIMIT": LIMIT,
     "outputs.ros.standby.client.READY_LIMIT": LIMIT,
     "player.decide.LATE": 20.0,

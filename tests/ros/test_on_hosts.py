@@ -25,7 +25,7 @@ from improv_core.session.state import HERE, PlayScore, StageKey
 from tests.hosts.sshd import NAME, Host, a_host
 from tests.ros.conftest import LIMIT, Listen, be_patient, with_limits
 from tests.ros.dance import moving, still
-from tests.ros.test_link import process_of
+from tests.ros.test_link import process_of, set_there
 
 pytestmark = pytest.mark.slow("starts a stage here and one through ssh")
 
@@ -37,13 +37,13 @@ GAP = 18
 @pytest.fixture
 def host(alone: Mapping[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
     """Another machine in the same network as the robots of this test."""
-    there = {name: value for name, value in alone.items() if name.startswith(("IMPROV_ROS", "ROS_", "FASTRTPS_"))}
+    there = set_there(alone)
     with a_host(tmp_path, there) as made:
         ssh = tmp_path / "here" / "bin" / "ssh"
         ssh.parent.mkdir(parents=True)
         ssh.write_text(f'#!/bin/sh\nexec /usr/bin/ssh -F {made.config} "$@"\n')
         ssh.chmod(0o755)
-        for name, value in {**alone, **made.env, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
+        for name, value in {**alone, **made.env, **there, "PATH": f"{ssh.parent}:{os.environ['PATH']}"}.items():
             monkeypatch.setenv(name, value)
         be_patient(monkeypatch)
         monkeypatch.setattr(starting, "LATEST", LIMIT)

@@ -24,6 +24,7 @@ from improv_core.outputs.ros.setup.environment import unsuited
 from improv_core.score.score import Host as HostOfRobots
 from tests.hosts.sshd import a_host
 from tests.needs import lacking
+from tests.ros.conftest import be_patient, with_limits
 from tests.traps import PYTHONPATHS, Traps
 
 INSTALL_LIMIT = 900.0
@@ -49,7 +50,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
         lacking(problem)
     if not WHEELS.is_dir():
         lacking("no wheels of ROS 2: run `sh tests/ros/fetch.sh`")
-    there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1"}
+    there = {"PIP_FIND_LINKS": str(WHEELS), "PIP_NO_INDEX": "1", **with_limits()}
     there["PIP_NO_COMPILE"] = "1"  # compiling takes longer than all other steps
     said: list[str] = []
     with a_host(tmp_path_factory.mktemp("host"), there) as host, pytest.MonkeyPatch.context() as patch:
@@ -66,8 +67,11 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
 @pytest.fixture(autouse=True)
 def here(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     """Make this process see that machine as its own."""
-    for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH", "PYTHONPATH"):
+    for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(name, raising=False)
+    for name, limits in with_limits().items():
+        monkeypatch.setenv(name, limits)
+    be_patient(monkeypatch)
     monkeypatch.setenv("XDG_DATA_HOME", str(machine.data))
     monkeypatch.setattr(interpreter, "_INSTALLED", "/nowhere")
 
@@ -100,7 +104,7 @@ def test_a_second_setup_only_tests_it_and_names_a_python_that_comes_first(
 ) -> None:
     """It runs none of the modules in the current folder."""
     traps = Traps(tmp_path)
-    traps.enter(monkeypatch, PYTHONPATHS[-1])
+    traps.enter(monkeypatch, os.environ["PYTHONPATH"] + PYTHONPATHS[-1])
     monkeypatch.setattr(setup_here, "make", lambda place, say: pytest.fail("it was made again"))
     monkeypatch.setenv("IMPROV_ROS_PYTHON", ros_python)
     proof, there, unused = set_up()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -113,21 +113,18 @@ def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
     assert [each["params"]["state"] for each in told] == ["stopped"]
 
 
-def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
-    """Start a thread that calls a function as soon as the stage itself reports that the robots have stopped."""
-    listens = threading.Event()
-    live = live_behind(page)
+def until_stopped(client: Dancer, act: Callable[[], object]) -> tuple[float, float]:
+    """Act, and return the time before that, and that at which the robots stopped, as their stage itself reports it."""
+    live = live_behind(client.page())
 
-    async def listen() -> None:
-        async with connected(live) as socket:
-            listens.set()
-            await heard(socket, lambda told: told["type"] == "transport" and told["state"] == "stopped")
-            then()
+    async def stopped() -> tuple[float, float]:
+        async with connected(live) as page:
+            began = time.monotonic()
+            act()
+            told = await heard(page, lambda told: told["type"] == "transport" and told["state"] == "stopped")
+            return began, told["monotonic"]
 
-    thread = threading.Thread(target=lambda: asyncio.run(asyncio.wait_for(listen(), LIMIT)))
-    thread.start()
-    assert listens.wait(LIMIT)
-    return thread
+    return asyncio.run(asyncio.wait_for(stopped(), LIMIT))
 
 
 @pytest.mark.slow("a huge program is analyzed")
@@ -137,31 +134,34 @@ def test_a_stop_while_a_huge_program_is_analyzed() -> None:
 
 
 def stop_while_analyzing(client: Dancer) -> None:
-    analyzed: list[bool] = []  # when the robots stop
-    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed_huge()))
-    client.open(HUGE, HUGE_PROGRAM)
-    client._write(SAVE)
-    number = client.write(STOP)
-    stage.join(LIMIT)
-    assert analyzed == [False]
+    numbers = list[int]()
+
+    def stop() -> None:
+        client.open(HUGE, HUGE_PROGRAM)
+        client._write(SAVE)
+        numbers.append(client.write(STOP))
+
+    began, stopped = until_stopped(client, stop)
     # A save after the stop plays: the stop counts only once, although its answer comes long after. Not earlier: a slow
     # page gets only the latest message, that `s` plays.
     client._write(client.retype("s $ repeat left\n"), SAVE)
-    client.answer(number)
+    client.answer(*numbers)
     assert client.wait_for_line("▶ s ∞")
-    assert len(client.played_since(number)) == 1
+    assert len(client.played_since(*numbers)) == 1
     if not client.has_analyzed_huge():
         client.wait(PUBLISHED, is_error_of_huge)
+    assert stopped - began < (time.monotonic() - began) / 2, "its analysis takes a hundred times as long as a stop"
 
 
 @pytest.mark.slow("a huge program is analyzed")
 def test_the_end_of_the_editor_while_a_huge_program_is_analyzed() -> None:
     client = DancerProcess()
-    analyzed: list[bool] = []
-    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed_huge()))
-    client.open(HUGE, HUGE_PROGRAM)
-    assert client.process.stdin
-    client.process.stdin.close()
-    stage.join(LIMIT)
-    assert analyzed == [False]
+
+    def end() -> None:
+        client.open(HUGE, HUGE_PROGRAM)
+        assert client.process.stdin
+        client.process.stdin.close()
+
+    until_stopped(client, end)
     assert client.process.wait(LIMIT) == 1
+    assert not client.has_analyzed_huge()

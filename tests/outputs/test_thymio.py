@@ -36,6 +36,7 @@ from improv_core.score.profiles import THYMIO2
 from improv_core.score.score import DeviceAddress, Part, Score
 from tests.outputs.playground import LIMIT, Watch, playground
 from tests.outputs.test_devices import until
+from tests.ros.conftest import be_patient
 
 ROBOTS = {"ada": (100, 100), "bob": (255, 150)}
 """Their places in centimeters: `bob` drives toward a wall."""
@@ -235,6 +236,8 @@ def listed(folder: Path, robot: str, address: str) -> None:
 
 @pytest.mark.slow("starts the simulator, and four stages")
 def test_a_thymio_keeps_what_outputs_promise(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It stops by itself if its stage is halted, so this process may let a stage of a busy machine be late."""
+    be_patient(monkeypatch)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     listed(tmp_path, "ada", address)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import dropwhile, pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from improv_core.robots.config import Robots
 from improv_core.robots.start_poses import start_poses
@@ -39,8 +39,8 @@ _CHANGE = 0.15
 """Seconds: only changes between longer stretches tell the tempo."""
 _SHARE = 15
 """Also of exact tracks, poses are taken to be off by this part of the tolerance."""
-_STRICTER = 10
-"""The number of times that numbers are made finer,"""
+_FINEST = 9
+"""The number of times that numbers are made finer at most,"""
 _STRICTNESS = 0.25
 """from fits that count so much on."""
 _TELLING = 40
@@ -51,8 +51,13 @@ _CLOSER = 0.2
 """The share of a tolerance that rounding may take where noise takes the rest."""
 _HIDDEN, _REACHED = 2.0, 5.0
 """Noise may hide by so many standard deviations how far a mean of poses is off, and hardly moves any by so many."""
+_NEAREST = 3
+"""Robots that are too far off are guided, then their stretches are nearer to their tracks, and then the nearest."""
 _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
+
+
+_T = TypeVar("_T")
 
 
 class Tolerance(NamedTuple):
@@ -88,22 +93,25 @@ def transcribe(
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
     begin = min(track[0].time for track in tracks.values())
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}
-    noises = {robot: noise_of(track) for robot, track in tracks.items()}
-    best: _Draft | None = None
-    for each in _drafts(tracks, noises, robots, tolerance, tempo, stops):
-        if best is None or each.excess < best.excess:
-            best = each
-        if stops() or not best.excess:
+    tracked = {robot: _tracked(track, noise_of(track), tolerance) for robot, track in tracks.items()}
+    tempo = tempo or _tempo(tracked, robots, tolerance, stops)
+    items = {robot: items_of(each, tempo, stops)[1] for robot, each in tracked.items()}
+    draft = _draft(tracked, items, tempo, robots, tolerance, 0, stops)
+    for closeness in range(1, _NEAREST + 1):
+        late = {robot: tracked[robot] for robot, excess in draft.excesses.items() if excess}
+        if not late or stops():
             break
-    assert best
-    return Transcription(_program(best, robots, is_whole), best.tempo, best.deviations)
+        if closeness > 1:
+            items = {robot: near_items_of(each, tempo, closeness == _NEAREST) for robot, each in late.items()}
+        draft = draft.nearer(_draft(late, items, tempo, robots, tolerance, closeness, stops))
+    return Transcription(_program(draft, robots, is_whole), tempo, draft.deviations)
 
 
 @dataclass(frozen=True, slots=True)
 class _Draft:
     """The content of a program: its tempo, the robots' starts and parts, and how far they are from the tracks.
 
-    `excess` is the greatest share of a tolerance by which they are farther than that; 0 if none is.
+    `excesses` are the greatest shares of a tolerance by which they are farther than that; 0 for robots that aren't.
     """
 
     tempo: int
@@ -111,26 +119,23 @@ class _Draft:
     parts: Mapping[str, Sequence[Node]]
     rounding: Rounding
     deviations: Mapping[str, tuple[float, float]]
-    excess: float
+    excesses: Mapping[str, float]
 
+    def nearer(self, other: _Draft) -> _Draft:
+        """Return a draft with those robots of another one that are nearer to their tracks there."""
+        nearer = {robot for robot, excess in other.excesses.items() if excess < self.excesses[robot]}
 
-def _drafts(
-    tracks: Mapping[str, Track],
-    noises: Mapping[str, Noise],
-    robots: Robots,
-    tolerance: Tolerance,
-    tempo: int | None,
-    stops: Callable[[], bool],
-) -> Iterator[_Draft]:
-    """Yield the likeliest draft, then those that stay nearer to the tracks in more words."""
-    tracked = {robot: _tracked(track, noises[robot], tolerance) for robot, track in tracks.items()}
-    found = tempo or _tempo(tracked, robots, tolerance, stops)
-    simple = {robot: items_of(each, found, stops)[1] for robot, each in tracked.items()}
-    for guided in (False, True):
-        yield _draft(tracked, simple, found, robots, tolerance, guided, stops)
-    for nearest in (False, True):
-        items = {robot: near_items_of(each, found, nearest) for robot, each in tracked.items()}
-        yield _draft(tracked, items, found, robots, tolerance, True, stops)
+        def merged(ours: Mapping[str, _T], theirs: Mapping[str, _T]) -> Mapping[str, _T]:
+            return {robot: theirs[robot] if robot in nearer else each for robot, each in ours.items()}
+
+        return _Draft(
+            self.tempo,
+            merged(self.starts, other.starts),
+            merged(self.parts, other.parts),
+            min(self.rounding, other.rounding),
+            merged(self.deviations, other.deviations),
+            merged(self.excesses, other.excesses),
+        )
 
 
 def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
@@ -180,7 +185,7 @@ def _limits(tolerance: Tolerance, robot: TrackedRobot) -> Mapping[int, Tolerance
     than the path, since noise hides some of it."""
     if not robot.noisy:
         return {robot.window: tolerance}
-    alone = [max(most, _REACHED * each) for most, each in zip(tolerance[:2], robot.noise, strict=True)]
+    alone = [max(most - each, _REACHED * each) for most, each in zip(tolerance[:2], robot.noise, strict=True)]
     hidden = [_HIDDEN * each / math.sqrt(robot.window) for each in robot.noise]
     mean = [most - min(less, most / 3) for most, less in zip(tolerance[:2], hidden, strict=True)]
     return {
@@ -209,34 +214,46 @@ def _draft(
     tempo: int,
     robots: Robots,
     tolerance: Tolerance,
-    guided: bool,
+    closeness: int,
     stops: Callable[[], bool],
 ) -> _Draft:
-    """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows."""
-    groups = grouped(items, tracked, tempo)
+    """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows.
+
+    All robots have equally coarse numbers, so that they share words, but for those that are too far off even with the
+    finest ones. Those that were too far off already have their own.
+    """
+    groups = grouped({robot: items[robot] for robot in tracked}, tracked, tempo)
     fitted = FittedGroups(groups, {robot: each.track[0].pose for robot, each in tracked.items()}, tracked, tempo)
     profile = robots.profile_of(next(iter(tracked)))
-    best: _Draft | None = None
-    for step in range(_STRICTER):
+
+    def made(step: int) -> _Draft:
         rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
         groups, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile)
-        parts, deviations, excess = {}, {}, 0.0
+        parts, deviations, excesses = {}, {}, {}
         for robot, each in tracked.items():
-            guide = Guide(each.track, tempo, each.window, rounding.times(_CLOSER)) if guided else None
+            window = 1 if closeness == _NEAREST else each.window
+            guide = Guide(each.track, tempo, window, rounding.times(_CLOSER)) if closeness else None
             words = list(written(placed[robot], groups.items(robot), robots.profile_of(robot), guide))
-            parts[robot], made = [node for node, _ in words], [item for _, item in words]
+            parts[robot] = [node for node, _ in words]
             limits = _limits(tolerance, each)
-            off = deviations_of(each.track, placed[robot], made, tempo, limits)
+            off = deviations_of(each.track, placed[robot], [item for _, item in words], tempo, limits)
             deviations[robot] = off[-1]
-            for (far, turned), limit in zip(off, limits.values(), strict=True):
-                excess = max(excess, far / limit.meters - 1, turned / limit.radians - 1)
-        found = _Draft(tempo, placed, parts, rounding, deviations, excess)
-        if best is None or found.excess < best.excess:
-            best = found
-        if stops() or not found.excess:
-            break
-    assert best
-    return best
+            excesses[robot] = max(
+                max(far / most.meters, turned / most.radians, 1.0) - 1
+                for (far, turned), most in zip(off, limits.values(), strict=True)
+            )
+        return _Draft(tempo, placed, parts, rounding, deviations, excesses)
+
+    draft = made(0)
+    if any(draft.excesses.values()) and not stops():
+        finest = made(_FINEST)
+        hopeful = [robot for robot, excess in finest.excesses.items() if closeness or not excess]
+        for step in range(1, _FINEST):
+            if stops() or not any(draft.excesses[robot] for robot in hopeful):
+                break
+            draft = draft.nearer(made(step)) if closeness else made(step)
+        draft = draft.nearer(finest)
+    return draft
 
 
 def _program(draft: _Draft, robots: Robots, is_whole: bool) -> str:

@@ -156,6 +156,17 @@ def test_noise_hides_no_miss_that_is_outside_of_the_tolerance() -> None:
     assert farthest(path_of(program), made) < 0.03
 
 
+def test_robots_that_words_fit_keep_them_beside_one_that_they_do_not() -> None:
+    path = dict(path_of("a $ repeat 4 (forward left)\nb $ repeat 4 forward", noise=(0.005, math.radians(1))))
+    path["b"] = [
+        place._replace(x=place.x + 0.3 * math.sin(2 * place.time**2), heading=math.sin(2 * place.time))
+        for place in path["b"]
+    ]
+    made = transcribe(path, tempo=60)
+    assert "a $ repeat 4 (forward left)\n" in made.text
+    assert farthest({"b": path["b"]}, made) < 0.03
+
+
 @pytest.mark.slow("a search takes seconds")
 def test_more_motions_than_samples_tell_of_end_in_a_program() -> None:
     phrase = "ease (repeat 2 (strafeleft right right) left) right 90deg radius 1m repeat 3 halfleft"

@@ -24,8 +24,17 @@ from tests.processes import children, command_of, stat_of
 
 HALT, OWN_HALT, REST = 2.5, 0.4, 0.3
 """Seconds: the longest halt of a process, of one of Improv's, and the longest rest between two halts."""
-OWN = (b"improv_", b"improv-", b"/bin/improv", b"tests/ros/base.py", b"tests/ros/driver.py")
-"""Parts of the commands that start Improv's processes, a base that drives a robot, and a sink that tests drive."""
+OWN = (
+    b"improv_",
+    b"improv-",
+    b"/bin/improv",
+    b"ssh",
+    b"relay.py",
+    b"ros/base.py",
+    b"ros/controller.py",
+    b"ros/driver.py",
+)
+"""Parts of the commands that start Improv's processes, or what these count on: links to hosts, robots, and a sink."""
 HALTS = Path(__file__).parents[1] / ".cache" / "halts.txt"
 
 

@@ -36,6 +36,7 @@ from improv_core.protocol.editing import (
     Explained,
     FirstProblems,
     Preview,
+    PreviewedPath,
     RoomChecked,
     ShownHandle,
     TextProblem,
@@ -50,6 +51,8 @@ from improv_core.text import LineIndex, difference
 T = TypeVar("T")
 MOST_PAGES = 64
 """Pages whose texts are kept: as many as there can be."""
+MOST_PREVIEWS = 10
+"""Texts of a page whose paths are kept: somebody may type this many keys before the page has the paths of the first."""
 MOST_PROBLEMS = 100
 MOST_WORDS = 50
 REHEARSES = "this rehearsal doesn't begin at {}: leave out --from and --only to move {}"
@@ -77,7 +80,7 @@ class PageEditor:
         self._latest = analyze("", robots)
         self._known: RoomResults | None = None  # of meetings
         self._preview = TextPreview()
-        self._previewed: dict[int, Preview] = {}  # the latest paths of each page
+        self._previewed: dict[int, dict[int, Mapping[str, PreviewedPath | None]]] = {}  # by page and number of the text
         self._predict = dry_run.Predictions()
 
     def answer(
@@ -126,11 +129,13 @@ class PageEditor:
         """Yield the paths of a page's text that it doesn't have, and all again once it is known what robots sense: that
         may take a second. None follow once the page has another text."""
         if analysis := self._text(page, ask["number"]):
-            before = self._previewed.get(page)
-            known = before["robots"] if before and before["number"] == ask.get("known") else {}
+            sent = self._previewed.setdefault(page, {})
+            known = sent.get(ask.get("known", -1), {})
             answers = self._preview.answers(ask["number"], analysis, self._predict)
             while preview := self._unless_edited(page, ask["number"], partial(next, answers, None)):
-                self._previewed[page] = preview
+                sent.setdefault(ask["number"], preview["robots"])  # of two answers, the page may have only the first
+                if len(sent) > MOST_PREVIEWS:
+                    del sent[next(iter(sent))]
                 robots = {name: None if known.get(name) is path else path for name, path in preview["robots"].items()}
                 yield preview | {"robots": robots}
 

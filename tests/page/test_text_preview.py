@@ -114,6 +114,6 @@ def test_a_page_gets_only_the_paths_that_it_does_not_have() -> None:
     assert [also["robots"]["bo"], sensed["robots"]["bo"]] == [None, None]
     assert also["robots"]["cy"] == sensed["robots"]["cy"] != first["robots"]["cy"]
     assert sensed["robots"]["ada"] == second["robots"]["ada"]  # sent again: it was computed again
-    for missed in (None, 1):
-        again, _ = previews(changed, editor, 2, known=missed)
-        assert None not in again["robots"].values()
+    (all_again, _), (late, _) = (previews(changed, editor, number, known) for number, known in ((3, None), (4, 1)))
+    assert None not in all_again["robots"].values()
+    assert [name for name, each in late["robots"].items() if each is None] == ["bo"]  # two texts have come since then

@@ -70,23 +70,31 @@ LISTEN_TO_PREVIEWS = """(() => {
   } })
 })()"""
 
-# Notes when each key, by the length of the text after it, was pressed, painted, and colored.
+# Notes when each key, by the length of the text after it, was pressed, painted, and colored: with the letter, unless
+# the answer changes a color. It reads no other message, and asks for no frame that the page doesn't need.
 LISTEN = """(() => {
   const seen = window.seen = { pressed: {}, painted: {}, colored: {} }
-  const lengths = {}
+  const texts = {}
+  const text = () => document.querySelector("#text").value
   const send = WebSocket.prototype.send
   WebSocket.prototype.send = function (data) {
-    const message = JSON.parse(data)
-    if (message.type === "analyze") lengths[message.number] = message.text.length
+    if (data.startsWith('{"type":"analyze"')) texts[/\\d+/.exec(data)] = text()
     return send.call(this, data)
   }
+  const changes = new MutationObserver(() => {})
+  addEventListener("DOMContentLoaded", () =>
+    changes.observe(document.querySelector("#highlight"), { subtree: true, childList: true, characterData: true }))
   const { set } = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage")
   Object.defineProperty(WebSocket.prototype, "onmessage", { set(take) {
     set.call(this, (event) => {
       take(event)
-      const message = JSON.parse(event.data)
-      if (message.type !== "analyze") return
-      afterPaint((now) => (seen.colored[lengths[message.number]] ??= now))
+      if (!event.data.startsWith('{"type": "analyze"')) return
+      const about = texts[/\\d+/.exec(event.data)]
+      if (about !== text()) return
+      const { length } = about
+      const note = (now) => (seen.colored[length] ??= now)
+      if (changes.takeRecords().length || !seen.painted[length]) afterPaint(note)
+      else note(seen.painted[length])
     })
   } })
   let pressed = 0

@@ -5,8 +5,9 @@
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
 const KEY_TIME = 50 // milliseconds after a key in which it is shown, and its colors,
-const QUICK = 8 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
+const QUICK = 3 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
 const BREAK = 4 // times as long as the frame,
+const LEAST_BREAK = 50 // milliseconds, since somebody who writes looks at the text,
 const LONGEST_BREAK = 400 // milliseconds
 
 /** What the next frame has to do: draw the stage, before that fit it to what covers it, and paint new paths of the text. */
@@ -41,7 +42,7 @@ function ask() {
   isAsked = true
   const now = performance.now()
   const isFree = due.paths || taken < QUICK || now > written + WRITING_TIME
-  const begin = isFree ? now : Math.min(Math.max(shown + BREAK * taken, written + KEY_TIME), shown + LONGEST_BREAK)
+  const begin = isFree ? now : Math.min(Math.max(shown + Math.max(BREAK * taken, LEAST_BREAK), written + KEY_TIME), shown + LONGEST_BREAK)
   if (begin > now) pause = window.setTimeout(ask, begin - now)
   else requestAnimationFrame(next)
 }

@@ -120,7 +120,7 @@ export class StatusWall {
     this.#looked = now
     const { tiles, summary } = this
     const button = find("show-wall")
-    button.hidden = !summary
+    if (button.hidden === Boolean(summary)) button.hidden = !summary // the same again would cost a frame
     write(button, summary)
     const trouble = tiles[0]?.kind === "fault"
     if (button.classList.contains("trouble") !== trouble) {

@@ -32,6 +32,10 @@ export function readColors(numbers, codePoints) {
   return found
 }
 
+/** @param {Color[]} one @param {Color[]} other */
+export const isSame = (one, other) =>
+  one.length === other.length && one.every(({ start, end, name }, i) => start === other[i].start && end === other[i].end && name === other[i].name)
+
 /** @param {Messages["check"]["problems"]} problems @param {CodePoints} codePoints of the text @returns {Diagnostic[]} */
 export const readProblems = (problems, codePoints) =>
   problems.map((problem) => ({

@@ -13,7 +13,7 @@ import { startPoses } from "../floor/start-poses.js"
 import { send } from "../net/send.js"
 import { showProblem } from "../score/changes.js"
 import { program } from "../score/program.js"
-import { changed, readColors, readProblems } from "./analysis.js"
+import { changed, isSame, readColors, readProblems } from "./analysis.js"
 import { listDiagnostics, listenForArrows } from "./diagnostics.js"
 import { applyEdits, difference, marksAfter, offsetsAfter } from "./edits.js"
 import { Highlight } from "./highlight.js"
@@ -292,8 +292,11 @@ export class Editor {
     }
     this.pendingChanges.ask()
     if (Object.keys(message.starts).length) startPoses.place(message.starts)
-    this.#colors = readColors(this.#numbers, this.#codePoints)
-    this.#draw()
+    const colors = readColors(this.#numbers, this.#codePoints)
+    if (!isSame(colors, this.#colors)) {
+      this.#colors = colors
+      this.#draw()
+    }
     this.takeProblems(message)
   }
 
@@ -375,8 +378,8 @@ export class Editor {
   /** Scrolls to the cursor. */
   #reveal() {
     const paper = find("paper")
-    if (!paper.checkVisibility()) return
     const { top, bottom } = paper.getBoundingClientRect()
+    if (top === bottom) return // it is hidden
     const place = this.#highlight.place(this.#control.selectionEnd)
     if (place.top < top + CURSOR_MARGIN) paper.scrollTop -= top + CURSOR_MARGIN - place.top
     else if (place.bottom > bottom - CURSOR_MARGIN) paper.scrollTop += place.bottom - bottom + CURSOR_MARGIN

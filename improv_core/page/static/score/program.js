@@ -19,6 +19,7 @@ export class Program {
   /** @type {Lookahead | null} */
   next = null
   anchor = new Anchor()
+  text = "" // that plays, or was played last
   name = "" // of its file
   folder = ""
   /** @type {Record<string, string>} */
@@ -83,11 +84,6 @@ export class Program {
     }
   }
 
-  /** The text that plays, or was played last. */
-  get text() {
-    return (this.current?.score.text ?? "").replace(/\r\n?/g, "\n")
-  }
-
   /** The number of beats in a bar; null if the program doesn't say it. */
   get bar() {
     return this.current?.score.bar ?? null
@@ -112,6 +108,7 @@ export class Program {
   #turnTo(generation) {
     if (this.next?.score.generation !== generation) return false
     this.current = this.next
+    this.text = this.current.score.text.replace(/\r\n?/g, "\n")
     this.next = this.#picture = null
     this.anchor.clear()
     return true

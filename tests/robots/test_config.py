@@ -12,6 +12,7 @@ import pytest
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
+from improv_core.score.world import Circle, Wall, World
 from tests.robots.drawing import check
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -83,11 +84,6 @@ def test_robots_that_follow() -> None:
         follow = true
         ^^^^^^ robots: `follow` works only with `motions = ["forward", "turn"]` in the profile
 
-        [robots.dora]
-        odom = "pose"
-        follow = 1
-                 ^ robots: write `follow` as `true` or `false`
-
         [robots.emil]
         profile = "worn"
         follow = true
@@ -108,90 +104,73 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
     """)
 
 
-def test_robots_that_drift() -> None:
+def test_each_kind_of_wrong_value_has_its_advice() -> None:
+    """tests/robots/test_schema.py tries all keys."""
     found = check("""
-        [profiles.worn]
-        base = "turtlebot4"
-        dynamics = "motors"
-        wheel_error = [0.96, 0.94]
-        noise = 0.01
-
-        [profiles.new]
-        base = "worn"
-        noise = 0
-    """)
-    worn, new = found.profiles["worn"], found.profiles["new"]
-    assert (worn.wheel_error, worn.noise) == ((0.96, 0.94), 0.01)
-    assert (new.wheel_error, new.noise) == ((0.96, 0.94), 0)
-
-
-def test_drift_that_makes_no_sense() -> None:
-    found = check("""
+        ros = 3
+              ^ robots: write `ros` as a section: `[ros]`
+        [robots]
+        a = "turtlesim"
+            ^^^^^^^^^^^ robots: write `a` as a section: `[robots.a]`
+        [robots.b]
+        topic = ["/a"]  # one is enough
+                ^^^^^^ robots: write `topic` as text, in quotes
+        message = "String"
+                  ^^^^^^^^ robots: `String` is not valid here: write one of `auto`, `Twist`, `TwistStamped`
+        start = [1, 2]
+                ^^^^^^ robots: write `start` as a table, such as `{ x = 0, y = 0, heading = 0 }`
+        namespac = "b"
+        ^^^^^^^^ robots: `namespac` is not valid here: did you mean `namespace`?
+        [robots.c]
+        start = { x = nan, heading = 1979-05-27 07:32:00 }
+                      ^^^ robots: write `x` in meters, from -1000 to 1000
+                                     ^^^^^^^^^^^^^^^^^^^ robots: write `heading` in degrees, from -360 to 360
+        [hosts.pi]
+        domain = 300
+                 ^^^ robots: write `domain` as a whole number from 0 to 232
         [profiles.a]
-        base = "turtlebot4"
+        step = 0
+               ^ robots: write `step` in meters, from 0.001 to 100
+        smooth = "yes"
+                 ^^^^^ robots: write `smooth` as `true` or `false`
         dynamics = "motors"
-        wheel_error = [0.96]
-                      ^^^^^^ robots: write `wheel_error` as 2 numbers, such as `[0.98, 1.0]`
-        noise = 1
-                ^ robots: write `noise` in shares of the speed, from 0 to 0.5
-
-        [profiles.b]
-        base = "a"
         wheel_error = [0, true]
                        ^ robots: write this as a number from 0.5 to 1.5
                           ^^^^ robots: write this as a number from 0.5 to 1.5
+        motions = [
+            "turn",
+            "fly",  # no such thing
+            ^^^^^ robots: `fly` is not valid here: write one of `forward`, `turn`, `strafe`, `climb`
+        ]
+        [profiles.b]
+        step = 1
+        motions = []
+                  ^^ robots: write `motions` as a list, such as `["forward", "turn"]`
+        [world]
+        size = [6]
+               ^^^ robots: write `size` as 2 numbers in meters, such as `[6, 4]`
+        walls = [[0, 0, 1], [0, 0, 1, 1]]
+                 ^^^^^^^^^ robots: write this as a wall: 4 numbers in meters, from x, y to x, y, such as `[0, 0, 2, 0]`
+        circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
+                   ^^^^^^^^^ robots: add `radius`, in meters
+                              ^ robots: write this as a round obstacle, such as `{ x = 1, y = 0, radius = 0.3 }`
+                                                 ^^^^ robots: `tint` is not valid here: write one of `x`, `y`, `radius`
+    """)
+    assert found.profiles["a"] == Profile("a", step=DEFAULT.step, dynamics="motors", motions=("turn",))
+    assert found.profiles["b"].motions == MOTIONS
+    assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
 
+
+def test_noise_is_of_motors() -> None:
+    check("""
         [profiles.c]
         base = "turtlebot4"
         noise = 0.01
         ^^^^^ robots: `noise` works only with `dynamics = "motors"`: add that line
     """)
-    assert found.profiles["b"].wheel_error == (1.0, 1.0)
 
 
-def test_wrong_types() -> None:
-    check("""
-        world = 3
-                ^ robots: write `world` as a section: `[world]`
-        [robots]
-        a = "turtlesim"
-            ^^^^^^^^^^^ robots: write `a` as a section: `[robots.a]`
-        [robots.b]
-        profile = 3
-                  ^ robots: write `profile` as text, in quotes
-        topic = ["/a"]  # one is enough
-                ^^^^^^ robots: write `topic` as text, in quotes
-        start = [1, 2]
-                ^^^^^^ robots: write `start` as a table, such as `{ x = 0, y = 0, heading = 0 }`
-        [[profiles]]
-          ^^^^^^^^ robots: write `profiles` as a section: `[profiles]`
-    """)
-
-
-def test_numbers_out_of_range() -> None:
-    found = check("""
-        [profiles.a]
-        step = 0
-               ^ robots: write `step` in meters, from 0.001 to 100
-        quarter_turn = 1.57
-                       ^^^^ robots: write `quarter_turn` in degrees, from 45 to 135
-        max_linear = -0.2
-                     ^^^^ robots: write `max_linear` in m/s, from 0.001 to 100
-        max_angular = inf
-                      ^^^ robots: write `max_angular` in rad/s, from 0.001 to 100
-        command_rate = true
-                       ^^^^ robots: write `command_rate` in Hz, from 1 to 200
-        radius = "0.3"
-                 ^^^^^ robots: write `radius` in meters, from 0.001 to 100
-        [robots]
-        b = { start = { x = nan, heading = 1979-05-27 07:32:00 } }
-                            ^^^ robots: write `x` in meters, from -1000 to 1000
-                                           ^^^^^^^^^^^^^^^^^^^ robots: write `heading` in degrees, from -360 to 360
-    """)
-    assert found.profiles["a"] == Profile("a", step=DEFAULT.step)
-
-
-def test_unknown_profiles_and_messages() -> None:
+def test_unknown_profiles() -> None:
     found = check("""
         [profiles.lab_burger]
         base = "turtlebot3_burgr"
@@ -199,8 +178,6 @@ def test_unknown_profiles_and_messages() -> None:
         [robots.a]
         profile = 'Lab_Burger'
                   ^^^^^^^^^^^^ robots: `Lab_Burger` is not valid here: did you mean `lab_burger`?
-        message = "String"
-                  ^^^^^^^^ robots: `String` is not valid here: write one of `auto`, `Twist`, `TwistStamped`
     """)
     assert found.robots["a"].profile == DEFAULT, "one mistake is one message: nothing limits it now"
 
@@ -235,26 +212,6 @@ def test_built_in_profiles_stay_what_they_are() -> None:
         step = 1
     """)
     assert found.profiles["turtlesim"] is TURTLESIM
-
-
-def test_motions() -> None:
-    found = check("""
-        [profiles.a]
-        step = 1
-        motions = [
-            "turn",
-            "fly",  # no such thing
-            ^^^^^ robots: `fly` is not valid here: write one of `forward`, `turn`, `strafe`, `climb`
-            3,
-            ^ robots: write this as text, in quotes
-        ]
-        [profiles.b]
-        step = 1
-        motions = []
-                  ^^ robots: write `motions` as a list, such as `["forward", "turn"]`
-    """)
-    assert found.profiles["a"].motions == ("turn",)
-    assert found.profiles["b"].motions == MOTIONS
 
 
 def test_the_file_is_found_above_the_program_and_not_above_the_current_folder(

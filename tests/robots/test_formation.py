@@ -70,18 +70,9 @@ def test_errors_in_a_formation() -> None:
     """)
     check("""
         [formation]
-        shape = "ring"
-                ^^^^^^ robots: `ring` is not valid here: write one of `line`, `circle`, `grid`
-        distance = 0
-                   ^ robots: write `distance` in meters, from 0.001 to 1000
-    """)
-    check("""
-        [formation]
         shape = "line"
         facing = "out"
         ^^^^^^ robots: `facing` works only with `shape = "circle"`: remove it
-        width = 3
-        ^^^^^ robots: `width` is not valid here: write one of `shape`, `distance`, `facing`
     """)
 
 

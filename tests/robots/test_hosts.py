@@ -22,21 +22,11 @@ def test_a_robot_is_moved_by_the_stage_of_its_host() -> None:
     assert hosts == {"anna": Host("pi@anna.local", 7, "rmw_fastrtps_cpp", 3.0), "bob": Host("bob"), "carla": None}
 
 
-def test_errors_in_hosts_are_reported() -> None:
+def test_the_patience_of_a_link_needs_a_host() -> None:
     check("""
-        [robots.anna]
-        host = 3
-               ^ robots: write `host` as text, in quotes
         [robots.bob]
         link_patience = 3
         ^^^^^^^^^^^^^ robots: `link_patience` is about a robot with a `host`: add it
-        [robots.carla]
-        host = "carla"
-        link_patience = 60
-                        ^^ robots: write `link_patience` in seconds, from 0.5 to 10
-        [hosts.carla]
-        domain = 300
-                 ^^^ robots: write `domain` as a whole number from 0 to 232
     """)
 
 

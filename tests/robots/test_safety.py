@@ -29,13 +29,6 @@ def test_errors_in_the_stop_and_deadman_settings() -> None:
         [ros]
         stop = "e-stop"
                ^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
-        deadman = { topic = "/joy", button = -1 }
-                                             ^^ robots: write `button` as a whole number from 0 to 99
-        rejoin = "contnue"
-                 ^^^^^^^^^ robots: `contnue` is not valid here: did you mean `continue`?
-    """)
-    check("""
-        [ros]
         deadman = { topic = "joy/", button = 4 }
                             ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
     """)

@@ -36,6 +36,9 @@ TABLES: dict[str, Keys] = {
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
 
 
+PROFILE = {"step": "1", "dynamics": "'motors'"}
+
+
 def is_valid(text: str, folder: Path) -> bool:
     """Return whether Taplo accepts a file by the schema."""
     file = folder / "improv.toml"
@@ -108,15 +111,48 @@ def test_every_example_is_valid() -> None:
     assert {text: found for text in texts if (found := read_robots(text).diagnostics)} == {}
 
 
+def wrong_values(key: Key) -> list[str]:
+    """Return values of other types than a key's, and values next to its range."""
+    if key.type in ("number", "integer"):
+        beyond = (key.least - 1, key.most + 1) if key.range else ()
+        return ["true", '"1"', "nan", *(f"{each:g}" for each in beyond)]
+    if key.type == "boolean":
+        return ["1", '"true"']
+    if key.type == "string":
+        return ["3", "[]", *(['"x y"'] if key.choices or key.profile or key.form else [])]
+    return ["3"] if key.items or key.keys else []
+
+
+def test_every_key_refuses_what_the_schema_does_not_allow() -> None:
+    tried = 0
+    for keys, key in keys_in(SCHEMA):
+        if len(keys) < 2 or keys[-1] == "a" or 0 in keys or keys[2:3] in (("body",), ("joints",), ("controllers",)):
+            continue
+        for value in wrong_values(key):
+            text, tried = written(keys, value), tried + 1
+            marked = [each for each in read_robots(text).diagnostics if text[slice(*each.span)] == value]
+            assert len(marked) == 1, text
+    assert tried > 300
+
+
 def written(keys: Keys, value: str) -> str:
     """Return a file in which this key has this value, with the other keys that it needs."""
     assert value.strip()
-    needed = {"a": "", "profiles": "step = 1\ndynamics = 'motors'\n", "senses": ""}.get(str(keys[0]), "")
+    profile = "".join(f"{name} = {usual}\n" for name, usual in PROFILE.items() if name != keys[-1])
+    needed = {"profiles": profile, "formation": "shape = 'circle'\n"}.get(str(keys[0]), "") * (keys[-1] != "shape")
     if keys[0] == "senses":
-        rest = {"below": "LaserScan", "above": "LaserScan", "button": "Joy"}
-        other = rest.get(str(keys[-1]))
-        needed = f"topic = 'a'\nmessage = 'sensor_msgs/{other}'\n" if other else ""
-        needed = "message = 'std_msgs/Bool'\n" if keys[-1] == "topic" else needed
+        scan, both = "topic = 'a'\nmessage = 'sensor_msgs/LaserScan'\n", "topic = 'a'\nmessage = 'std_msgs/Bool'\n"
+        joy = scan.replace("LaserScan", "Joy")
+        needed = {
+            "topic": "message = 'std_msgs/Bool'\n",
+            "message": "topic = 'a'\n",
+            "timeout": both,
+            "button": joy,
+            "below": scan,
+            "above": scan,
+            "from": f"{scan}below = 1\n",
+            "to": f"{scan}below = 1\n",
+        }.get(str(keys[-1]), "")
     if keys[0] == "robots" and keys[-1] == "follow":
         needed = "profile = 'turtlebot4'\nodom = 'pose'\n"
     if keys == ("clock", "port"):

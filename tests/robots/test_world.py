@@ -24,23 +24,6 @@ def test_a_world() -> None:
     )
 
 
-def test_wrong_parts_of_a_world_are_left_out() -> None:
-    found = check("""
-        [world]
-        size = [6, 0]
-                   ^ robots: write this in meters, from 0.001 to 1000
-        walls = [[0, 0, 1], [0, 0, 1, 1]]
-                 ^^^^^^^^^ robots: write this as a wall: 4 numbers in meters, from x, y to x, y, such as `[0, 0, 2, 0]`
-        circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
-                   ^^^^^^^^^ robots: add `radius`, in meters
-                              ^ robots: write this as a round obstacle, such as `{ x = 1, y = 0, radius = 0.3 }`
-                                                 ^^^^ robots: `tint` is not valid here: write one of `x`, `y`, `radius`
-        lake = 1
-        ^^^^ robots: `lake` is not valid here: write one of `size`, `walls`, `circles`, `boxes`, `margin`, `keep_apart`
-    """)
-    assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
-
-
 def test_robots_start_inside_the_walls() -> None:
     check("""
         [world]

@@ -31,6 +31,16 @@ ALIGNED = """() => {
   return [shown === text.value, same, Math.round(end - below.getBoundingClientRect().top) - height]
 }"""
 
+# Notes the types of the requests that the page sends from now on.
+COUNT_REQUESTS = """() => {
+  const { send } = WebSocket.prototype
+  window.asked = []
+  WebSocket.prototype.send = function (data) {
+    asked.push(JSON.parse(data).type)
+    return send.call(this, data)
+  }
+}"""
+
 
 def write(page: Page, keys: str) -> None:
     """Type at the end of the program."""
@@ -221,6 +231,14 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(edit: Callabl
     }"""
     assert page.evaluate(shown)
     keep(page, "edit-long.png")
+    last = page.locator("#highlight div").last.element_handle()
+    page.keyboard.press("Home")
+    page.evaluate(COUNT_REQUESTS)
+    page.keyboard.type("\n(")
+    assert "complete" not in page.evaluate("asked")  # words are offered for letters
+    assert last.get_attribute("data-number") == "1004"  # the same line, with another number
+    page.keyboard.press("Backspace")
+    page.keyboard.press("Backspace")
     write(page, "x")
     expect(page.locator("#diagnostics .fix")).to_be_visible()  # which leaves less room for the text
     wait(page, f"({shown})()")

@@ -27,7 +27,7 @@ export function readColors(numbers, codePoints) {
   for (let i = 0, at = 0; i < numbers.length; i += 3) {
     const start = at + numbers[i]
     at = start + numbers[i + 1]
-    found.push({ ...codePoints.inUnits({ start, end: at }), name: KINDS[numbers[i + 2]] })
+    found.push({ start: codePoints.toUnits(start), end: codePoints.toUnits(at), name: KINDS[numbers[i + 2]] })
   }
   return found
 }

@@ -6,7 +6,7 @@ import { element, find, syncChildren, write } from "../base/elements.js"
 import { WORDS, wordButton } from "./word-row.js"
 
 const MOST_TO_TAP = 12 // words
-const touches = matchMedia("(pointer: coarse)")
+export const touches = matchMedia("(pointer: coarse)")
 
 /** @typedef {{ word: string, about: string }} Word */
 

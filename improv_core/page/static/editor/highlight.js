@@ -38,6 +38,9 @@ export class Highlight {
    */
   show(text, colors, underlines) {
     const before = this.#lines
+    const added = text.split("\n").length - before.length
+    if (added) this.#near[1] = Math.max(this.#near[0], this.#near[1] + added) // what was in view stays in its part
+    this.#looked ||= added !== 0
     const wanted = described(text, colors, underlines, this.#near)
     const [first, same] = sharedEnds(before.map(({ key }) => key), wanted.map(({ key }) => key))
     const old = before.slice(first, before.length - same)
@@ -45,6 +48,7 @@ export class Highlight {
     const made = now.map((line, i) => drawn(line, old.length === now.length ? old[i] : null))
     for (const [i, { element }] of old.entries()) if (element !== made[i]?.element) element.remove()
     this.#lines = [...before.slice(0, first), ...made, ...before.slice(before.length - same)]
+    for (const [i, { number }] of wanted.entries()) renumber(this.#lines[i], number)
     const [from, to] = this.#looked ? [0, this.#lines.length] : [first, first + made.length]
     this.#looked = false
     for (let i = to - 1; i >= from; i--) {
@@ -172,7 +176,7 @@ function described(text, colors, underlines, [first, last]) {
   for (const [index, line] of text.split("\n").entries()) {
     const end = start + line.length
     if (index < first || index >= last) {
-      found.push({ start, line, number: 0, marks: [], key: line })
+      found.push({ start, line, number: 0, marks: [], key: `${line}\n` })
       start = end + 1
       continue
     }
@@ -190,7 +194,7 @@ function described(text, colors, underlines, [first, last]) {
       }
     }
     const number = index + 1
-    found.push({ start, line, number, marks, key: `${line}\n${number}\n${marks.map(({ start, end, name }) => `${start} ${end} ${name}`).join()}` })
+    found.push({ start, line, number, marks, key: `${line}\n${marks.map(({ start, end, name }) => `${start} ${end} ${name}`).join()}` })
     start = end + 1
   }
   return found
@@ -202,7 +206,7 @@ function described(text, colors, underlines, [first, last]) {
  * @param {Line | null} before
  * @returns {Line}
  */
-function drawn({ line, number, marks, key }, before) {
+function drawn({ line, marks, key }, before) {
   if (before?.key === key) return before
   const cuts = [...new Set([0, line.length, ...marks.flatMap(({ start, end }) => [start, end])])].sort((a, b) => a - b)
   const pieces = cuts.slice(1).map((end, i) => {
@@ -210,13 +214,20 @@ function drawn({ line, number, marks, key }, before) {
     return { start: cuts[i], name: names.join(" "), text: line.slice(cuts[i], end) }
   })
   const there = before?.pieces ?? []
-  if (before && line && before.number === number && pieces.length === there.length && pieces.every(({ name }, i) => name === there[i].name)) {
+  if (before && line && pieces.length === there.length && pieces.every(({ name }, i) => name === there[i].name)) {
     pieces.forEach(({ text }, i) => text !== there[i].text && (there[i].node.data = text))
     return { ...before, key, pieces: pieces.map((piece, i) => ({ ...piece, node: there[i].node })) }
   }
   const shown = pieces.map((piece) => ({ ...piece, node: new Text(piece.text) }))
   const made = element("div", {}, ...shown.map(({ name, node }) => (name ? element("span", { className: name }, node) : node)))
-  if (number) made.dataset.number = String(number)
   if (!line) made.append(element("br")) // keeps an empty line's height
-  return { key, number, element: made, pieces: shown }
+  return { key, number: 0, element: made, pieces: shown }
+}
+
+/** Puts a number before a line: none if it is 0. @param {Line} line @param {number} number */
+function renumber(line, number) {
+  if (line.number === number) return
+  line.number = number
+  if (number) line.element.dataset.number = String(number)
+  else delete line.element.dataset.number
 }

@@ -3,7 +3,7 @@
 
 import { find } from "../base/elements.js"
 import { send } from "../net/send.js"
-import { Completions } from "./completions.js"
+import { Completions, touches } from "./completions.js"
 
 /** @import { CodePoints } from "../base/code-points.js" */
 /**
@@ -14,6 +14,7 @@ import { Completions } from "./completions.js"
  * @property {(text: string) => void} replace puts another text in, as if it had been typed
  */
 
+const BEGUN = /[\p{L}\p{M}\p{N}_\u200C\u200D]$/u
 const LETTERS = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*/u
 
 export class Offer {
@@ -29,7 +30,7 @@ export class Offer {
     this.#text = text
     this.#completions = new Completions(control, (word) => this.#pick(word))
     for (const kind of ["compositionstart", "blur", "pointerdown"]) control.addEventListener(kind, () => this.end())
-    control.addEventListener("click", () => matchMedia("(pointer: coarse)").matches && this.begin(false)) // to tap, where no list opens
+    control.addEventListener("click", () => touches.matches && this.begin(false)) // to tap, where no list opens
   }
 
   /** Returns whether a key chooses among the words. @param {KeyboardEvent} event */
@@ -44,6 +45,8 @@ export class Offer {
       this.#offering = null
       return
     }
+    // Nothing is listed for no letter: the server need not look.
+    if (!asked && !touches.matches && !BEGUN.test(value.slice(Math.max(end - 2, 0), end))) return this.end()
     // Until the server answers, a word that is shown also takes the place of what has been typed since.
     let start = Math.min(this.#offering?.start ?? end, end)
     if (lettersOf(value.slice(start, end)).length < end - start) {

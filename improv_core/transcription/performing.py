@@ -144,12 +144,13 @@ class FittedGroups:
             self._set([old + by for old, by in zip(self._values(), change, strict=True)])
 
     @property
-    def found(self) -> tuple[Grouped, Mapping[str, Pose]]:
-        return self._groups, self._starts
+    def found(self) -> tuple[Mapping[str, Sequence[Item]], Mapping[str, Pose]]:
+        """Return what each robot performs, and where it starts."""
+        return {robot: self._groups.items(robot) for robot in self._starts}, self._starts
 
-    def rounded(self, strictness: float, profile: Profile) -> tuple[Grouped, Mapping[str, Pose]]:
-        """Return amounts and starts as people write them: each costs what it takes to read it, and how badly it then
-        fits, times `strictness`. Those that follow make up for what is rounded.
+    def rounded(self, strictness: float, profile: Profile) -> tuple[Mapping[str, Sequence[Item]], Mapping[str, Pose]]:
+        """Return items and starts in numbers as people write them: each costs what it takes to read it, and how badly
+        it then fits, times `strictness`. Those that follow make up for what is rounded.
 
         This is the sequential rounding of integer least squares (Teunissen, 1998).
         """

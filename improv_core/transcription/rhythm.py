@@ -43,7 +43,7 @@ _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for p
 """The parts of both rates of a `ramp` that its first one may be."""
 _FINE = 1e-5
 """Seconds by which an end may be moved to a simple part of a beat, of stretches that stay near their track:"""
-_NEAR = 2.0
+_NEAR = 3.0
 """no pose is off by more standard deviations."""
 _WINDOW = 2
 """Noisy poses are compared in means of so many,"""

@@ -52,7 +52,8 @@ _CLOSER = 0.2
 _HIDDEN, _REACHED = 2.0, 5.0
 """Noise may hide by so many standard deviations how far a mean of poses is off, and hardly moves any by so many."""
 _NEAREST = 3
-"""Robots that are too far off are guided, then their stretches are nearer to their tracks, and then the nearest."""
+"""Robots that are too far off are guided, then their stretches are nearer to their tracks, and then the nearest: from
+pose to pose, with no amounts in common."""
 _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
 
@@ -222,18 +223,20 @@ def _draft(
     All robots have equally coarse numbers, so that they share words, but for those that are too far off even with the
     finest ones. Those that were too far off already have their own.
     """
-    groups = grouped({robot: items[robot] for robot in tracked}, tracked, tempo)
-    fitted = FittedGroups(groups, {robot: each.track[0].pose for robot, each in tracked.items()}, tracked, tempo)
+    begun = {robot: each.track[0].pose for robot, each in tracked.items()}
+    nearest = closeness == _NEAREST
+    items = {robot: items[robot] for robot in tracked}
+    fitted = None if nearest else FittedGroups(grouped(items, tracked, tempo), begun, tracked, tempo)
     profile = robots.profile_of(next(iter(tracked)))
 
     def made(step: int) -> _Draft:
         rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
-        groups, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile)
+        played, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile) if fitted else (items, begun)
         parts, deviations, excesses = {}, {}, {}
         for robot, each in tracked.items():
-            window = 1 if closeness == _NEAREST else each.window
+            window = 1 if nearest else each.window
             guide = Guide(each.track, tempo, window, rounding.times(_CLOSER)) if closeness else None
-            words = list(written(placed[robot], groups.items(robot), robots.profile_of(robot), guide))
+            words = list(written(placed[robot], played[robot], robots.profile_of(robot), guide))
             parts[robot] = [node for node, _ in words]
             limits = _limits(tolerance, each)
             off = deviations_of(each.track, placed[robot], [item for _, item in words], tempo, limits)

@@ -147,11 +147,21 @@ def test_errors_of_velocities_that_change_all_the_time_do_not_add_up(program: st
     assert farthest(path, transcribe(path, tolerance=CLEAN)) < 0.001
 
 
+_INNER = "(forward || halfright) left 60deg ease (forward 80cm forward (forward || halfright) right)"
+_BRISK = "forward 80cm right [strafeleft backward left (forward || halfright)]"
+_ROUND = "ease (right 90deg radius 1m forward retrograde (left 180deg radius 50cm) rest) forward"
+
+
 @pytest.mark.slow("a search takes seconds")
-def test_noise_hides_no_miss_that_is_outside_of_the_tolerance() -> None:
-    inner = "(forward || halfright) left 60deg ease (forward 80cm forward (forward || halfright) right)"
-    first = "strafeleft ease (reflect sagittal (scale 1/2 (right 90deg radius 1m forward 1.5m)))"
-    program = f"beat 120\na $ {first} ease (halfleft left 60deg ramp 1/2 3/2 ({inner}))"
+@pytest.mark.parametrize(
+    "program",
+    [
+        "beat 120\na $ strafeleft ease (reflect sagittal (scale 1/2 (right 90deg radius 1m forward 1.5m)))"
+        f" ease (halfleft left 60deg ramp 1/2 3/2 ({_INNER}))",
+        f"a $ rest left strafeleft left 180deg radius 50cm fast 2 left ease (repeat 4 ({_BRISK}) strafeleft {_ROUND})",
+    ],
+)
+def test_noise_hides_no_miss_that_is_outside_of_the_tolerance(program: str) -> None:
     made = transcribe(path_of(program, noise=(0.005, math.radians(1))))
     assert farthest(path_of(program), made) < 0.03
 

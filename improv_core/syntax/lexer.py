@@ -16,13 +16,13 @@ AT_ONCE = 1_000
 NUMBER = r"[+-]?[0-9]*\.?[0-9]+"
 
 _TOKEN = re.compile(
-    rf"""(?> (?: [ \t\r\n\ufeff]+ | \#[^\r\n]*)*) (?:
+    rf"""[ \t\r\n\ufeff]*+ (?: \#[^\r\n]*+ [ \t\r\n\ufeff]*+)*+ (?:
         (?P<NAME> {NAME})
+      | (?P<LPAR> \() | (?P<RPAR> \)) | (?P<LSQB> \[) | (?P<RSQB> \])
       | (?P<SCENE> -{{3,}})
       | (?P<NUMBER> {NUMBER})
       | (?P<OPERATOR> [*/])
       | (?P<BAR> \|\|) | (?P<EQUAL> =) | (?P<DOLLAR> \$)
-      | (?P<LPAR> \() | (?P<RPAR> \)) | (?P<LSQB> \[) | (?P<RSQB> \])
       | (?P<END> \Z) | (?P<STRAY> .))""",
     re.VERBOSE | re.DOTALL,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import secrets
 import socket
 import threading
@@ -16,6 +17,9 @@ from typing import cast
 from improv_core.protocol.commands import Stop
 from improv_core.safety.stop_request import ASK, MOST_BYTES
 from improv_core.score.fits import fits
+
+with suppress(ImportError):  # on Windows, where nothing listens
+    import fcntl
 
 READ_LIMIT = 2.0
 """Seconds for which a connection may stay silent."""
@@ -32,7 +36,11 @@ Take = Callable[[Stop, Answer], None]
 
 class StopServer:
     """Listens at a path that only this user can use, until it is closed. Raises OSError, also for a path that is too
-    long, and RuntimeError if there can't be more threads."""
+    long, and RuntimeError if there can't be more threads.
+
+    It locks the path's folder, so that systemd leaves the socket there: it removes files from /tmp after ten days, on
+    many systems, and doesn't know that a socket which was moved is in use (tmpfiles.d(5)).
+    """
 
     def __init__(self, path: Path, take: Take) -> None:
         self._path = path
@@ -40,8 +48,10 @@ class StopServer:
         self._closed = threading.Event()
         self._silent: deque[socket.socket] = deque(maxlen=MOST_SILENT)
         self._server = socket.socket(socket.AF_UNIX)
+        self._folder = os.open(path.parent, os.O_RDONLY)
         draft = path.with_suffix(".new")
         try:
+            fcntl.flock(self._folder, fcntl.LOCK_SH)
             self._server.bind(str(draft))
             draft.chmod(0o600)
             self._server.listen()
@@ -50,17 +60,21 @@ class StopServer:
         except (OSError, RuntimeError):
             self._closed.set()
             self._server.close()
+            os.close(self._folder)
             with suppress(OSError):
                 draft.unlink(missing_ok=True)
             raise
 
     def close(self) -> None:
+        if self._closed.is_set():
+            return
         self._closed.set()
         with suppress(OSError):
             self._path.unlink()
         with suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)  # wakes the thread
         self._server.close()
+        os.close(self._folder)
 
     def _serve(self) -> None:
         while not self._closed.is_set():

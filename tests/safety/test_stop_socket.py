@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import socket
@@ -71,6 +72,16 @@ def test_only_the_user_can_open_the_socket(runtime: Path) -> None:
     (path,) = runtime.iterdir()
     assert runtime.stat().st_mode & 0o777 == 0o700
     assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_the_folder_is_locked_while_somebody_listens_so_that_systemd_removes_no_socket(runtime: Path) -> None:
+    made = StopSocket(lambda _: "stopped")
+    folder = os.open(runtime, os.O_RDONLY)
+    with pytest.raises(BlockingIOError):
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    made.close()
+    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(folder)
 
 
 @pytest.mark.parametrize("trap", ["open to all", "a link", "a file"])

@@ -30,10 +30,10 @@ from tests.ros.test_link import process_of, set_there
 pytestmark = pytest.mark.slow("starts a stage here and one through ssh")
 
 ROBOTS = read_robots(
-    f'[robots.p]\nhost = "{NAME}"\nlink_patience = 10\n\n[robots.q]\nhost = "{NAME}"\nlink_patience = 1.5\n'
+    f'[robots.p]\nhost = "{NAME}"\nlink_patience = 10\n\n[robots.q]\nhost = "{NAME}"\nlink_patience = 3\n'
 )
-GAP = 34
-"""Twists of the robot here, 20 a second, while nothing passes to the other machine: 1.7 s, longer than its patience."""
+GAP, SOON = 64, 20
+"""Twists of a robot, 20 a second: while nothing passes to the other machine, for longer than its patience; and then."""
 
 
 @pytest.fixture

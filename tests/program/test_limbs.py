@@ -70,6 +70,8 @@ def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> 
                             ^^^^^^^ part-direction: {lacks}
         r1 $ head twice x || twice forward
                         ^ part-direction: {lacks}
+        r1 $ reflect YZ head forward
+                             ^^^^^^^ part-direction: {lacks}
         """,
         robots=PUPPET,
     )

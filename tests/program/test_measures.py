@@ -41,6 +41,10 @@ def segments(program: str, robots: str = "") -> dict[str, list[list[float]]]:
     return {name: part["segments"] for name, part in compiled(analysis)["robots"].items()}
 
 
+def test_measures_at_the_same_time_add_up() -> None:
+    assert segments("ada $ forward 1m || forward 50cm", BODY)["ada"] == [[0, 1, 1.5, 0, 0, 0]]
+
+
 def test_a_measure_depends_on_no_step_and_no_quarter_turn() -> None:
     moved = segments("ada $ forward 1m left 90deg left 90deg radius 1m left radius 2m", BODY)["ada"]
     turn = math.radians(92)

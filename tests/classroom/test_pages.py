@@ -96,7 +96,10 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     assert violations(page) == []
     lost = [1, 2]
     page.route("**/stop?*", lambda route: route.abort("connectionreset") if lost and lost.pop() else route.continue_())
-    page.keyboard.press("Escape")  # also while a dance is in front, even if the connection breaks twice
+    page.keyboard.press("Escape")
+    expect(page.locator("#front")).to_be_hidden()  # as with every card, that is all
+    expect(page.locator("#playing")).to_have_text("Ada <img>")
+    page.keyboard.press("Escape")  # arrives even if the connection breaks twice
     expect(page.locator("#playing")).to_have_text("Stopped")
     page.reload()  # the token is kept for this tab
     expect(page.locator("#children li")).to_have_count(2)

@@ -125,7 +125,11 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     drag(page, [(math.sin(turn / 8), 1 - math.cos(turn / 8)) for turn in range(51)])
     expect(text).to_have_value(SQUARE.replace("left)", "left) left 360deg radius 1m"))
     keep(page, "gesture-drawn.png")
-    page.locator("#draw").click()
+    page.get_by_role("button", name="Help", exact=True).click()
+    for pressed in ("true", "false"):
+        page.keyboard.press("Escape")  # closes Help first
+        expect(page.locator("#help")).to_be_hidden()
+        expect(page.locator("#draw")).to_have_attribute("aria-pressed", pressed)
     text.focus()
     page.keyboard.press("Control+z")
     expect(text).to_have_value(SQUARE)

@@ -2,6 +2,7 @@
 // The teacher's page: the dances of a class, small; one in front; several together; and a stop for everything.
 
 import { button, download, element, find, findA, svgAddress } from "/base/elements.js"
+import { isOpen } from "/base/keys.js"
 import { store, stored } from "/base/storage.js"
 
 /** @typedef {{ count: number, sent: number, ok: boolean | null, line: string, picture: string }} Sent a dance; `sent` in seconds since 1970 */
@@ -257,7 +258,7 @@ async function stop() {
 }
 
 for (const id of ["stop", "front-stop"]) find(id).addEventListener("click", stop) // a dance in front covers the other one
-addEventListener("keydown", (event) => event.key === "Escape" && stop())
+addEventListener("keydown", (event) => event.key === "Escape" && !isOpen() && stop()) // it closes a dance in front
 find("play").addEventListener("click", () => send({ type: "play", numbers: [...chosen] }))
 find("choose-all").addEventListener("click", () => {
   const all = chosen.size < cards.size

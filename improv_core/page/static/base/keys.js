@@ -14,6 +14,9 @@ const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
  * @property {(line: string) => void} say shows what a letter did, or why it did nothing
  */
 
+/** True if a card, another dialog, or the tools are open: Escape closes them first, wherever the focus is. */
+export const isOpen = () => document.querySelector("dialog[open], #show-more[aria-expanded=true]") !== null
+
 /** Calls functions for keys. @param {Actions} actions */
 export function listen({ stop, actionOf, shifted, lettersWork, say }) {
   addEventListener("keydown", (event) => {

@@ -4,6 +4,7 @@
 
 import { find, findA, span } from "../base/elements.js"
 import { redraw } from "../base/frames.js"
+import { isOpen } from "../base/keys.js"
 import { announce } from "../base/notices.js"
 import { poseAfter } from "../base/path.js"
 import { settings } from "../base/storage.js"
@@ -316,6 +317,7 @@ export class Gesturing {
   #press(event) {
     if (!this.#mode || event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return
     if (event.target instanceof Element && event.target.closest("input, select, textarea")) return
+    if (event.key === "Escape" && isOpen()) return
     if (event.key === "Escape") this.#end()
     else if (event.code === "Space") return this.finish() // and robots stop
     else if (event.key === "Enter" && !(event.target instanceof HTMLButtonElement)) {

@@ -3,7 +3,7 @@
 
 import { find, findA } from "../base/elements.js"
 import { redraw, refit } from "../base/frames.js"
-import { listen } from "../base/keys.js"
+import { isOpen, listen } from "../base/keys.js"
 import { showBriefly } from "../base/notices.js"
 import { setting } from "../base/setting.js"
 import { settings } from "../base/storage.js"
@@ -86,9 +86,8 @@ export class Panels {
       this.showFit()
     }
     const stopOrClose = (/** @type {KeyboardEvent} */ event) => {
+      if (event.key !== "Escape" || !isOpen()) return stop()
       const over = document.querySelector("dialog[open]:not(.card)")
-      const isOpen = document.querySelector(".card[open], #show-more[aria-expanded=true]")
-      if (event.key !== "Escape" || (!over && !isOpen)) return stop()
       if (over instanceof HTMLDialogElement) return over.close()
       this.#shutAll()
       this.#showMore(false)

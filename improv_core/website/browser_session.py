@@ -23,7 +23,7 @@ from improv_core.page.stop_confirmations import PageStops
 from improv_core.program.compiler import score_of
 from improv_core.program.report import mistakes
 from improv_core.protocol.commands import Editing, PageRequest
-from improv_core.protocol.editing import Analyze, EditorAnswer, Write
+from improv_core.protocol.editing import Analyze, AskPreview, EditorAnswer, Write
 from improv_core.robots.config import FILE_NAME, Robots, read_robots
 from improv_core.safety.stops import Stops
 from improv_core.session.session import Playback
@@ -38,7 +38,8 @@ UNWRITABLE = "this page can't write improv.toml: copy the line into it"
 UNTOUCHED = 0.7
 """Seconds without a key after which the meetings of robots are checked."""
 LONGEST_CHECK, LONGEST_PREVIEW = 0.4, 0.1
-"""Seconds that this check and a preview may take, because the page waits meanwhile. Longer work is given up."""
+"""Seconds that this check and a preview may take, because the page waits meanwhile. Longer work is given up, but once
+nobody types, a preview has as long as the check."""
 
 
 class BrowserBackend:
@@ -130,13 +131,25 @@ class BrowserBackend:
                 await self._write(ask, asked)
                 continue
             if ask["type"] == "preview":
-                answers = self._editor.previews(self._outbox.number, ask)
-                while self._unless_slow(LONGEST_PREVIEW, partial(next, answers, None)):
-                    pass
+                if not self._preview(ask, LONGEST_PREVIEW):
+                    asyncio.get_running_loop().call_later(UNTOUCHED, self._preview_late, ask)
                 continue
             self._answer(self._editor.answer(self._outbox.number, ask))
             if ask["type"] == "analyze":
                 self._check_soon(ask)
+
+    def _preview(self, ask: AskPreview, limit: float) -> bool:
+        """Send the paths of a text. Return whether all were drawn, each answer within `limit` seconds."""
+        answers = self._editor.previews(self._outbox.number, ask)
+        while found := self._unless_slow(limit, partial(next, answers, None)):
+            if found["type"] == "preview" and not found["waits_for"]:
+                return True
+        return False
+
+    def _preview_late(self, ask: AskPreview) -> None:
+        """Draw paths that took too long while somebody may have typed, or while the browser was busy."""
+        if not self._stage.plays:
+            self._preview(ask, LONGEST_CHECK)
 
     def _check_soon(self, ask: Analyze) -> None:
         """Report the meetings of robots once nobody has typed for a moment: that takes time, and there is only one

@@ -80,6 +80,18 @@ async def test_meetings_are_reported_once_nobody_types(monkeypatch: pytest.Monke
         assert "`ada` and `bo` meet at beat" in found["problems"][0]["message"]
 
 
+async def test_paths_that_a_busy_browser_could_not_draw_at_once_follow_once_nobody_types(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(browser_session, "LONGEST_PREVIEW", -1.0)
+    monkeypatch.setattr(browser_session, "LONGEST_CHECK", LIMIT)
+
+    async with at_home() as at:
+        at.ask("analyze", number=1, text="ada $ repeat 4 (forward left)")
+        at.ask("preview", number=1)
+        assert (await at.wait("preview"))["robots"].keys() == {"ada"}
+
+
 async def test_a_saved_program_plays_to_its_end() -> None:
     async with at_home() as at:
         at.save("beat 1200\nada $ forward left")

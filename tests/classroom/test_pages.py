@@ -52,6 +52,12 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(
     page.wait_for_function("([sent, period]) => Date.now() - sent > 1000 * period", arg=[sent, PERIOD])
     page.get_by_role("button", name="Send", exact=True).click()
     expect(page.locator("#handed-in")).to_contain_text("Sent at")
+    page.close()
+    page = page.context.new_page()  # with neither a save nor a link
+    page.goto(running.address)
+    expect(page.locator("#text")).to_have_value("r $ repeat (forward left)\n")
+    expect(page.locator("#versions")).to_be_hidden()
+    expect(page.locator("#handed-in")).to_contain_text("Ada <img>: Sent at")
     for width, height in ((1280, 800), (768, 1024), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
         tops = [page.get_by_role("button", name=name, exact=True).bounding_box() for name in ("Share", "Send")]

@@ -95,6 +95,20 @@ test("what is written between two links stays, too", async () => {
   for (const each of own) assert.ok(found.some((other) => other.text === each.text && other.toml === each.toml), each.text)
 })
 
+test("a text that was never saved comes back in a new tab, unless a link or a save has come since", async () => {
+  const closed = await openTab(null, { "improv.tab": "one" })
+  closed.draft.keep({ text: "cy $ left", toml: "" })
+  const again = await openTab(null, { "improv.tab": "two" })
+  assert.equal(again.text, "cy $ left")
+  assert.equal(again.draft.other({ text: "cy $ left # longer", toml: "" }), null) // nothing else is offered
+  const linked = await openTab(OWN, { "improv.tab": "three" })
+  assert.equal(linked.text, OWN.text)
+  assert.ok(offered(linked.draft, linked.program).some(({ text }) => text === "cy $ left"))
+  save(OWN, 9)
+  const saved = await openTab(null, { "improv.tab": "four" })
+  assert.equal(saved.text, OWN.text)
+})
+
 test("an improv.toml stays though the link has the same text", async () => {
   save(OWN, 1)
   const { draft, program } = await openTab({ text: OWN.text, toml: "# other" })

@@ -34,15 +34,21 @@ export class Draft {
     this.base = source
   }
 
-  /** The text to begin with: of this tab before it was reloaded, or of the file. @param {string} [toml] in use */
+  /**
+   * The text to begin with: of this tab before it was reloaded, or of the file. On a website, where nobody else writes
+   * that, the latest text of other tabs comes before it, too.
+   * @param {string} [toml] in use: only on a website
+   */
   begin(toml) {
     const kept = readDraft(this.#key)
-    const own = kept?.path === this.base.path ? kept : null
+    const isKept = kept?.path === this.base.path
     const file = { text: this.base.text, toml }
-    const found = otherDrafts(this.base.path, own ? null : file)
+    const found = otherDrafts(this.base.path, isKept ? null : file)
+    const continues = (/** @type {StoredDraft} */ draft) => !draft.saved && draft.revision === this.base.revision && draft.toml === toml
+    const own = isKept ? kept : toml === undefined ? null : found.find(({ key, draft }) => !key.startsWith(REPLACED) && continues(draft))?.draft
     this.#otherKeys = found.map(({ key }) => key)
-    const others = found.flatMap(({ draft: { others, saved, text, toml, time } }) => (saved ? others : [...others, { text, toml, time }]))
-    this.#others = [...(own?.others ?? []), ...others].filter((each) => !isSame(each, file))
+    const others = found.flatMap(({ draft }) => (draft.saved || draft === own ? draft.others : [...draft.others, draft]))
+    this.#others = [...(isKept ? kept.others : []), ...others].map(({ text, toml, time }) => ({ text, toml, time })).filter((each) => !isSame(each, file))
     if (!own || own.saved || own.text === this.base.text) return this.base.text
     if (own.revision !== this.base.revision) {
       this.changed = this.base

@@ -5,6 +5,7 @@ import { Draft } from "./draft.js"
 import { find, write } from "../base/elements.js"
 import { keyOf } from "../base/keys.js"
 import { notices } from "../base/notices.js"
+import { when } from "../base/when.js"
 import { keptToml } from "../net/backend.js"
 import { send } from "../net/send.js"
 
@@ -208,11 +209,4 @@ export class Saving {
 function called(work, other) {
   if (other.text === work.text) return "improv.toml"
   return other.toml && other.toml !== work.toml ? "text with its improv.toml" : "text"
-}
-
-/** A time of today, or a day with its time. @param {number} time */
-function when(time) {
-  const then = new Date(time)
-  const today = then.toDateString() === new Date().toDateString()
-  return then.toLocaleString([], { ...(today ? {} : { dateStyle: "medium" }), timeStyle: "short" })
 }

@@ -7,7 +7,7 @@ import { answered, asked, describe, MOST_TRIES, UNSENT } from "./handing-in.js"
 import { decoded } from "./link.js"
 
 /** @import { Saving } from "../editor/saving.js" */
-/** @typedef {{ secret: string, name: string, code: string }} Child a child in the class with this code */
+/** @typedef {{ secret: string, name: string, code: string, received?: string, at?: number }} Child a child in the class with this code, and the dance that the class has */
 
 const KEY = "improv.class"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
@@ -22,8 +22,7 @@ export function joinClass(saving) {
   const dialog = findA("class", HTMLDialogElement)
   const name = findA("class-name", HTMLInputElement)
   const code = findA("class-code", HTMLInputElement)
-  /** @type {Child | null} */
-  let child = stored(KEY) // each browser has one place in the class, whatever its tabs
+  let child = /** @type {Child | null} */ (null)
   let state = UNSENT
   let sendsNext = false // as soon as the child has joined
   let isJoining = false
@@ -35,7 +34,6 @@ export function joinClass(saving) {
     isJoining = false
     find("class-line").textContent = answer.problem ?? ""
     if (!answer.secret) return
-    state = UNSENT
     become({ secret: answer.secret, name: answer.name ?? "", code: code.value.replace(/\W/g, "").toUpperCase() })
     dialog.close()
     if (sendsNext) send()
@@ -52,8 +50,10 @@ export function joinClass(saving) {
       await new Promise((done) => setTimeout(done, SEND_PERIOD))
       answer = await post("send", state.text, secret)
     }
-    state = answered(state, answer, new Date().toLocaleTimeString())
-    if (answer.status === 403 && secret === child?.secret) {
+    if (!child || child.secret !== secret) return // another one has joined meanwhile
+    state = answered(state, answer, Date.now())
+    if (state.state === "sent") become({ ...child, received: state.received, at: state.at })
+    if (answer.status === 403) {
       become(null)
       ask(true)
     }
@@ -69,8 +69,15 @@ export function joinClass(saving) {
 
   /** @param {Child | null} another */
   function become(another) {
-    child = another
-    store(KEY, child)
+    store(KEY, another)
+    take(another)
+  }
+
+  /** @param {Child | null} kept by this browser, which has one place in the class, whatever its tabs */
+  function take(kept) {
+    const { received = "", at = 0 } = kept ?? {}
+    state = { ...(kept && kept.secret !== child?.secret ? UNSENT : state), received, at }
+    child = kept
     show()
   }
 
@@ -92,11 +99,8 @@ export function joinClass(saving) {
   find("class-close").addEventListener("click", () => dialog.close())
   dialog.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && event.target !== find("class-close") && join())
   saving.noticed = show
-  addEventListener("storage", () => { // another tab has joined
-    child = stored(KEY)
-    show()
-  })
-  show()
+  addEventListener("storage", () => take(stored(KEY))) // another tab has joined or sent
+  take(stored(KEY))
   const linked = IN_LINK.exec(decoded(location.hash))?.[1]
   if (!linked) return
   code.value = linked

@@ -1,12 +1,14 @@
 // @ts-check
 // The state of a child's dance on its way to the teacher: one at a time, shown truthfully.
 
+import { when } from "../base/when.js"
+
 /**
  * @typedef {object} HandingIn
  * @property {"unsent" | "sending" | "sent" | "failed"} state
  * @property {string} text that is or was sent last
  * @property {string} received the text that the class has received last
- * @property {string} at when it has, as people read it; "" if never
+ * @property {number} at when it has, in milliseconds since 1970; 0 if never
  * @property {string} problem why the class has not received the text
  * @property {boolean} again send again as soon as the answer is there: the text has changed since
  */
@@ -15,7 +17,7 @@
 export const MOST_TRIES = 5 // of a dance that follows another one too soon
 
 /** @type {HandingIn} */
-export const UNSENT = { state: "unsent", text: "", received: "", at: "", problem: "", again: false }
+export const UNSENT = { state: "unsent", text: "", received: "", at: 0, problem: "", again: false }
 
 /**
  * Somebody wants to send a text. One that is on its way isn't sent twice.
@@ -32,7 +34,7 @@ export function asked(now, text) {
  * The class has answered, or nobody has.
  * @param {HandingIn} now
  * @param {Answer} answer
- * @param {string} at
+ * @param {number} at
  * @returns {HandingIn}
  */
 export function answered(now, { status, problem }, at) {
@@ -45,5 +47,5 @@ export function describe({ state, received, at, problem }, text) {
   if (state === "sending") return "Sending…"
   if (state === "failed") return `Not received: ${problem}.`
   if (!at) return "Not sent yet."
-  return received === text ? `Sent at ${at}.` : `Changed since you sent it at ${at}.`
+  return received === text ? `Sent at ${when(at)}.` : `Changed since you sent it at ${when(at)}.`
 }

@@ -4,6 +4,7 @@
 import { button, download, element, find, findA, svgAddress } from "/base/elements.js"
 import { isOpen } from "/base/keys.js"
 import { store, stored } from "/base/storage.js"
+import { when } from "/base/when.js"
 
 /** @typedef {{ count: number, sent: number, ok: boolean | null, line: string, picture: string }} Sent a dance; `sent` in seconds since 1970 */
 /** @typedef {{ type: "child", number: number, name: string, here: boolean, latest: Sent | null, good: Sent | null }} Child */
@@ -98,8 +99,8 @@ function takeChild(child) {
 function newCard(child) {
   const look = button({ className: "look" }, () => open(card.child, card.child.latest))
   const image = new Image()
-  const [name, line, wrong, when] = ["name", "line", "wrong", "when"].map((className) => element("span", { className }))
-  look.append(image, name, line, wrong, when)
+  const [name, line, wrong, sent] = ["name", "line", "wrong", "when"].map((className) => element("span", { className }))
+  look.append(image, name, line, wrong, sent)
   if (earlier.delete(child.number)) chosen.add(child.number)
   const box = element("input", { type: "checkbox", checked: chosen.has(child.number) })
   const item = element("li", {}, look, element("label", {}, box, "Choose"))
@@ -116,9 +117,8 @@ function newCard(child) {
   }
   const showWhen = () => {
     const { here, latest } = card.child
-    const time = latest ? new Date(1000 * latest.sent).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" }) : ""
-    when.textContent = [here ? "" : "not here", latest && `sent at ${time}`, isSilent(card) ? `${Math.floor(silence(card) / 60)} min ago` : ""].filter(Boolean).join(", ")
-    when.classList.toggle("long", isSilent(card))
+    sent.textContent = [here ? "" : "not here", latest && `sent at ${when(1000 * latest.sent)}`, isSilent(card) ? `${Math.floor(silence(card) / 60)} min ago` : ""].filter(Boolean).join(", ")
+    sent.classList.toggle("long", isSilent(card))
     item.classList.toggle("away", !here)
     item.classList.toggle("chosen", box.checked)
   }

@@ -54,6 +54,8 @@ export function joinClass(saving) {
     state = answered(state, answer, Date.now())
     if (state.state === "sent") become({ ...child, received: state.received, at: state.at })
     if (answer.status === 403) {
+      name.value = child.name
+      code.value = "" // that of an earlier lesson, or of one that the teacher has sent this child out of
       become(null)
       ask(true)
     }
@@ -95,9 +97,11 @@ export function joinClass(saving) {
     name.value = ""
     ask(false)
   })
-  find("class-join").addEventListener("click", join)
+  dialog.addEventListener("submit", (event) => {
+    event.preventDefault()
+    join()
+  })
   find("class-close").addEventListener("click", () => dialog.close())
-  dialog.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && event.target !== find("class-close") && join())
   saving.noticed = show
   addEventListener("storage", () => take(stored(KEY))) // another tab has joined or sent
   take(stored(KEY))

@@ -90,10 +90,12 @@ def test_a_file_that_somebody_chooses_or_drops_plays_and_stays_in_the_browser(sh
         ("long.wav", "text", long),
     ):
         page.evaluate(DROP, {"name": name, "content": content})
-        expect(page.locator("#song-line")).to_have_text(f"{name} {problem}.")
+        for line in ("#song-line", "#song-problem"):  # the card may cover the stage
+            expect(page.locator(line)).to_have_text(f"{name} {problem}.")
     wait(page, "Math.abs(improv.song - improv.beat / 2) < 0.25")
     page.get_by_role("button", name="Remove").click()
     wait(page, "improv.song === null")
+    expect(page.locator("#sound-toml")).to_be_hidden()
     assert set(sent) == {"GET"}
 
 

@@ -56,6 +56,7 @@ export class Sound {
     })
     find("remove-song").addEventListener("click", () => {
       this.#dropped = null
+      this.#showToml("") // the lines to copy were about it
       this.#showSong()
       this.run()
     })
@@ -158,6 +159,7 @@ export class Sound {
     const buffer = file.size > MOST_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
     if (buffer) {
       this.#dropped = { name: file.name, buffer }
+      this.#showToml("")
       const kept = settings.get(`first beat of ${file.name}`, null)
       this.#placed = typeof kept === "number" ? { name: file.name, firstBeat: kept, told: this.#music?.first_beat ?? 0 } : null
     }
@@ -202,10 +204,9 @@ export class Sound {
     find("sound-on").hidden = !this.#has || (this.#loaded?.isOn ?? true)
   }
 
-  /** @param {string} line */
+  /** Shows a line on the stage and in the card, which may cover that. @param {string} line */
   #showLine(line) {
-    find("song-line").hidden = !line
-    find("song-line").textContent = line
+    for (const id of ["song-line", "song-problem"]) Object.assign(find(id), { textContent: line, hidden: !line })
     if (line) announce(line)
   }
 

@@ -26,6 +26,11 @@ from tests.website.conftest import OPENED, open_site, play
 from tests.website.test_local_program import fragment
 
 PYODIDE = Path(__file__).parents[2] / ".cache" / "pyodide" / "node_modules" / "pyodide"
+COVERED = """() => {
+  const [still, stage] = ["still", "stage"].map((id) => document.getElementById(id))
+  const [one, other] = [still, stage].map((each) => JSON.stringify(each.getBoundingClientRect()))
+  return [one === other, getComputedStyle(still).backgroundColor.startsWith("rgb(")]
+}"""
 BREAK = """async () => {
   const compiled = await caches.open((await caches.keys()).find((name) => name.startsWith("improv compiled ")))
   const [kept] = await compiled.keys()
@@ -218,6 +223,7 @@ def test_a_page_that_still_loads_shows_its_program_with_its_paths_and_what_is_wr
         expect(page.locator("#state-word")).to_have_text("loading…")
         wait(page, "document.getElementById('still').naturalWidth > 100")
         expect(page.locator("#still")).to_be_visible()
+        assert page.evaluate(COVERED) == [True, True], "the picture has another scale than the floor below"
         page.goto("about:blank")
         page.goto(f"{address}{fragment(text='ada $ left', still=[[0, 0, 0, 400, 0], [1, 0, 400, 400, -400]])}")
         wait(page, "document.getElementById('still').naturalWidth > 100")

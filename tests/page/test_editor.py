@@ -312,6 +312,17 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     wait(page, f"{PLAYING} && improv.transport.generation === 2 && improv.robots.cleo.x > 1.99")
     assert edited.file.read_text(encoding="utf-8") == text.input_value()
 
+    x = dialog.get_by_label("x", exact=True).first
+    kept = x.input_value()
+    x.press("Control+a")
+    x.press_sequentially("1e9")
+    x.press("Enter")
+    assert x.input_value() == "1e9"  # the browser shows what is wrong
+    assert x.evaluate("field => field.validity.rangeOverflow")
+    dialog.get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="Starts").click()
+    expect(x).to_have_value(kept)  # not 1
+
     dialog.get_by_text("Formation", exact=True).click()
     dialog.get_by_label("Distance in meters").fill("4")
     dialog.get_by_role("button", name="Circle, out").click()

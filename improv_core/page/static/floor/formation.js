@@ -41,7 +41,7 @@ export class Formation {
   /** Somebody has chosen. @param {string} name */
   #take(name) {
     this.#choose(name)
-    if (name && this.#distance.checkValidity()) changes.write?.({ type: "arrange", ...CHOICES[name], distance: this.#distance.valueAsNumber })
+    if (name && this.#distance.reportValidity()) changes.write?.({ type: "arrange", ...CHOICES[name], distance: this.#distance.valueAsNumber })
   }
 
   /** @param {string} name */

@@ -38,6 +38,10 @@ export class StartPoses {
 
   constructor() {
     find("start-poses-list").addEventListener("change", () => this.tell())
+    this.#card.addEventListener("close", () => {
+      for (const name of this.#poses.keys()) this.#showFields(name)
+      this.tell()
+    })
   }
 
   /**
@@ -153,18 +157,17 @@ export class StartPoses {
       const input = element("input", { type: "number", required: true, min: String(-most), max: String(most), step: "any" })
       input.value = String(this.#pose(name)[key])
       input.dataset.key = key
+      let before = 0 // while somebody types
       input.addEventListener("focus", () => {
+        before = this.#pose(name)[key]
         this.#chosen = name
         redraw()
       })
       input.addEventListener("input", () => {
-        if (!input.checkValidity()) return
-        this.#pose(name)[key] = neat(Number(input.value), PRECISION)
+        this.#pose(name)[key] = input.validity.valid ? neat(Number(input.value), PRECISION) : before // also if it begins with a valid one
         this.#move(name)
       })
-      input.addEventListener("change", () => {
-        if (!input.checkValidity()) input.value = String(this.#pose(name)[key]) // an invalid number moves nobody
-      })
+      input.addEventListener("change", () => input.reportValidity())
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
         event.preventDefault()
@@ -189,7 +192,7 @@ export class StartPoses {
     const row = this.#rowOf(name)
     for (const key of KEYS) {
       const input = row?.querySelector(`[data-key=${key}]`)
-      if (!(input instanceof HTMLInputElement) || Number(input.value) === pose[key]) continue
+      if (!(input instanceof HTMLInputElement) || (input.validity.valid && Number(input.value) === pose[key])) continue
       if (input === document.activeElement && !input.validity.valid) continue // somebody is typing there
       input.value = String(pose[key])
     }

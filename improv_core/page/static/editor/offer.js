@@ -14,6 +14,7 @@ import { Completions, touches } from "./completions.js"
  * @property {(text: string) => void} replace puts another text in, as if it had been typed
  */
 
+const PAUSE = 150 // milliseconds without a key until words are looked for, unless some are listed already
 const BEGUN = /[\p{L}\p{M}\p{N}_\u200C\u200D]$/u
 const LETTERS = /^[\p{L}\p{M}\p{N}_\u200C\u200D]*/u
 
@@ -21,8 +22,9 @@ export class Offer {
   #control
   #text
   #completions
-  /** @type {{ start: number, end: number, asked: boolean } | null} */
+  /** @type {{ start: number, end: number, asked: boolean, isDue: boolean } | null} */
   #offering = null
+  #pause = 0
 
   /** @param {HTMLTextAreaElement} control @param {Text} text */
   constructor(control, text) {
@@ -53,14 +55,18 @@ export class Offer {
       this.end()
       start = end
     }
-    this.#offering = { start, end, asked }
-    this.ask()
+    const offering = (this.#offering = { start, end, asked, isDue: asked || this.#completions.open })
+    clearTimeout(this.#pause)
+    this.#pause = window.setTimeout(() => {
+      offering.isDue = true
+      this.ask()
+    }, offering.isDue ? 0 : PAUSE)
   }
 
-  /** Asks for the words, once the server was sent the text. */
+  /** Asks for the words, once that is due and the server was sent the text. */
   ask() {
     const number = this.#text.sent()
-    if (!this.#offering || number === null) return
+    if (!this.#offering?.isDue || number === null) return
     send({ type: "complete", number, offset: this.#text.codePoints().toPoints(this.#control.selectionEnd) })
   }
 

@@ -165,7 +165,8 @@ class PartVersions:
 
 
 def _alike(scene: Movement, known: Mapping[int, Movement]) -> Iterator[int]:
-    return (edition for edition, movement in known.items() if edition != UNNUMBERED and same(movement, scene))
+    numbered = ((edition, movement) for edition, movement in known.items() if edition != UNNUMBERED)
+    return (edition for edition, movement in numbered if movement is scene or same(movement, scene))
 
 
 @dataclass(frozen=True, slots=True)

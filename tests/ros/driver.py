@@ -186,8 +186,14 @@ def until_no_warnings() -> None:
 
 
 def until_offered(topic: str, *types: str) -> None:
-    """Wait until all listeners are served, and all publishers there have these types."""
-    until(lambda: not sink.missing() and offered(topic) == types, asks=True)
+    """Wait until all listeners are served, one of each type, and all publishers there have these types."""
+
+    def are_offered() -> bool:
+        # A publisher of a type that nobody wants lingers: the other type's listener may not have been found yet.
+        is_served = not sink.missing() and sink._topics[topic].count_listeners() >= len(types)
+        return is_served and offered(topic) == types
+
+    until(are_offered, asks=True)
 
 
 def offered(topic: str) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from greenlet import GreenletExit, getcurrent, greenlet
 
 from improv_core.slices import on_checkpoint
 
-SLICE = 0.01
+SLICE = 0.005
 """Seconds for which work runs before messages are read again."""
 BRIEF = 1 / 4
 """The first slice of work that shows something when it is over, as a share of others."""

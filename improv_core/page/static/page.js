@@ -167,6 +167,7 @@ function take(message) {
 /** @param {Messages["transport"]} message */
 function takeTransport(message) {
   const { generation, restarted, state } = clock.transport
+  const { text } = program
   const jumped = clock.take(message)
   const begins = message.generation !== generation
   if (begins) bumps.clear()
@@ -176,6 +177,7 @@ function takeTransport(message) {
   }
   if (jumped && !begins) trails.seek(message.beat, message.poses)
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
+  if (message.restarted !== restarted && program.text !== text) floor.camera.forget()
   sound.run()
   if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
   if (begins || message.state !== state) announce(spoken())

@@ -1,4 +1,4 @@
-// The view: it comes to rest, keeps room for a while, and then gives it up at once.
+// The view: it comes to rest, keeps room for a while, and then gives it up at once. Fit gives it up now.
 
 import assert from "node:assert/strict"
 import test from "node:test"
@@ -9,13 +9,16 @@ const FRAME = 1 / 60 // seconds
 const square = (size) => [{ x: 0, y: 0 }, { x: size, y: size }]
 
 /** Shows a square for so many seconds. Returns the number of frames in which the view moved. */
-function show(camera, size, seconds) {
-  return Array.from({ length: seconds / FRAME }, () => camera.follow(square(size), 0.2, FRAME)).filter(Boolean).length
+function show(camera, size, seconds, frame = FRAME) {
+  return Array.from({ length: seconds / frame }, () => camera.follow(square(size), 0.2, frame)).filter(Boolean).length
 }
 
-function opened() {
+/** The part of the stage's height that a square takes. */
+const share = (camera, size) => (size * camera.sight.scale) / camera.size.height
+
+function opened(width = 800, height = 600) {
   const camera = new Camera()
-  camera.size = { width: 800, height: 600 }
+  camera.size = { width, height }
   show(camera, 40, 5)
   return camera
 }
@@ -35,9 +38,27 @@ test("a dance that is played again within eight seconds keeps the view", () => {
   for (const size of [4, 40, 4, 40]) assert.equal(show(camera, size, 5), 0)
 })
 
-test("Fit needs no eight seconds", () => {
+for (const frame of [FRAME, 1 / 3]) {
+  for (const change of ["fit", "forget"]) {
+    test(`a small dance fills the stage a second after ${change}, also in frames of ${frame.toFixed(2)} s, and if it arrives late`, () => {
+      const camera = opened()
+      camera[change]()
+      show(camera, 40, 2 / 3, frame) // the paths of before
+      show(camera, 4, 1, frame)
+      assert.ok(share(camera, 4) > 0.5, `${share(camera, 4)}`)
+    })
+  }
+}
+
+test("Fit fits where the view is still, too", () => {
   const camera = opened()
+  show(camera, 10, 1)
   camera.fit()
-  assert.ok(show(camera, 4, 3) > 0)
-  assert.ok(camera.toScreen({ x: 4, y: 4 }).x - camera.toScreen({ x: 0, y: 0 }).x > 300)
+  camera.follow(square(20), 0.2, Infinity)
+  assert.ok(share(camera, 20) > 0.6)
+})
+
+test("a dance fills a phone's low stage as it fills a large one", () => {
+  const [large, low] = [opened(1280, 700), opened(390, 300)]
+  assert.ok(share(low, 40) > share(large, 40) - 0.03, `${share(low, 40)}`)
 })

@@ -5,10 +5,12 @@
 /** @typedef {{ x: number, y: number, scale: number }} Sight the world point in the middle, and pixels per meter */
 
 const MARGIN = 2 // radii of the largest robot around everything,
-const EDGE = 36 // and pixels, for names and noses
+const EDGE = 36 // and pixels, for names and noses,
+const EDGE_SHARE = 0.06 // or, on a small stage, this part of its shorter side
 const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it
-const EASING_TIME = 0.35 // seconds
+const EASING_TIME = 0.25 // seconds
 const SPARE_TIME = 8 // seconds for which unused room is kept, so that a dance played again does not zoom
+const FRESH_TIME = 2 // seconds for which none is kept: until all that another dance uses has arrived
 const LEAST_SCALE = 0.5
 const MOST_SCALE = 2000 // pixels per metre
 
@@ -16,6 +18,7 @@ export class Camera {
   /** @type {[Point, Point] | null} */
   #room = null // the corners of what should be in view
   #spare = 0 // seconds for which that has been more than is used
+  #fresh = 0 // seconds for which it is what is used
   /** @type {Sight | null} */
   view = null
   size = { width: 0, height: 0 }
@@ -44,19 +47,22 @@ export class Camera {
   follow(used, radius, seconds) {
     const room = bounds([this.#room ?? used, used])
     const isUsed = room.every(({ x, y }, corner) => x === used[corner].x && y === used[corner].y)
+    const isFresh = this.#fresh > 0
+    this.#fresh -= seconds
     this.#spare = isUsed ? 0 : this.#spare + seconds
-    const [low, high] = (this.#room = this.#spare < SPARE_TIME ? room : used)
+    const [low, high] = (this.#room = this.#spare < SPARE_TIME && !isFresh ? room : used)
     if ((this.held || this.stays || !this.fits) && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
     const least = LEAST_VIEW * radius
-    const free = Math.max(this.size.height - this.insets.top - this.insets.bottom - 2 * EDGE, 80)
-    const across = Math.max(this.size.width - this.insets.left - 2 * EDGE, 80) / Math.max(width, least)
+    const edge = Math.min(EDGE, EDGE_SHARE * this.shorter)
+    const free = Math.max(this.size.height - this.insets.top - this.insets.bottom - 2 * edge, 80)
+    const across = Math.max(this.size.width - this.insets.left - 2 * edge, 80) / Math.max(width, least)
     const scale = Math.max(Math.min(across, free / Math.max(height, least * 0.75)), LEAST_SCALE)
     const wanted = { x: (low.x + high.x) / 2, y: (low.y + high.y) / 2, scale }
     if (seconds === Infinity) {
       // Jumps are rarer with room to spare.
-      if (!this.view || !this.#shows(low, high) || this.view.scale < scale / 3) this.view = { ...wanted, scale: scale * 0.85 }
+      if (!this.view || isFresh || !this.#shows(low, high) || this.view.scale < scale / 3) this.view = { ...wanted, scale: scale * 0.85 }
       return false
     }
     this.view ??= wanted
@@ -76,11 +82,16 @@ export class Camera {
     return true
   }
 
-  /** Forgets the room that was used: the next view fits what there is now. */
+  /** Fits what there is now, and nothing that was. */
   fit() {
     this.fits = true
     this.stays = false
-    this.#room = null
+    this.forget()
+  }
+
+  /** Forgets the room that was used: another dance begins. */
+  forget() {
+    this.#fresh = FRESH_TIME
   }
 
   /** Shows a point at least this large, if it stays there and nobody has moved the view. @param {Point} point @param {number} scale */

@@ -20,7 +20,6 @@ import { outline } from "./world.js"
 /** @import { Parts } from "../page.js" */
 /** @typedef {ReturnType<View["scene"]>} Scene */
 
-const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
 const stillness = matchMedia("(prefers-reduced-motion: reduce)")
 let isStill = stillness.matches // to ask in each frame has the browser compute styles
 stillness.addEventListener("change", () => (isStill = stillness.matches))
@@ -72,7 +71,7 @@ export class View {
     if (due.draw || moving) {
       due.draw = false
       const more = figures.draw(this.joints, (robot, part, axis) => this.#asked(robot, part, axis, beat))
-      const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
+      const seconds = this.still ? Infinity : now - this.#drawn
       const drawsOn = floor.draw(this.scene(present, beat, until, bumping, seconds), seconds)
       if (drawsOn || moving || more) redraw()
     }

@@ -29,7 +29,9 @@ class Loads:
         together = state.is_spread and any(key.output == "ros" for key in act.to)
         # Together, stages follow a clock of music that only we hear: none may follow it by itself.
         score = to_json(replace(act.play.score, clock=None) if together else act.play.score, written)
-        return {stage: _load(state, act, stage, score) for stage in act.to}
+        # A long program's text fills a pipe, and a stage of robots shows it to nobody unless it publishes the dance.
+        unseen = score if act.play.score.publish else {**score, "text": "", "offsets": []}
+        return {stage: _load(state, act, stage, unseen if stage.output == "ros" else score) for stage in act.to}
 
     def forget(self, stages: Iterable[StageKey]) -> None:
         """Have the next message to these stages be whole."""

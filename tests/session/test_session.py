@@ -378,6 +378,18 @@ async def test_a_save_sends_each_stage_only_the_parts_it_lacks(fakes: Fakes) -> 
     assert bert["editions"] not in [twin.loads[0]["score"]["parts"][robot]["editions"] for robot in ("anna", "bert")]
 
 
+@pytest.mark.parametrize("publish", [False, True])
+@performed
+async def test_a_stage_of_robots_gets_the_text_only_if_it_publishes_the_dance(fakes: Fakes, publish: bool) -> None:
+    score = replace(score_of(SAVED), publish=publish)
+    assert await fakes.playback.play(PlayScore(score, "dance", fakes.stops.count))
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
+    leader.tell("playing")
+    (real,), (shown,) = leader.loads, twin.loads
+    known = [(load["score"]["text"], len(load["score"]["offsets"])) for load in (real, shown)]
+    assert known == [(SAVED.text, 2) if publish else ("", 0), (SAVED.text, 2)]
+
+
 @performed
 async def test_the_score_after_one_held_back_by_a_stop_is_sent_whole(fakes: Fakes) -> None:
     assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))

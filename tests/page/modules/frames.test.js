@@ -38,7 +38,7 @@ test("a page asks for another frame while something moves, and for none at rest"
   assert.deepEqual([rest(), rest(), looks], [1, 0, 6]) // a hidden page does not even look
 })
 
-test("while somebody writes, a long frame waits until its key is shown, and is followed by a break of four times that, or 50 ms", async (context) => {
+test("while somebody writes, a long frame waits until its key is shown, and is followed by a break of eight times that, or 50 ms", async (context) => {
   const { setTimeout, clearTimeout } = globalThis
   context.after(() => Object.assign(globalThis, { setTimeout, clearTimeout }))
   let [now, takes] = [5000, 30]
@@ -52,8 +52,8 @@ test("while somebody writes, a long frame waits until its key is shown, and is f
   now += 50
   assert.deepEqual([rest(), draw(), rest()], [2, 1, 1])
   redraw() // during the break
-  assert.deepEqual([draw(), delays.at(-1)], [0, 120])
-  now += 100
+  assert.deepEqual([draw(), delays.at(-1)], [0, 240])
+  now += 220
   makeWay() // another key
   now += 20
   assert.deepEqual([rest(), draw(), delays.at(-1)], [2, 0, 30])

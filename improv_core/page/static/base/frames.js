@@ -6,7 +6,7 @@ const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
 const KEY_TIME = 50 // milliseconds after a key in which it is shown, and its colors,
 const QUICK = 3 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
-const BREAK = 4 // times as long as the frame,
+const BREAK = 8 // times as long as the frame,
 const LEAST_BREAK = 50 // milliseconds, since somebody who writes looks at the text,
 const LONGEST_BREAK = 400 // milliseconds
 
@@ -41,7 +41,7 @@ function ask() {
   pause = 0
   isAsked = true
   const now = performance.now()
-  const isFree = due.paths || taken < QUICK || now > written + WRITING_TIME
+  const isFree = due.paths || taken < QUICK || !isWriting()
   const begin = isFree ? now : Math.min(Math.max(shown + Math.max(BREAK * taken, LEAST_BREAK), written + KEY_TIME), shown + LONGEST_BREAK)
   if (begin > now) pause = window.setTimeout(ask, begin - now)
   else requestAnimationFrame(next)
@@ -71,8 +71,8 @@ export function redrawPaths() {
   if (pause) ask()
 }
 
-/** The milliseconds of a frame in which it may paint what rarely changes: more of them where a break follows. */
-export const paintTime = () => (performance.now() < written + WRITING_TIME ? 16 : 3)
+/** Whether somebody has just written: then frames leave the processor to keys. */
+export const isWriting = () => performance.now() < written + WRITING_TIME
 
 function next() {
   clearTimeout(rest)

@@ -2,7 +2,7 @@
 // Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
-import { paintTime, redraw } from "../base/frames.js"
+import { redraw } from "../base/frames.js"
 import { RADIUS } from "../score/robot-list.js"
 import { colors, mix } from "../base/colors.js"
 import { Ground, paintTail } from "./ground.js"
@@ -86,7 +86,7 @@ export class Floor {
       place: camera.toScreen(robot.pose),
       size: Math.max(robot.radius * scale, least),
     }))
-    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio }, paintTime())
+    const painting = this.#ground.paint({ ...scene, robots, camera, ratio: this.#ratio })
     const pen = this.#pen
     const painted = this.#ground.draw(pen, camera)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)

@@ -4,6 +4,7 @@
 
 import { roundLength } from "./camera.js"
 import { colors, mix } from "../base/colors.js"
+import { due, isWriting } from "../base/frames.js"
 import { poseAfter, trace } from "../base/path.js"
 import { penOn } from "../base/pen.js"
 import { measured } from "./measured.js"
@@ -29,9 +30,12 @@ import { paintWorld } from "./world.js"
 const SHADES = 12 // steps in which a trail fades
 const FADED = 0.36
 const AHEAD_OPACITY = 0.5 // how much of its color a path ahead has
-const MOVING_PERIOD = 0.4 // seconds after which a sheet is updated while robots move
+const MOVING_PERIOD = 0.4 // seconds after which a sheet is updated while robots move,
+const WRITING_PERIOD = 2 // and while somebody writes, too
 const TURNING_PERIOD = 0.1 // seconds after which it is updated while the view changes
 const REPAINT_PERIOD = 5 // seconds after which it is repainted, as trails fade
+const TIME = 3 // milliseconds of a frame for painting,
+const PATHS_TIME = 16 // and for paths of the text, for which somebody waits
 
 export class Ground {
   /** @type {OffscreenCanvas | null} */
@@ -47,7 +51,7 @@ export class Ground {
    * @param {number} milliseconds
    * @returns {boolean}
    */
-  paint(scene, milliseconds) {
+  paint(scene, milliseconds = due.paths ? PATHS_TIME : TIME) {
     const { key } = scene
     const { sight: view } = scene.camera
     const outdated = (/** @type {Sheet} */ sheet) => sheet.view !== view || sheet.key !== key
@@ -58,7 +62,8 @@ export class Ground {
     if (!this.#making) {
       const fresh = this.#shown && !outdated(this.#shown)
       if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNING_PERIOD * 1000) return true
-      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > MOVING_PERIOD * 1000)) return false
+      const period = isWriting() ? WRITING_PERIOD : MOVING_PERIOD
+      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > period * 1000)) return false
       if (this.#shown && fresh && scene.trail === Infinity && now - this.#shown.begun < REPAINT_PERIOD * 1000) {
         this.#lengthen(this.#shown, scene)
         return false

@@ -6,7 +6,6 @@ import cmath
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import lru_cache
 from itertools import accumulate
 from operator import mul
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -27,8 +26,6 @@ _USUAL, _GOOD = 3.5, 10.0
 """A fit that is better than so many is as good as noise allows,"""
 _BACK = 24
 """so that a stretch ends at most so many nodes before it is worse."""
-_MOST_KEPT = 100_000
-"""So many fits are kept: beats of several tempi are at the same samples."""
 
 Told = TypeVar("Told")
 
@@ -104,7 +101,6 @@ class VelocityFits:
         self._heading = _Sums(self.times, [each.heading - track[0].heading for each in track])
         self._height = _Sums(self.times, [each.z - track[0].z for each in track])
         self._place = _Sums(self.times, self._places)
-        self.fit = lru_cache(maxsize=_MOST_KEPT)(self._fit)
 
     def edges(
         self, nodes: Sequence[float], parts: Sequence[float], others: Iterable[int] = ()
@@ -145,7 +141,7 @@ class VelocityFits:
         """Meters that poses may be apart by noise alone."""
         return 4 * (self._noise.meters + self._noise.radians / 2)
 
-    def _fit(self, first: int, past: int) -> FittedVelocity:
+    def fit(self, first: int, past: int) -> FittedVelocity:
         """Return the velocity of these samples, of which there are at least two."""
         count = past - first
         mean = (self._time[past] - self._time[first]) / count

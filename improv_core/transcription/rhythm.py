@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
@@ -145,10 +145,7 @@ def items_of(
         return cost, [each.motion for each in placed]
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
     ends = [bisect_left(nodes, end) for _, end, _ in spans]
-    edges: list[list[TellingStep[Item]]] = [
-        [TellingStep(end, price, TimedMotion(nodes[end] - start, told)) for end, price, told in begun]
-        for start, begun in zip(nodes, _stretches(robot.fits, nodes, seconds, ends), strict=False)
-    ]
+    edges: list[list[TellingStep[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
     left = 0 if roughly else _MOST_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
         if stops():
@@ -158,7 +155,10 @@ def items_of(
         if gentle:
             edges[bisect_left(nodes, start)].append(TellingStep(bisect_left(nodes, end), price, gentle))
     cost, steps = cheapest(edges)
-    return cost, [told for _, _, told in steps]
+    return cost, [
+        told if isinstance(told, Gentle) else TimedMotion(nodes[last] - nodes[first], told)
+        for first, last, told in steps
+    ]
 
 
 def _placed(fits: VelocityFits, nodes: Sequence[Fraction], seconds: float) -> tuple[float, list[_Placed]]:

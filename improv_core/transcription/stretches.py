@@ -12,6 +12,8 @@ from improv_core.transcription.amounts import Amounts, amounts_between
 from improv_core.transcription.fits import FittedVelocity, VelocityFits, cheapest, longest
 from improv_core.transcription.track import Track
 
+_COARSE = 4
+"""Changes are looked for at each of so many samples, and then near the ones that were found."""
 _GOLDEN = (math.sqrt(5) - 1) / 2
 """The share of the time in which two stretches may meet that is left by each step of a search (Kiefer, 1953)."""
 _STEPS = 25
@@ -34,9 +36,11 @@ class EvenStretch:
 def stretches_of(fits: VelocityFits) -> list[EvenStretch]:
     """Return the stretches that tell a track in the fewest amounts, without gaps, from its first to its last sample."""
     times = fits.times
-    _, steps = cheapest(list(fits.edges(times, [0.0] * len(times))))
+    steps = _steps_between(fits, [*range(0, len(times) - 1, _COARSE), len(times) - 1])
+    near = {end + off for step in steps for end in step for off in range(1 - _COARSE, _COARSE)}
+    steps = _steps_between(fits, sorted(near.intersection(range(len(times)))))
     found: list[tuple[int, int, FittedVelocity]] = []
-    for (first, last, _), after in zip_longest(steps, steps[1:]):
+    for (first, last), after in zip_longest(steps, steps[1:]):
         if found and after and last - first == 1:  # between two samples, a robot changes from one to the other
             one, other = found[-1][2], fits.fit(after[0], after[1] + 1)
             if _apart(one, other, _meeting(one, other, times[first], times[last])) <= fits.near:
@@ -52,6 +56,12 @@ def stretches_of(fits: VelocityFits) -> list[EvenStretch]:
         for (_, _, each), span in zip(found, pairwise(ends), strict=True)
         if span[0] < span[1]
     ]
+
+
+def _steps_between(fits: VelocityFits, nodes: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the samples at which the stretches that tell a track best begin and end, all of them among these."""
+    _, steps = cheapest(list(fits.edges([fits.times[node] for node in nodes], [0.0] * len(nodes))))
+    return [(nodes[first], nodes[last]) for first, last, _ in steps]
 
 
 def chained(track: Track, meters: float, radians: float) -> Iterator[EvenStretch]:

@@ -47,7 +47,7 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
     """Yield the fragments of a program that touch the text between two offsets, in order, each with its offset."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
-    suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
+    suspects = analysis.unusual.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
     for index, start in enumerate(analysis.offsets):
         if _HASH.search(text, place, start):
             yield from _comment_lines(text, place, start, first, stop)

@@ -20,7 +20,7 @@ from improv_core.program.idle import Alone, Idle, find_alone, find_idle
 from improv_core.program.limbs import check_bodies, check_pose_names, check_units
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
-from improv_core.program.program import Placed, Program, is_unusual, opening_of
+from improv_core.program.program import Placed, Program, Unusual, opening_of
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.bounds import is_measured
@@ -71,7 +71,7 @@ class Analysis(Program):
         """The first error in each statement whose movement lacks something because of it, or in a definition that the
         statement uses: "`lft` in line 3 is not defined"."""
         found: dict[int, str] = {}
-        for fault in in_slices(sorted(self.faulty)):
+        for fault in in_slices(sorted(self.unusual.faulty)):
             meaning, waiting = self.meanings[fault], [] if self.meanings[fault].ok else [fault]
             line, unknown = f"line {self.line_number(fault)}", meaning.unresolved
             why = message(f"`{unknown[0].text}` in {line} is not defined") if unknown else f"{line} has an error"
@@ -222,7 +222,7 @@ class Analysis(Program):
         return dataclasses.replace(
             self,
             meanings=meanings,
-            unusual=self.unusual.difference(done).union(_unusual(meanings, done)),
+            unusual=self.unusual.updated(meanings, done),
             infeasible=infeasible,
             waiting=waiting,
         )
@@ -282,7 +282,7 @@ def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
 
 def _begun(lines: LineIndex, config: Robots) -> Analysis:
     """Return the analysis of a text without its statements."""
-    return Analysis(lines, (), (), (), (), bind(()), (), (), (), frozenset(), config, Opening(config), {})
+    return Analysis(lines, (), (), (), (), bind(()), (), (), (), Unusual(), config, Opening(config), {})
 
 
 def _assembled(
@@ -324,7 +324,7 @@ def _assembled(
         tempos=_signed({"BEAT"}, statements),
         scenes=_signed({"SCENE"}, statements),
         openings=openings,
-        unusual=frozenset(_unusual(meanings, range(len(meanings)))),
+        unusual=Unusual().updated(meanings, range(len(meanings))),
         config=old.config,
         opening=opening_of(old.config, openings, meanings),
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
@@ -364,7 +364,7 @@ def _with_others(
         scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
         openings=openings,
         opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.config, openings, meanings),
-        unusual=old.unusual.difference(changed).union(_unusual(meanings, changed)),
+        unusual=old.unusual.updated(meanings, changed),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
         waiting=sorted(waiting),
     )
@@ -375,10 +375,6 @@ def _checked_like(old: Analysis, now: Analysis) -> Analysis:
     """Let everything that robots play wait if the limits or the tempo differ from before."""
     is_like = now.tempo == old.tempo and now.opening.config.kinds == old.opening.config.kinds
     return now if is_like else now._doubted()
-
-
-def _unusual(meanings: Sequence[Meaning], indices: Iterable[int]) -> Iterator[int]:
-    return (index for index in indices if is_unusual(meanings[index]))
 
 
 def _scope(

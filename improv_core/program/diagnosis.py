@@ -7,11 +7,13 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import count, islice
+from operator import attrgetter
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, joining_nothing, replace
 from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition, Takes
 from improv_core.program.idle import Alone, Idle
+from improv_core.program.meaning import as_read
 from improv_core.program.misuse import give_arguments, move_canon
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
@@ -35,42 +37,41 @@ from improv_core.text import Span
 
 def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) -> tuple[Diagnostic, ...]:
     """Return all diagnostics of a program, in the order of the text."""
-    serious = program.faulty.union(_too_many(program), program.infeasible, program.too_uneven)
+    faulty = program.unusual.faulty
+    serious = faulty.union(_too_many(program), program.infeasible, program.too_uneven)
     hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
-    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone))
-    hides = any(program.placed(index).statement.diagnostics for index in program.faulty)  # perhaps of a definition
-    found = []
-    for index, each in islice(reported, MOST_SHOWN):
-        is_guess = hides and not _is_of_form(each, program.placed(index).statement.diagnostics)
-        found.append((_as_guess(each) if is_guess else each).shifted(program.offsets[index]))
+    hides = any(_read(program, index).diagnostics for index in faulty)  # perhaps of a definition
+    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone, hides))
+    found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
     if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
         found = [each if each.severity is Severity.ERROR else _as_guess(each) for each in found]
     if next_one := next(reported, None):
         index, _ = next_one
         found.append(_more(program, indices[indices.index(index) :], index not in serious))
-    return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
+    return tuple(sorted(found, key=attrgetter("span")))
 
 
 def diagnose_statement(
-    program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None
+    program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None, hides: bool = False
 ) -> Iterator[Diagnostic]:
     """Yield the diagnostics of one statement of a program. Spans count from its start.
 
-    If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote.
+    If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote. So may those
+    of all statements if the form of another one `hides` something from them.
     """
-    statement = program.placed(index).statement
+    statement = _read(program, index)
     form = statement.diagnostics
-    for each in _diagnosed(program, index, idle, alone):
-        is_form = _is_of_form(each, form)
+    for each in _diagnosed(program, statement, index, idle, alone):
+        is_form = each.code in [problem.code for problem in form]
         if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
         each = joining_nothing(statement.text, each)
-        yield _as_guess(each) if form and not is_form else each
+        yield _as_guess(each) if (form or hides) and not is_form else each
 
 
-def _is_of_form(problem: Diagnostic, form: Sequence[Diagnostic]) -> bool:
-    return any(problem.code == each.code for each in form)
+def _read(program: Program, index: int) -> Statement:
+    return as_read(program.statements[index], program.meanings[index].scope)
 
 
 def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:
@@ -87,13 +88,15 @@ def _as_guess(problem: Diagnostic) -> Diagnostic:
     return dataclasses.replace(problem, fixes=fixes)
 
 
-def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None) -> Iterator[Diagnostic]:
+def _diagnosed(
+    program: Program, statement: Statement, index: int, idle: Mapping[int, Idle], alone: Alone | None
+) -> Iterator[Diagnostic]:
     checkpoint()
-    statement, meaning = program.placed(index).statement, program.meanings[index]
+    meaning, kind = program.meanings[index], statement.kind
     for each in meaning.diagnostics:
-        yield _in_context(program, index, each)
+        yield _in_context(program, statement, index, each)
     yield from program.infeasible.get(index, ())
-    if statement.kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
+    if kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
     if index in idle and index not in program.repeated:
@@ -104,10 +107,10 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
         yield _near_named(program, head, others)
     for name, other in program.alike.get(index, {}).items():
         yield _alike(statement, name, other)
-    has_unused = any(each.code == "unused-name" for each in meaning.diagnostics)  # a parameter, perhaps the real name
-    if index in program.bindings.unused and is_name(statement.heads[0].text) and not has_unused:
-        yield _unused(program, index)
-    if statement.kind == "BEAT" and index != program.tempos[0]:
+    if index in program.bindings.unused and is_name(statement.heads[0].text):
+        if "unused-name" not in [each.code for each in meaning.diagnostics]:  # a parameter, perhaps the real name
+            yield _unused(program, index)
+    if kind == "BEAT" and index != program.tempos[0]:
         first = program.offsets[program.tempos[0]]
         message = f"line {program.line_number(program.tempos[0])} already sets the tempo: remove this `beat`"
         related = Related(_relative(program, Span(first, first + len("beat")), index), "the first `beat`")
@@ -119,10 +122,11 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
     if index in program.too_uneven and statement.body:
         message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
         yield Diagnostic("bad-number", statement.body.span, message)
-    tokens = statement.tokens if meaning.unresolved else []
-    places = {token.start: at for at, token in enumerate(tokens)}
-    for node in meaning.unresolved:
-        yield _unresolved(program, index, node, tokens, places.get(node.span.start, 0))
+    if meaning.unresolved:
+        tokens = statement.tokens
+        places = {token.start: at for at, token in enumerate(tokens)}
+        for node in meaning.unresolved:
+            yield _unresolved(program, index, node, tokens, places.get(node.span.start, 0))
     for use in meaning.misused:
         yield _misused(program, index, use)
 
@@ -291,9 +295,8 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
     return Diagnostic("arguments", name.span, message)
 
 
-def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
+def _in_context(program: Program, statement: Statement, index: int, problem: Diagnostic) -> Diagnostic:
     """Add to a diagnostic of a statement what other statements know."""
-    statement = program.placed(index).statement
     if problem.code == "misplaced-canon":
         return _misplaced(program, index, problem)
     if not statement.sign and statement.body and problem is statement.diagnostics[0]:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from improv_core.program.misuse import conditions
-from improv_core.program.program import Program, is_endless, never_ends
+from improv_core.program.program import Program, never_ends
 from improv_core.score.senses import NEAR
 from improv_core.slices import checkpoint, in_slices
 from improv_core.text import Span
@@ -31,8 +31,7 @@ class Idle(NamedTuple):
 
 def find_idle(program: Program) -> Mapping[int, Idle]:
     """Return the lines of a program that do nothing, by index."""
-    unusual = [(index, program.meanings[index]) for index in in_slices(program.unusual)]
-    endless_lines = {index for index, meaning in in_slices(unusual) if meaning.ok and is_endless(meaning)}
+    endless_lines = {index for index in in_slices(program.unusual.endless) if program.meanings[index].ok}
     if not program.scenes and not endless_lines:
         return {}  # true for most programs
     found: dict[int, Idle] = {}
@@ -98,7 +97,7 @@ def _first_near(program: Program) -> tuple[int, Span] | None:
     for index in reading:
         body = program.meanings[index].body
         if body and not any(
-            index in others for others in (program.faulty, program.infeasible, program.bindings.unused)
+            index in others for others in (program.unusual.faulty, program.infeasible, program.bindings.unused)
         ):
             checkpoint()
             for _, condition in conditions(body):

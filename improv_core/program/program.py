@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
@@ -39,8 +39,8 @@ class Program:
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. The others hold
     indices of statements: `tempos` of those that set a tempo, `scenes` of the lines `---`, and `openings` of all lines
-    of the opening (`---` too, because it may name a scene), which together are the `opening`, and `unusual` of those
-    for which `is_unusual` holds. `infeasible` lists, by index, what the robots of a statement can't do. `waiting` is a
+    of the opening (`---` too, because it may name a scene), which together are the `opening`, and `unusual` as
+    `Unusual` describes. `infeasible` lists, by index, what the robots of a statement can't do. `waiting` is a
     heap of statements that have changed, or may depend on a change, until `settled` reaches them. Until then they keep
     their old meanings, and new ones have none. `selected` are the lines that play, if not all of them do.
     """
@@ -54,7 +54,7 @@ class Program:
     tempos: Sequence[int]
     scenes: Sequence[int]
     openings: Sequence[int]
-    unusual: frozenset[int]
+    unusual: Unusual
     config: Robots  # from improv.toml; `opening.config` has the program's changes
     opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
@@ -176,19 +176,12 @@ class Program:
         return None if index is None else self.meanings[index].definition
 
     @cached_property
-    def faulty(self) -> frozenset[int]:
-        """Statements whose meaning has diagnostics, or names that are undefined or have wrong arguments."""
-        return frozenset([index for index in in_slices(self.unusual) if self.meanings[index].is_faulty])
-
-    @cached_property
     def too_uneven(self) -> frozenset[int]:
         """Statements whose length can't be added to those above it for the same robot: the sum is too long."""
         commons: dict[str, int] = {}
         found = set()
-        for index in in_slices(sorted(self.unusual)):
+        for index in in_slices(sorted(self.unusual.uneven)):
             meaning = self.meanings[index]
-            if not _is_uneven(meaning):
-                continue
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
                 if common.bit_length() > MOST_BITS:
@@ -286,19 +279,24 @@ def opening_of(config: Robots, openings: Sequence[int], meanings: Sequence[Meani
     return open_with(config, [said for index in openings if (said := meanings[index].said)])
 
 
-def is_unusual(meaning: Meaning) -> bool:
-    """Return whether a statement is faulty, never ends, or has a length that is hard to add: few are, so whoever looks
-    for one of these looks at few."""
-    return meaning.is_faulty or _is_uneven(meaning) or is_endless(meaning)
+class Unusual(NamedTuple):
+    """Statements, by index, of which programs have few: `faulty` ones, lines whose lengths are hard to add (`uneven`),
+    and lines that are `endless` for some robot."""
 
+    faulty: frozenset[int] = frozenset()
+    uneven: frozenset[int] = frozenset()
+    endless: frozenset[int] = frozenset()
 
-def _is_uneven(meaning: Meaning) -> bool:
-    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
-
-
-def is_endless(meaning: Meaning) -> bool:
-    """Return whether a line never ends for some robot."""
-    return bool(meaning.robots) and (never_ends(meaning.movement) or any(map(never_ends, meaning.others)))
+    def updated(self, meanings: Sequence[Meaning], indices: Collection[int]) -> Unusual:
+        """Return the same after the statements at these indices have got other meanings."""
+        others = [each.difference(indices) for each in self]
+        lines = [index for index in indices if meanings[index].robots]
+        found = (
+            [index for index in indices if meanings[index].is_faulty],
+            [index for index in lines if _denominator(meanings[index].movement) > EVEN],
+            [index for index in lines if any(map(never_ends, (meanings[index].movement, *meanings[index].others)))],
+        )
+        return Unusual(*map(frozenset.union, others, found))
 
 
 def never_ends(played: Movement) -> bool:

@@ -107,9 +107,9 @@ def _diagnosed(
         yield _near_named(program, head, others)
     for name, other in program.alike.get(index, {}).items():
         yield _alike(statement, name, other)
-    if index in program.bindings.unused and is_name(statement.heads[0].text):
-        if "unused-name" not in [each.code for each in meaning.diagnostics]:  # a parameter, perhaps the real name
-            yield _unused(program, index)
+    is_unused = index in program.bindings.unused and is_name(statement.heads[0].text)
+    if is_unused and "unused-name" not in [each.code for each in meaning.diagnostics]:  # it is a parameter's
+        yield _unused(program, index)
     if kind == "BEAT" and index != program.tempos[0]:
         first = program.offsets[program.tempos[0]]
         message = f"line {program.line_number(program.tempos[0])} already sets the tempo: remove this `beat`"

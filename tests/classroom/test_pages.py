@@ -140,7 +140,7 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Running, page: Page) -> None:
+def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Running, page: Page, keep: Keep) -> None:
     process, address, code, teacher = running
     page.goto(teacher)
     expect(page.get_by_role("img", name="QR code")).to_be_in_viewport(ratio=1)
@@ -149,8 +149,13 @@ def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Run
     expect(page.locator("#children li")).to_have_count(1)
     assert page.get_by_role("img", name="QR code").evaluate("(code) => code.clientWidth < 200")
     page.get_by_label("Choose Анна").check()
+    look = page.locator("#children .look")
+    expect(look).to_have_text("Аннаhas sent nothing yet")
+    expect(look).to_be_disabled()
+    keep(page, "class-teacher-nothing-sent.png")
     send(address, "send", "r $ left", secret)
     expect(page.locator("#children .line").first).to_contain_text("r 1 beat")
+    expect(look).to_be_enabled()
     send(address, "send", "r $ lft", secret)
     expect(page.locator("#children .wrong")).to_contain_text("The latest: line 1: ")
     expect(page.get_by_label("Choose Анна")).to_be_checked()

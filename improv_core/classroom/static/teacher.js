@@ -107,6 +107,7 @@ function newCard(child) {
   const show = () => {
     const { latest, good } = card.child
     const shown = good ?? latest
+    look.disabled = !shown // there is nothing to look at
     picture(image, shown, "", SMALL)
     name.textContent = card.child.name
     box.setAttribute("aria-label", `Choose ${card.child.name}`)

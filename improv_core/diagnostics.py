@@ -189,7 +189,7 @@ def joining_nothing(text: str, problem: Diagnostic) -> Diagnostic:
 def _apart(text: str, edit: Edit) -> Edit:
     start, end = edit.span
     gone, written = text[max(start, 0) : end], edit.text
-    if start < 0 or not gone or not any(char.isprintable() and not char.isspace() for char in gone):
+    if start < 0 or not "".join(filter(str.isprintable, gone)).strip():
         return edit  # nothing visible kept the parts of a word, or a unit and its number, apart
     before, after = text[start - 1 : start] if start else "", text[end : end + 1]
     if not written:

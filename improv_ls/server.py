@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from typing import Any
 
@@ -170,9 +170,10 @@ def _about_document(method: str) -> Callable[..., Any]:
 def _loaded_later(handler: str) -> Callable[..., Any]:
     """Wrap a handler whose module is imported when it is first needed: an editor waits for nothing but `initialize`."""
     module, name = handler.split(".")
+    loaded = cache(lambda: getattr(import_module(f"improv_ls.handlers.{module}"), name))
 
     def handle(ls: Session, *arguments: Any) -> Any:
-        return getattr(import_module(f"improv_ls.handlers.{module}"), name)(ls, *arguments)
+        return loaded()(ls, *arguments)
 
     async def handle_later(ls: Session, *arguments: Any) -> Any:
         return await handle(ls, *arguments)

@@ -198,7 +198,7 @@ class Settling:
                 self._asked.remove(asked)
                 if not asked.future.done():
                     asked.future.set_exception(error)
-        self._report(work)
+            self._failed(error)
 
     def _report(self, work: Future[None]) -> None:
         if not work.cancelled() and (error := work.exception()):

@@ -7,7 +7,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ class Robot:
         return replace(self, profile=profile, message=message)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
@@ -134,7 +134,7 @@ class Robots:
         }
         return replace(self, robots=listed, kinds=kinds)
 
-    @property
+    @cached_property
     def part_words(self) -> frozenset[str]:
         """Words for body parts and groups that any profile declares."""
         return frozenset(name for each in self.profiles.values() if each.body for name in each.body.words)

@@ -84,8 +84,7 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
     head, rest = split_head(text, tokens)
     is_opening = not head.sign or head.sign.type in ("BEAT", "SCENE")
     types = {token.type for token in rest}
-    before = tokens[: len(tokens) - len(rest)]
-    is_strange = "STRAY" in types or not text.isascii() or any(token.type == "STRAY" for token in before)
+    is_strange = not text.isascii() or "STRAY" in [token.type for token in tokens]
     strange = wrong_character(text, tokens, _is_right) if is_strange else None
     if is_opening and (line := opening_line(text, tokens)):
         if strange and line.kind == "AT" and text.count(",") == 1 and _is_right(text.replace(",", " ")):
@@ -141,7 +140,8 @@ def _is_right(text: str) -> bool:
 
 def _has_arguments(tokens: Sequence[Token]) -> bool:
     """Return whether a number follows a name."""
-    return any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(tokens))
+    types = [token.type for token in tokens]
+    return any(map({("NAME", "NUMBER"), ("NAME", "PARAM")}.__contains__, pairwise(types)))
 
 
 def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 from lsprotocol import types
@@ -44,7 +45,7 @@ def publish(ls: Session, document: Document) -> None:
 def diagnostics_of(ls: Session, document: Document) -> list[Diagnostic]:
     """Return all known diagnostics of a version of a program, in the order of the text."""
     found = [*document.analysis.diagnostics, *ls.rooms.found(document)]
-    return sorted(found, key=lambda each: each.span)
+    return sorted(found, key=attrgetter("span"))
 
 
 def publish_robots(ls: Session, robots: Robots) -> None:
@@ -77,8 +78,8 @@ def withdraw_robots(ls: Session, uri: str) -> None:
 
 def as_sent(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> list[Any]:
     """Return the JSON of diagnostics of a document, with the parts that the editor supports."""
-    encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
-    return [to_lsp.diagnostic(document.uri, document.lines, each, encoding, support) for each in found]
+    uri, lines, encoding, support = document.uri, document.lines, ls.editor.encoding, ls.editor.diagnostic_support
+    return [to_lsp.diagnostic(uri, lines, each, encoding, support) for each in found]
 
 
 def _send(ls: Session, document: AnyDocument, found: Iterable[Diagnostic]) -> None:

@@ -162,13 +162,14 @@ def test_a_large_urdf_is_read_in_slices_and_by_other_work_and_other_threads_at_o
 
 def test_work_on_a_long_text_has_checkpoints() -> None:
     line, lines = analyze("r $ " + "up " * 5_000), analyze("x y z $ (\n" * 5_000)
+    endless = analyze("x $ repeat up\n" * 5_000)
     works: dict[str, Callable[[], Iterable[object]]] = {
         "colors of a line": lambda: coloring.chunks(line, "utf-16"),
         "colors of lines": lambda: coloring.chunks(lines, "utf-16"),
         "JSON": lambda: framing._json({"data": [0] * 50_000}),
         "folds": lambda: folds(lines),
         "formatting": lambda: format_all(lines),
-        "idle": lambda: find_idle(lines),
+        "idle": lambda: find_idle(endless),
         "plays": lambda: plays(lines, "x"),
     }
     for name, work in works.items():

@@ -13,7 +13,7 @@ Chosen = Annotated[Sequence[int], Long(1, MOST_SHOWN)]
 
 
 class Joined(TypedDict):
-    """A child has joined, perhaps again. Or it is not `here`, but was in an earlier lesson, or has left."""
+    """A child has joined, perhaps again, or its page was opened or closed. It is `here` while its page is open."""
 
     type: Literal["joined"]
     number: int

@@ -19,6 +19,9 @@ LONGEST_DANCE = LONGEST_TEXT // 2
 """The most characters of a dance: as many as the page's editor takes."""
 PERIOD = 1.0
 """Seconds before a child can send again."""
+SILENT = 90.0
+"""Seconds without news of a child's page after which the child isn't here any more. A hidden page of Chromium asks once
+a minute."""
 MINUTE = 60.0
 MOST_GUESSES = 60
 """Wrong codes from one address in a minute. After that, nobody there can join until the minute is over."""
@@ -59,6 +62,8 @@ class Member:
     good: int = 0
     """The latest of them that can be played."""
     sent: float = -PERIOD
+    seen: float = -SILENT
+    """The time at which its page was last known to be open, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +143,15 @@ def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
         raise ForbiddenError(403, "join the class first")
     if now - member.sent < PERIOD:
         raise ForbiddenError(429, "you have just sent one: wait a second")
-    member = replace(member, sent=now, count=member.count + 1)
+    member = replace(member, sent=now, seen=now, count=member.count + 1)
     return replace(room, members={**room.members, secret: member}), member
+
+
+def noticed(room: Room, secret: str, seen: float) -> Room:
+    """The room once the page of a child is known to have been open at this time, and not since."""
+    if not (member := room.members.get(secret)):
+        return room
+    return replace(room, members={**room.members, secret: replace(member, seen=seen)})
 
 
 def without(room: Room, numbers: Collection[int]) -> Room:
@@ -157,10 +169,10 @@ def counted(room: Room, number: int, good: int) -> Room:
     return replace(room, members={key: read(each) for key, each in room.members.items()}, away=[*map(read, room.away)])
 
 
-def people(room: Room) -> Mapping[int, tuple[str, bool]]:
-    """The names of all children by their numbers, and whether they are here."""
+def people(room: Room, now: float) -> Mapping[int, tuple[str, bool]]:
+    """The names of all children by their numbers, and whether their pages are open."""
     away = {each.number: (each.name, False) for each in room.away}
-    return {**away, **{each.number: (each.name, True) for each in room.members.values()}}
+    return {**away, **{each.number: (each.name, now - each.seen < SILENT) for each in room.members.values()}}
 
 
 def shown_name(name: str) -> str:

@@ -19,16 +19,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, cast
 
 from aiohttp import web
 
-from improv_core.classroom.connections import StudentConnections
+from improv_core.classroom.connections import LOOK_PERIOD, StudentConnections
 from improv_core.classroom.kept import Folder, FolderError
 from improv_core.classroom.messages import DanceRead, FromChildren, Handed, Remove, Serving
 from improv_core.classroom.roster import (
     LONGEST_DANCE,
+    SILENT,
     ForbiddenError,
     Room,
     counted,
     guess,
     join,
+    noticed,
     people,
     send,
     without,
@@ -129,6 +131,7 @@ class StudentServer:
         self._background: set[asyncio.Task[None]] = set()
         self._unread: dict[int, Handed] = {}  # behind an earlier dance of the same child, which is read first
         self._room = folder.room(code, time.time())
+        self._told: Mapping[int, tuple[str, bool]] = {}  # the children, as the teacher knows them
         self.code = self._room.code
 
     @property
@@ -145,6 +148,7 @@ class StudentServer:
         application = web.Application(middlewares=[self._guard], client_max_size=MOST_BYTES)
         application.router.add_post("/class/join", self._join)
         application.router.add_post("/class/send", self._send)
+        application.router.add_post("/class/{what:here|left}", self._notice)
         for path in self._files:
             application.router.add_get(path, self._show, allow_head=False)
         runner = runner_of(application, lingering_time=LINGER)
@@ -152,14 +156,13 @@ class StudentServer:
         assert runner.server is not None
         self._connections = StudentConnections(runner.server)
         self._continue()
-        await asyncio.gather(self._connections.serve(self._socket), self._turns.serve())
+        await asyncio.gather(self._connections.serve(self._socket), self._turns.serve(), self._watch())
 
     def _continue(self) -> None:
         """Tell the teacher of the children and the dances that were kept."""
-        room, self._room = self._room, Room(self.code)
-        self._become(room)
+        self._become(self._room)
         self._report("")
-        for member in (*room.away, *room.members.values()):
+        for member in (*self._room.away, *self._room.members.values()):
             for place, (count, sent, text) in enumerate(self._folder.latest(member)):
                 dance = Handed(type="handed", number=member.number, count=count, sent=sent, text=text)
                 if place == 0:
@@ -169,8 +172,8 @@ class StudentServer:
 
     def _become(self, room: Room) -> None:
         """Change the class, and tell the teacher of its children."""
-        before, after = people(self._room), people(room)
-        self._room = room
+        before, after = self._told, people(room, time.monotonic())
+        self._room, self._told = room, after
         gone = before.keys() - after.keys()
         self._turns.forget(gone)
         for number in gone:
@@ -179,6 +182,12 @@ class StudentServer:
         for number, (name, here) in after.items():
             if before.get(number) != (name, here):
                 self._tell({"type": "joined", "number": number, "name": name, "here": here})
+
+    async def _watch(self) -> None:
+        """Tell the teacher of children whose pages were opened, closed, or silent for too long."""
+        while True:
+            await asyncio.sleep(LOOK_PERIOD)
+            self._become(self._room)
 
     def _hand_in(self, dance: Handed) -> None:
         self._tell(dance)
@@ -264,7 +273,7 @@ class StudentServer:
             room, member = join(self._room, asked["name"], secret, given if given in known else fresh)
         except ForbiddenError as problem:
             return _answer(problem.status, {"problem": str(problem)})
-        self._become(room)
+        self._become(noticed(room, secret, time.monotonic()))
         await self._keep_list()
         answer = _answer(200, {"secret": secret, "name": member.name})
         answer.set_cookie(COOKIE, member.browser, path="/class", httponly=True, samesite="Strict")
@@ -272,9 +281,10 @@ class StudentServer:
 
     async def _send(self, request: web.Request) -> web.Response:
         """Receive a dance. Only requests of members are read, and only one at a time for each."""
-        secret = request.headers.get("Authorization", "").removeprefix("Bearer ")
+        secret = _secret(request)
         try:
-            self._room, member = send(self._room, secret, time.monotonic())
+            room, member = send(self._room, secret, time.monotonic())
+            self._become(room)
             if member.number in self._sending:
                 raise ForbiddenError(429, "your last one is still on its way: wait a second")
             self._sending.add(member.number)
@@ -293,6 +303,17 @@ class StudentServer:
         self._unread.pop(member.number, None)
         self._hand_in({"type": "handed", "number": member.number, "count": member.count, "sent": now, "text": text})
         return _answer(200, {"name": member.name})
+
+    async def _notice(self, request: web.Request) -> web.Response:
+        """Note that a child's page is open, or that it was closed."""
+        seen = time.monotonic() if request.match_info["what"] == "here" else -SILENT
+        self._room = noticed(self._room, _secret(request), seen)  # told once a second at most, however many there are
+        return web.Response(status=204)
+
+
+def _secret(request: web.Request) -> str:
+    """Return the secret with which a child's page has signed a request."""
+    return request.headers.get("Authorization", "").removeprefix("Bearer ")
 
 
 async def _body(request: web.Request, most: int) -> str:

@@ -24,6 +24,7 @@ from typing import Any
 import aiohttp
 import pytest
 
+from improv_core.classroom import roster
 from improv_core.classroom.checker import HEAVY, LONG, DanceReader, embody, look, prepare
 from improv_core.classroom.children import ChildrenError, check_site
 from improv_core.classroom.kept import Folder
@@ -344,6 +345,22 @@ async def test_a_browser_that_joins_again_keeps_one_place() -> None:
         assert (await pages.send(second, "r $ left"))[0] == 200
 
 
+async def test_a_child_is_here_until_its_page_is_closed_or_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with a_class() as pages:
+
+        async def is_here() -> bool:
+            return bool((await pages.hear(lambda message: message["type"] == "child"))["here"])
+
+        signed = {"Authorization": f"Bearer {await pages.join('Ada')}"}
+        assert await is_here()
+        for what, expected in (("left", False), ("here", True)):
+            assert (await pages.post(what, "", **signed))[0] == 204
+            assert await is_here() == expected
+        assert (await pages.post("left", "", Authorization="Bearer guessed"))[0] == 204
+        monkeypatch.setattr(roster, "SILENT", 0.0)
+        assert not await is_here()
+
+
 async def test_the_teacher_gets_a_dance_unaltered_and_its_page_no_text_before() -> None:
     text = "# \x1b\u202e\u200d\r\n" + "x" * 20_000 + "\n\tr $ left"
 
@@ -444,11 +461,12 @@ async def test_a_class_that_ended_continues_with_its_dances_and_its_secrets(tmp_
     async with a_class(tmp_path) as pages:
         shown = await pages.hear_dance(lambda latest: latest["ok"] is False)
         counts = shown["good"]["count"], shown["latest"]["count"]
-        assert (shown["name"], shown["here"], counts) == ("Анна", True, (1, 2))
+        assert (shown["name"], shown["here"], counts) == ("Анна", False, (1, 2))  # until its page says that it is open
         assert [await pages.dance(1, count) for count in (1, 2)] == [(200, b"r $ left"), (200, b"r $ lft")]
         assert pages.held.children.code == code
         assert (await pages.send(secret, "r $ right"))[0] == 200
-        assert (await pages.hear_ok())["good"]["count"] == 3
+        shown = await pages.hear_ok()
+        assert (shown["here"], shown["good"]["count"]) == (True, 3)
         assert [name for name, _ in pages.held.desk.files()] == ["001-Анна.improv"]
 
 

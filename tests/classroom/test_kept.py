@@ -92,7 +92,7 @@ def test_in_the_next_lesson_children_come_back_to_their_dances_by_name(path: Pat
     after = Folder(path)
     room = after.room("FRESH2", NOW + SAME_LESSON)
     assert room.code == "FRESH2"
-    assert people(room) == {1: ("Ada", False)}  # Bo has sent nothing
+    assert people(room, NOW) == {1: ("Ada", False)}  # Bo has sent nothing
     assert texts(after, room) == [(1, "one")]
     room, member = join(room, "Ada", "new", "another browser")
     assert (member.number, member.count, member.good) == (1, 1, 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
@@ -10,12 +11,14 @@ from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, Op
 from improv_core.classroom.roster import (
     MOST_CHILDREN,
     MOST_GUESSES,
+    SILENT,
     ForbiddenError,
     Room,
     compared,
     guess,
     join,
     new_code,
+    noticed,
     people,
     send,
     shown_name,
@@ -105,10 +108,17 @@ def sent(room: Room, secret: str) -> Room:
     return send(room, secret, 0.0)[0]
 
 
+def present(room: Room) -> Mapping[int, tuple[str, bool]]:
+    """The children of a room in which the pages of all members are open."""
+    for secret in room.members:
+        room = noticed(room, secret, 0.0)
+    return people(room, 0.0)
+
+
 def test_a_browser_has_one_place() -> None:
     room, before = join(joined("Ada"), "Ada", "own", "browser")
     room, after = join(room, "Bo", "other", "browser")
-    assert people(room) == {1: ("Ada", True), 3: ("Bo", True)}  # "Ada 2" had sent nothing
+    assert present(room) == {1: ("Ada", True), 3: ("Bo", True)}  # "Ada 2" had sent nothing
     assert after.number > before.number
     with pytest.raises(ForbiddenError, match="join the class first"):
         send(room, "own", 0.0)
@@ -128,7 +138,7 @@ def test_a_child_who_joins_again_keeps_its_place(
     name: str, browser: str, everybody: dict[int, tuple[str, bool]]
 ) -> None:
     room, _ = join(sent(joined("Ada", "Bo"), "secret 0"), name, "new", browser)
-    assert people(room) == everybody
+    assert present(room) == everybody
 
 
 def test_a_child_who_was_away_comes_back_to_its_dances_from_any_browser() -> None:
@@ -175,6 +185,19 @@ def test_a_child_sends_once_in_a_second_and_nobody_waits_for_another() -> None:
     assert status_of(problem) == 429
     send(room, "secret 1", 10.9)
     send(room, "secret 0", 11.0)
+
+
+def test_a_child_is_here_while_its_page_is_open() -> None:
+    room = joined("Ada", "Bo")
+    assert [*people(room, 1_000.0).values()] == [("Ada", False), ("Bo", False)]  # after the class was started again
+    room = noticed(room, "secret 0", 1_000.0)
+    room, _ = send(room, "secret 1", 1_001.0)
+    assert [here for _, here in people(room, 1_000.0 + SILENT - 1).values()] == [True, True]
+    assert [here for _, here in people(room, 1_000.0 + SILENT).values()] == [False, True]
+    room = noticed(room, "secret 0", 1_000.0 + SILENT)
+    room = noticed(room, "secret 1", -SILENT)  # it was closed
+    assert [here for _, here in people(room, 1_000.0 + SILENT).values()] == [True, False]
+    assert noticed(room, "guessed", 0.0) == room
 
 
 def test_a_removed_child_can_send_nothing() -> None:

@@ -36,6 +36,7 @@ let front // as it was looked at: another dance that the child sends meanwhile d
 let frontText = null // as the child has sent it, once it has arrived
 let toRemove = [0]
 let enlarged = false
+let hasBegun = false // somebody has been here since this page was opened
 /** @type {WebSocket} */
 let socket
 
@@ -178,12 +179,13 @@ function showChosen() {
 function showCount() {
   const here = [...cards.values()].filter(({ child }) => child.here).length
   const earlier = cards.size - here
-  const lines = [here === 0 ? "Nobody is here yet." : `${here} ${here === 1 ? "child is" : "children are"} here.`]
+  hasBegun ||= here > 0
+  const lines = [here === 0 ? `Nobody is here${hasBegun ? "" : " yet"}.` : `${here} ${here === 1 ? "child is" : "children are"} here.`]
   if (earlier) lines.push(`${earlier} ${earlier === 1 ? "was" : "were"} here before.`)
   find("count").textContent = lines.join(" ")
-  document.body.classList.toggle("empty", enlarged || here === 0)
+  document.body.classList.toggle("empty", enlarged || !hasBegun || cards.size === 0)
   document.body.classList.toggle("nobody", cards.size === 0)
-  find("enlarge").hidden = here === 0
+  find("enlarge").hidden = !hasBegun
 }
 
 /** @param {{ folder: string, problem: string }} keeping */

@@ -12,6 +12,7 @@ import { decoded } from "./link.js"
 const KEY = "improv.class"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
 const SEND_PERIOD = 1100 // milliseconds: one dance in a second
+const SIGN_PERIOD = 30_000 // milliseconds
 const PATIENCE = 15_000 // milliseconds for an answer
 
 /** True if this page belongs to a class. */
@@ -78,9 +79,18 @@ export function joinClass(saving) {
   /** @param {Child | null} kept by this browser, which has one place in the class, whatever its tabs */
   function take(kept) {
     const { received = "", at = 0 } = kept ?? {}
-    state = { ...(kept && kept.secret !== child?.secret ? UNSENT : state), received, at }
+    const isAnother = kept !== null && kept.secret !== child?.secret
+    state = { ...(isAnother ? UNSENT : state), received, at }
     child = kept
     show()
+    if (isAnother) sign("here")
+  }
+
+  /** Tells the class that this page is open, or that it closes. @param {"here" | "left"} what */
+  function sign(what) {
+    if (!child) return
+    const headers = { Authorization: `Bearer ${child.secret}` }
+    fetch(`class/${what}`, { method: "POST", headers, keepalive: true }).catch(() => null) // the next sign may arrive
   }
 
   function show() {
@@ -105,6 +115,9 @@ export function joinClass(saving) {
   saving.noticed = show
   addEventListener("storage", () => take(stored(KEY))) // another tab has joined or sent
   take(stored(KEY))
+  setInterval(() => sign("here"), SIGN_PERIOD)
+  document.addEventListener("visibilitychange", () => document.hidden || sign("here")) // it may have slept
+  addEventListener("pagehide", () => sign("left"))
   const linked = IN_LINK.exec(decoded(location.hash))?.[1]
   if (!linked) return
   code.value = linked

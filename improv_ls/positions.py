@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -29,9 +30,8 @@ def json_range(lines: LineIndex, span: Span, encoding: Encoding) -> dict[str, di
 
 
 def _json_position(lines: LineIndex, offset: int, encoding: Encoding) -> dict[str, int]:
-    line, column = lines.position(offset)
-    start = lines.starts[line]
-    return {"line": line, "character": units(lines.text[start : start + column].removesuffix("\r"), encoding)}
+    line = bisect_right(lines.starts, offset) - 1
+    return {"line": line, "character": units(lines.text[lines.starts[line] : offset].removesuffix("\r"), encoding)}
 
 
 def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:

@@ -85,7 +85,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
     plays = sign.type == "DOLLAR"
     robots = robots_named(statement.heads, diagnostics, ", or write it after `$`") if plays else ()
-    uses_phrases = any(found.phrase or found.takes for found in bound if found)
+    uses_phrases = bool([each for each in bound if each and (each.phrase or each.takes)])
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
     meant, definition, tempo = NOTHING, None, None

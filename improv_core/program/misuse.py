@@ -96,7 +96,7 @@ EXAMPLE = "`repeat (until {sense} (repeat forward) left)`"
 def may_stall(node: nodes.Apply, body: Movement) -> Diagnostic | None:
     """Return the diagnostic about an endless `repeat` of nothing but `until near` or `until bump`: once that holds, no
     movement begins that could change it."""
-    if not (body.open and _is_endless_repeat(node)):
+    if not _is_endless_repeat(node):
         return None
     found, seen, waiting = set[Reacts](), set[int](), [body]
     while waiting:

@@ -35,6 +35,8 @@ MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
+AT_ONCE = 10
+"""Nodes between two places where reading can be interrupted: a tenth of a millisecond."""
 MOST_KNOWN = 1_000
 """The most expansions of one phrase that are cached for other statements."""
 
@@ -74,12 +76,8 @@ class Reader(ReadNodes):
             return node.movement
         if self.settled is not None and id(node) in self.settled.made:
             return self.settled.made[id(node)]
-        made = self._named(node) if type(node) is Name else self._checked(node)
-        self.made[id(node)] = made
-        return made
-
-    def _checked(self, node: Node) -> Movement:
-        checkpoint()
+        if not len(self.made) % AT_ONCE:
+            checkpoint()
         kind = type(node)
         if kind in _NOT_NESTED:
             made = _READ[kind](self, node)
@@ -89,16 +87,21 @@ class Reader(ReadNodes):
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else _READ[kind](self, node)
             self.level -= 1
+        if kind is not Name and ((made.bounds.open and made.bounds.depth > MOST_DEPTH) or too_much(made)):
+            made = self._refused(node, made)
+        self.made[id(node)] = made
+        return made
+
+    def _refused(self, node: Node, made: Movement) -> Movement:
+        """Report a movement that is nested too deeply or has numbers that can't be played, and return an empty one."""
         if made.bounds.open and made.bounds.depth > MOST_DEPTH:
             message = f"movements that senses decide are nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
-            return NOTHING
-        if problem := too_much(made):
+        elif problem := too_much(made):
             numbers = nodes.numbers(node) if isinstance(node, (nodes.Apply, MeasuredWord)) else ()
             span = numbers[0].span if numbers else node.span
             self.report(Diagnostic("bad-number", span, problem), node)
-            return NOTHING
-        return made
+        return NOTHING
 
     def _too_deep(self) -> Movement:
         message = f"with the phrases in it, this is nested more than {DEEPEST} levels deep: use fewer"
@@ -307,7 +310,7 @@ class Reader(ReadNodes):
             self.report(misuse.without_effect(node, message, safe=word.removable), node)
         if word.of_items and not self._is_enough(node, word, items):
             return NOTHING
-        if stalls := misuse.may_stall(node, body):
+        if body.bounds.open and (stalls := misuse.may_stall(node, body)):
             self.report(stalls, node)
         assert word.make
         return word.make(it)
@@ -351,11 +354,12 @@ def _condition(condition: nodes.Condition) -> Condition:
     return Condition(condition.sense.text, not condition.is_negated)
 
 
-_NOT_NESTED = frozenset({nodes.Series, nodes.Parallel, MeasuredWord})
+_NOT_NESTED = frozenset({nodes.Series, nodes.Parallel, MeasuredWord, Name})
 _READ: Mapping[type[Node], Callable[[Reader, Any], Movement]] = {
     nodes.Series: Reader._in_series,
     nodes.Apply: Reader._applied,
     Bracket: Reader._bracketed,
+    Name: Reader._named,
     nodes.Parallel: lambda reader, node: reader._together(node, [reader.movement(voice) for voice in node.voices]),
     Call: Reader._called,
     MeasuredWord: Reader._measured,
@@ -364,4 +368,4 @@ _READ: Mapping[type[Node], Callable[[Reader, Any], Movement]] = {
     nodes.Choice: Reader._chosen,
     nodes.Missing: lambda _, __: NOTHING,
 }
-"""The movement of each kind of node, except primitives and names."""
+"""The movement of each kind of node, except primitives."""

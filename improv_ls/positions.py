@@ -49,12 +49,12 @@ def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) ->
 def range_of(value: Any) -> types.Range | None:
     """Return the range in a command's argument; None if it is not a range."""
     try:
-        places = [(place["line"], place["character"]) for place in (value["start"], value["end"])]
+        numbers = [place[axis] for place in (value["start"], value["end"]) for axis in ("line", "character")]
     except (KeyError, TypeError):
         return None
-    if not all(type(number) is int and number >= 0 for place in places for number in place):
+    if {*map(type, numbers)} != {int} or min(numbers) < 0:
         return None
-    return types.Range(*(types.Position(*place) for place in places))
+    return types.Range(types.Position(*numbers[:2]), types.Position(*numbers[2:]))
 
 
 def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:

@@ -10,7 +10,6 @@ from improv_core.ide.body_words import takes
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.program.definitions import TO
-from improv_core.program.meaning import as_read
 from improv_core.slices import in_slices
 from improv_core.syntax.characters import COMMENT, HASHES, NAME, shape, spelled
 from improv_core.syntax.lexer import NUMBER
@@ -57,7 +56,7 @@ def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> It
         place = start + len(statement.text)
         if place >= first:
             unknown, strange = _unknown(analysis, index) if index in suspects else ((), ())
-            hides_radius = as_read(statement, analysis.meanings[index].scope) is not statement
+            hides_radius = analysis.meanings[index].statement is not statement
             yield start, Uncolored(statement.text, unknown, strange, _body_words(analysis, index), hides_radius)
     yield from _comment_lines(text, place, len(text), first, stop)
 

@@ -18,7 +18,7 @@ from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
 from improv_core.program.idle import Alone, Idle, find_alone, find_idle
 from improv_core.program.limbs import check_bodies, check_pose_names, check_units
-from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
+from improv_core.program.meaning import FOR_ALL, Meaning, movement_of, not_understood, reader_of, understand
 from improv_core.program.opening import OPENING, Opening, check_kind
 from improv_core.program.program import Placed, Program, Unusual, opening_of
 from improv_core.program.sensing import check_senses
@@ -159,9 +159,10 @@ class Analysis(Program):
         while statements and first < after and statements[-1] is self.statements[after - 1]:
             del statements[-1]
             after -= 1
-        if len(statements) == after - first:
+        changed = (*self.statements[first:after], *statements)
+        if len(statements) == after - first and FOR_ALL.isdisjoint([each.kind for each in changed]):
             return _with_others(self, lines, all_offsets, first, statements)
-        # Statements came or went. All indices change, but unchanged statements keep their meanings.
+        # All indices change, or all statements may, but unchanged ones keep their meanings.
         return _assembled(
             lines,
             all_offsets,
@@ -330,13 +331,15 @@ def _assembled(
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
         waiting=waiting,
     )
-    return _checked_like(old, assembled)
+    # Everything that robots play waits if the limits or the tempo differ from before.
+    is_like = assembled.tempo == old.tempo and assembled.opening.config.kinds == old.opening.config.kinds
+    return assembled if is_like else assembled._doubted()
 
 
 def _with_others(
     old: Analysis, lines: LineIndex, offsets: Sequence[int], first: int, others: Sequence[Statement]
 ) -> Analysis:
-    """Replace statements of an analysis from `first` on; the new ones wait. Indices stay."""
+    """Replace movements of an analysis from `first` on by others; the new ones wait. Indices stay."""
     changed = dict(enumerate(others, first))
     statements, statement_ids, meanings = list(old.statements), list(old.statement_ids), list(old.meanings)
     statements[first : first + len(others)] = others
@@ -350,9 +353,7 @@ def _with_others(
         meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
         if definition and meanings[index].is_known:
             waiting.update(bindings.users(definition.name, index))
-    signs = {each.kind for index, statement in changed.items() for each in (statement, old.statements[index])}
-    openings = old.openings if signs.isdisjoint(OPENING) else _signed(OPENING, statements)
-    replaced = dataclasses.replace(
+    return dataclasses.replace(
         old,
         lines=lines,
         offsets=offsets,
@@ -360,21 +361,10 @@ def _with_others(
         statement_ids=statement_ids,
         meanings=meanings,
         bindings=bindings,
-        tempos=_signed({"BEAT"}, statements) if "BEAT" in signs else old.tempos,
-        scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
-        openings=openings,
-        opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.config, openings, meanings),
         unusual=old.unusual.updated(meanings, changed),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
         waiting=sorted(waiting),
     )
-    return _checked_like(old, replaced)
-
-
-def _checked_like(old: Analysis, now: Analysis) -> Analysis:
-    """Let everything that robots play wait if the limits or the tempo differ from before."""
-    is_like = now.tempo == old.tempo and now.opening.config.kinds == old.opening.config.kinds
-    return now if is_like else now._doubted()
 
 
 def _scope(

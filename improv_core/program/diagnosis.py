@@ -13,7 +13,6 @@ from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, 
 from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition, Takes
 from improv_core.program.idle import Alone, Idle
-from improv_core.program.meaning import as_read
 from improv_core.program.misuse import give_arguments, move_canon
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
@@ -41,7 +40,7 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
     serious = faulty.union(_too_many(program), program.infeasible, program.too_uneven)
     hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
-    hides = any(_read(program, index).diagnostics for index in faulty)  # perhaps of a definition
+    hides = any(program.meanings[index].statement.diagnostics for index in faulty)  # perhaps of a definition
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone, hides))
     found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
     if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
@@ -60,18 +59,14 @@ def diagnose_statement(
     If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote. So may those
     of all statements if the form of another one `hides` something from them.
     """
-    statement = _read(program, index)
+    statement = program.meanings[index].statement
     form = statement.diagnostics
-    for each in _diagnosed(program, statement, index, idle, alone):
+    for each in _diagnosed(program, index, idle, alone):
         is_form = each.code in [problem.code for problem in form]
         if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
         each = joining_nothing(statement.text, each)
         yield _as_guess(each) if (form or hides) and not is_form else each
-
-
-def _read(program: Program, index: int) -> Statement:
-    return as_read(program.statements[index], program.meanings[index].scope)
 
 
 def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:
@@ -88,13 +83,12 @@ def _as_guess(problem: Diagnostic) -> Diagnostic:
     return dataclasses.replace(problem, fixes=fixes)
 
 
-def _diagnosed(
-    program: Program, statement: Statement, index: int, idle: Mapping[int, Idle], alone: Alone | None
-) -> Iterator[Diagnostic]:
+def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None) -> Iterator[Diagnostic]:
     checkpoint()
-    meaning, kind = program.meanings[index], statement.kind
+    meaning = program.meanings[index]
+    statement, kind = meaning.statement, meaning.statement.kind
     for each in meaning.diagnostics:
-        yield _in_context(program, statement, index, each)
+        yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
     if kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
@@ -295,8 +289,9 @@ def _incomplete(name: nodes.Name, word: Definition, numbers: Sequence[nodes.Numb
     return Diagnostic("arguments", name.span, message)
 
 
-def _in_context(program: Program, statement: Statement, index: int, problem: Diagnostic) -> Diagnostic:
+def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
     """Add to a diagnostic of a statement what other statements know."""
+    statement = program.meanings[index].statement
     if problem.code == "misplaced-canon":
         return _misplaced(program, index, problem)
     if not statement.sign and statement.body and problem is statement.diagnostics[0]:

@@ -23,10 +23,13 @@ from improv_core.syntax.vocabulary import RADIUS, WORDS
 from improv_core.text import Span
 from improv_core.values import value
 
+FOR_ALL = frozenset({"BEAT", *OPENING})
+"""The kinds of statements on which all others may depend."""
+
 
 @value(frozen=True, slots=True, eq=False)
 class Meaning:
-    """The meaning of a statement in a scope. Spans count from the start of the statement.
+    """The meaning of a statement in a scope, which decides how the `statement` is read. Spans count from its start.
 
     `body` is its movement with the arguments of phrases in their places. `movement` is the first robot's, and `others`
     are those of the other robots, if `canon` makes them differ. `unresolved` are the names that nothing above defines,
@@ -34,6 +37,7 @@ class Meaning:
     content of a line of the opening. If it isn't `is_known`, the statement waits to be understood.
     """
 
+    statement: Statement
     scope: tuple[Definition | None, ...]
     movement: Movement
     diagnostics: tuple[Diagnostic, ...]
@@ -74,15 +78,15 @@ class Meaning:
 def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning:
     """Return the meaning of the statement with this ID. Never raises."""
     bound = tuple(scope.values())
-    statement = as_read(statement, bound)
+    statement = _as_read(statement, bound)
     diagnostics = list(statement.diagnostics)
     sign = statement.sign
     if not sign:  # already reported: one error, one message
         body = _gathered(statement.body, scope, []) if statement.body else None
-        return Meaning(bound, NOTHING, tuple(diagnostics), body=body)
+        return Meaning(statement, bound, NOTHING, tuple(diagnostics), body=body)
     if sign.type in OPENING:
         said = said_by(statement, diagnostics)
-        return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
+        return Meaning(statement, bound, NOTHING, tuple(diagnostics), said=said)
     plays = sign.type == "DOLLAR"
     robots = robots_named(statement.heads, diagnostics, ", or write it after `$`") if plays else ()
     uses_phrases = bool([each for each in bound if each and (each.phrase or each.takes)])
@@ -128,10 +132,10 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             diagnostics += check_conditions(body)
     reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
-    return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
+    return Meaning(statement, bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 
 
-def as_read(statement: Statement, bound: Sequence[Definition | None]) -> Statement:
+def _as_read(statement: Statement, bound: Sequence[Definition | None]) -> Statement:
     """Return a statement as it is read with these meanings of the names that it uses: one may be called `radius`."""
     if statement.as_names and bound[statement.uses.index(RADIUS)]:
         return statement.as_names
@@ -143,10 +147,13 @@ def not_understood(
 ) -> Meaning:
     """Return the meaning of a statement before it is understood: only its syntax. Only a tempo and the opening are
     understood at once, because all lines depend on them."""
-    if statement.kind in ("BEAT", *OPENING):
+    if statement.kind in FOR_ALL:
         return understand(statement, statement_id, scope)
+    bound = tuple(scope.values())
+    statement = _as_read(statement, bound)
     return Meaning(
-        tuple(scope.values()),
+        statement,
+        bound,
         NOTHING,
         statement.diagnostics,
         definition=definition,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition
-from improv_core.program.meaning import Meaning, as_read
+from improv_core.program.meaning import Meaning
 from improv_core.program.opening import Opening, Repeated, open_with, repeated
 from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
@@ -168,7 +168,7 @@ class Program:
 
     def placed(self, index: int) -> Placed:
         meaning = self.meanings[index]
-        return Placed(index, self.offsets[index], as_read(self.statements[index], meaning.scope), meaning)
+        return Placed(index, self.offsets[index], meaning.statement, meaning)
 
     def definition(self, name: str, before: int) -> Definition | None:
         """Return the definition of a name that applies at the statement `before`."""

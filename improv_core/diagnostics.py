@@ -193,7 +193,7 @@ def _apart(text: str, edit: Edit) -> Edit:
         return edit  # nothing visible kept the parts of a word, or a unit and its number, apart
     before, after = text[start - 1 : start] if start else "", text[end : end + 1]
     if not written:
-        joins = all(char == "." or _is_in_word(char) for char in (before, after))
+        joins = (before == "." or _is_in_word(before)) and (after == "." or _is_in_word(after))
         return Edit(edit.span, " ") if joins else edit
     opens = _is_in_word(before) and _is_in_word(written[0]) and not (_is_in_word(gone[0]) or gone[0].isspace())
     last = gone[-1]  # after a digit, a name may follow at once: `0ft`

@@ -235,14 +235,15 @@ class Analysis(Program):
             named = check_names(statement, meaning.said.robots, self.config)
             return (*named.values(), *check_kind(statement, meaning.said, self.config))
         config = self.opening.config
+        bounds = meaning.movement.bounds
         problems = check_casting(statement, meaning, config, self.tempo) if meaning.robots else ()
         if "to" in statement.uses and meaning.body:
             problems = (*problems, *check_pose_names(meaning.body, self.config))
-        if meaning.robots and meaning.movement.body_words.asked:
+        if meaning.robots and bounds.body.asked:
             problems = (*problems, *check_bodies(statement, meaning, config))
-        if meaning.robots and is_measured(meaning.movement.bounds):
+        if meaning.robots and is_measured(bounds):
             problems = (*problems, *check_units(statement, meaning, config))
-        if statement.has_senses or meaning.is_open:
+        if statement.has_senses or (meaning.robots and bounds.open):
             problems = (*problems, *check_senses(statement, meaning, config))
         return problems
 

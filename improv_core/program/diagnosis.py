@@ -62,11 +62,11 @@ def diagnose_statement(
     statement = program.meanings[index].statement
     form = statement.diagnostics
     for each in _diagnosed(program, index, idle, alone):
-        is_form = each.code in [problem.code for problem in form]
-        if not is_form and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
+        is_other = form and each.code not in [problem.code for problem in form]
+        if is_other and any(_is_about_the_same(statement.text, problem.span, each) for problem in form):
             continue
         each = joining_nothing(statement.text, each)
-        yield _as_guess(each) if (form or hides) and not is_form else each
+        yield _as_guess(each) if is_other or (hides and not form) else each
 
 
 def _is_about_the_same(text: str, wrong: Span, other: Diagnostic) -> bool:

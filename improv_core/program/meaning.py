@@ -64,11 +64,6 @@ class Meaning:
         return bool(self.diagnostics or self.unresolved or self.misused)
 
     @property
-    def is_open(self) -> bool:
-        """True if robots play something that senses decide."""
-        return bool(self.robots) and self.movement.open
-
-    @property
     def parts(self) -> Sequence[tuple[str, Movement]]:
         """Each robot with its movement."""
         movements = (self.movement, *self.others) if self.others else (self.movement,) * len(self.robots)

@@ -65,7 +65,7 @@ class Program:
     def text(self) -> str:
         return self.lines.text
 
-    @property
+    @cached_property
     def tempo(self) -> Fraction:
         """Beats per minute."""
         return (self.meanings[self.tempos[0]].tempo if self.tempos else None) or DEFAULT_TEMPO

@@ -76,7 +76,7 @@ class Reader(ReadNodes):
             return node.movement
         if self.settled is not None and id(node) in self.settled.made:
             return self.settled.made[id(node)]
-        if not len(self.made) % AT_ONCE:
+        if len(self.made) % AT_ONCE == AT_ONCE - 1:
             checkpoint()
         kind = type(node)
         if kind in _NOT_NESTED:
@@ -192,6 +192,7 @@ class Reader(ReadNodes):
         arguments: Sequence[Argument],
     ) -> Expansion:
         """Return the expansion of a phrase with these arguments."""
+        checkpoint()
         reading = self.reading
         key = (definition, *numbers, *(each.movement for each in arguments))
         known = reading.expansions.get(key) or (None if arguments else phrase.known.get(tuple(numbers)))

@@ -90,7 +90,7 @@ def test_a_definition_costs_as_much_however_many_open_ones_it_rests_on(link: str
     assert most - more <= 1.1 * (more - few)
 
 
-@given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join), st.integers(1, 9))
+@given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join), st.integers(1, 5))
 def test_any_text(text: str, every: int) -> None:
     texts = [f"r $ left up\n{text}", f"{text}\nr $ left up"]
     with nothing_parsed_yet():

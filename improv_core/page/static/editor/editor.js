@@ -173,10 +173,8 @@ export class Editor {
     if (event.key === " " && event.ctrlKey) {
       event.preventDefault()
       this.offer.begin(true)
-    } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
-      if (this.offer.takes(event)) event.preventDefault()
-      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.offer.end()
-    }
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && this.offer.takes(event)) event.preventDefault()
+    else if (/^(Arrow|Home|End|Page|Enter)/.test(event.key)) this.offer.end() // the cursor leaves the word
   }
 
   /** Puts another text in; the cursor stays where it is in what has not changed. @param {string} text */

@@ -62,6 +62,14 @@ test("while somebody writes, a long frame waits until its key is shown, and is f
   assert.deepEqual([rest(), draw(), rest()], [1, 1, 1])
   redraw()
   assert.deepEqual([draw(), delays.at(-1)], [0, 400])
+  now += 390
+  makeWay() // once more
+  now += 10
+  assert.deepEqual([rest(), draw(), delays.at(-1)], [2, 0, 40])
+  now += 180
+  makeWay() // but no longer than for 600 ms
+  now += 5
+  assert.deepEqual([rest(), draw(), delays.at(-1)], [1, 0, 15])
   redrawPaths() // somebody waits for these
   assert.deepEqual([draw(), rest()], [1, 1])
   due.paths = false

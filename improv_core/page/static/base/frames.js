@@ -8,7 +8,8 @@ const KEY_TIME = 50 // milliseconds after a key in which it is shown, and its co
 const QUICK = 3 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
 const BREAK = 8 // times as long as the frame,
 const LEAST_BREAK = 50 // milliseconds, since somebody who writes looks at the text,
-const LONGEST_BREAK = 400 // milliseconds
+const LONGEST_BREAK = 400 // milliseconds,
+const LONGEST_WAIT = 600 // and with the time for keys, if one follows the other
 
 /** What the next frame has to do: draw the stage, before that fit it to what covers it, and paint new paths of the text. */
 export const due = { draw: true, fit: true, paths: false }
@@ -42,7 +43,8 @@ function ask() {
   isAsked = true
   const now = performance.now()
   const isFree = due.paths || taken < QUICK || !isWriting()
-  const begin = isFree ? now : Math.min(Math.max(shown + Math.max(BREAK * taken, LEAST_BREAK), written + KEY_TIME), shown + LONGEST_BREAK)
+  const rested = shown + Math.min(Math.max(BREAK * taken, LEAST_BREAK), LONGEST_BREAK)
+  const begin = isFree ? now : Math.min(Math.max(rested, written + KEY_TIME), shown + LONGEST_WAIT)
   if (begin > now) pause = window.setTimeout(ask, begin - now)
   else requestAnimationFrame(next)
 }

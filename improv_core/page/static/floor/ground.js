@@ -56,9 +56,6 @@ export class Ground {
     const { sight: view } = scene.camera
     const outdated = (/** @type {Sheet} */ sheet) => sheet.view !== view || sheet.key !== key
     const now = performance.now()
-    if (this.#making && outdated(this.#making) && (!this.#shown || now - this.#making.begun > 250)) {
-      this.#making = null // half-done work would show an old state for long
-    }
     if (!this.#making) {
       const fresh = this.#shown && !outdated(this.#shown)
       if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNING_PERIOD * 1000) return true

@@ -21,8 +21,8 @@ import { kindOf } from "./robots.js"
 
 const CALM = 400 // milliseconds without a key after which an error counts: half a word is one
 const WIDTH = 2 // pixels
-const DASHES = [7, 5] // pixels
-const DOUBTFUL = [2, 6] // pixels, where senses may decide otherwise
+const DASHES = [8, 4] // pixels
+const DOUBTFUL = [4, 4] // pixels, where senses may decide otherwise
 const RING = 5 // pixels: the radius of the ring at a start
 const STRENGTH = 0.85 // of a robot's color
 
@@ -196,6 +196,7 @@ export class Preview {
  */
 function draw(pen, strokes, dashes, scale) {
   pen.setLineDash(dashes.map((dash) => dash / scale))
+  pen.lineCap = "butt" // round dashes take browsers longer
   pen.beginPath()
   /** @type {Pose | null} */
   let last = null
@@ -205,6 +206,7 @@ function draw(pen, strokes, dashes, scale) {
     last = to
   }
   pen.stroke()
+  pen.lineCap = "round"
 }
 
 /** @param {Sent} sent @returns {PreviewedPath} */

@@ -39,7 +39,7 @@ export class Timeline {
   #drawn = ""
   /** The part that is drawn: the beat at its left edge, pixels per beat, the beat that plays, and pixels. */
   shown = { left: 0, scale: 1, beat: 0, width: 0 }
-  #sizes = { width: 0, height: 0, letter: 16, head: 0 }
+  #sizes = { width: 0, height: 0, letter: 16, head: 0, top: 0 } // read seldom: that has the browser lay the page out
   /** @type {TimelineRow[]} */
   #rows = []
   #silence = new Silence()
@@ -51,7 +51,10 @@ export class Timeline {
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
     this.#line.addEventListener("pointerleave", () => this.#point(null))
-    this.#tracks.addEventListener("scroll", () => this.touch())
+    this.#tracks.addEventListener("scroll", () => {
+      this.#sizes.top = this.#tracks.scrollTop
+      this.touch()
+    })
   }
 
   /** Has the next frame redraw everything. */
@@ -85,6 +88,7 @@ export class Timeline {
       height: this.#tracks.clientHeight,
       letter: parseFloat(getComputedStyle(this.#tracks).fontSize),
       head: find("robots-head").offsetHeight,
+      top: this.#tracks.scrollTop,
     }
     const { top } = this.#list.getBoundingClientRect()
     const boxes = [...this.#list.children].map((row) => row.getBoundingClientRect())
@@ -171,13 +175,7 @@ export class Timeline {
     const look = [playhead, left, scale, current.version, clock.transport.state, colors().panel].join()
     if (look === this.#drawn) return
     this.#drawn = look
-    this.#sheet.draw({
-      beat,
-      left,
-      scale,
-      ...this.#sizes,
-      top: this.#tracks.scrollTop,
-    })
+    this.#sheet.draw({ beat, left, scale, ...this.#sizes })
     this.shown = { left, scale, beat, width }
   }
 

@@ -38,7 +38,7 @@ class LineIndex:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.starts = [0, *(end.end() for end in LINE_END.finditer(text))]
+        self.starts = [0, *[end.end() for end in LINE_END.finditer(text)]]
 
     def edited(self, start: int, end: int, text: str) -> LineIndex:
         """Return the index after `text` has replaced the text from `start` to `end`."""

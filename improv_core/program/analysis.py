@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from heapq import heappop, heappush
-from itertools import count
+from itertools import count, islice
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.plain import message
@@ -167,7 +167,7 @@ class Analysis(Program):
             lines,
             all_offsets,
             [*self.statements[:first], *statements, *self.statements[after:]],
-            [*self.statement_ids[:first], *(next(_new_ids) for _ in statements), *self.statement_ids[after:]],
+            [*self.statement_ids[:first], *islice(_new_ids, len(statements)), *self.statement_ids[after:]],
             self,
         )
 
@@ -315,7 +315,8 @@ def _assembled(
         if meaning.definition:
             current[meaning.definition.name] = meaning.definition
     found = {old.statement_ids[index]: diagnostics for index, diagnostics in old.infeasible.items()}
-    openings = _signed(OPENING, statements)
+    kinds = [each.kind for each in statements]
+    openings = [index for index, kind in enumerate(kinds) if kind in OPENING]
     assembled = Analysis(
         lines=lines,
         offsets=offsets,
@@ -323,8 +324,8 @@ def _assembled(
         statement_ids=statement_ids,
         meanings=meanings,
         bindings=bind(statements),
-        tempos=_signed({"BEAT"}, statements),
-        scenes=_signed({"SCENE"}, statements),
+        tempos=[index for index, kind in enumerate(kinds) if kind == "BEAT"],
+        scenes=[index for index in openings if kinds[index] == "SCENE"],
         openings=openings,
         unusual=Unusual().updated(meanings, range(len(meanings))),
         config=old.config,
@@ -344,7 +345,7 @@ def _with_others(
     changed = dict(enumerate(others, first))
     statements, statement_ids, meanings = list(old.statements), list(old.statement_ids), list(old.meanings)
     statements[first : first + len(others)] = others
-    statement_ids[first : first + len(others)] = [next(_new_ids) for _ in others]
+    statement_ids[first : first + len(others)] = islice(_new_ids, len(others))
     bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
     waiting = {*old.waiting, *changed}
     for index, statement in changed.items():
@@ -380,8 +381,3 @@ def _scope(
         definer = bindings.definer(name, index)
         scope[name] = words.get(name) if definer is None else meanings[definer].definition
     return scope
-
-
-def _signed(signs: Container[str], statements: Sequence[Statement]) -> Sequence[int]:
-    """Return the statements with one of these signs."""
-    return [index for index, statement in enumerate(statements) if statement.kind in signs]

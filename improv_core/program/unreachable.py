@@ -231,7 +231,7 @@ def _timed(series: Series) -> Iterator[tuple[Movement, Duration, Duration]]:
 
 def _lasting(made: Movement) -> tuple[Duration, Duration]:
     """Return the least and the most beats that a movement lasts."""
-    return lengths(made)[:2] if made.open else (made.duration, made.duration)
+    return lengths(made)[:2] if made.bounds.open else (made.duration, made.duration)
 
 
 def _latest(made: Movement) -> Duration:

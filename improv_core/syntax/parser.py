@@ -84,7 +84,8 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
     head, rest = split_head(text, tokens)
     is_opening = not head.sign or head.sign.type in ("BEAT", "SCENE")
     types = {token.type for token in rest}
-    is_strange = not text.isascii() or "STRAY" in [token.type for token in tokens]
+    before = tokens[: len(tokens) - len(rest)]
+    is_strange = "STRAY" in types or not text.isascii() or "STRAY" in [token.type for token in before]
     strange = wrong_character(text, tokens, _is_right) if is_strange else None
     if is_opening and (line := opening_line(text, tokens)):
         if strange and line.kind == "AT" and text.count(",") == 1 and _is_right(text.replace(",", " ")):
@@ -120,7 +121,7 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
         name if name and name not in WORDS else None,
         tuple(dict.fromkeys([each.text for each in rest if each.type == "NAME" and each.text not in movements])),
         "BAR" in types,
-        not types.isdisjoint(_BY_ROBOT.values()) and any(token.text in _BY_ROBOT for token in rest),
+        not _BY_ROBOT.isdisjoint([token.text for token in rest]),
         "SENSE" in types,
         "NAME" in types and not types.isdisjoint(("NUMBER", "PARAM")) and _has_arguments(rest),
         not types.isdisjoint(_OF_MEASURES) and has_measures(rest),
@@ -131,7 +132,7 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
 
 _OF_MEASURES = frozenset({"NUMBER", "PARAM", "RADIUS"})
 _ELSEWHERE_NAMES = frozenset({"UNIT", "RADIUS"})
-_BY_ROBOT = {text: word.kind.value for text, word in WORDS.items() if word.by_robot}
+_BY_ROBOT = frozenset([text for text, word in WORDS.items() if word.by_robot])
 
 
 def _is_right(text: str) -> bool:

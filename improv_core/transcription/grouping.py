@@ -35,6 +35,11 @@ class Grouped:
     amounts: Sequence[Amounts]
     beats: Mapping[int, Fraction]
 
+    @property
+    def unknowns(self) -> list[tuple[int, int]]:
+        """The numbers of groups, and the amounts of them that aren't 0: turns first, since radii are told by them."""
+        return [(group, at) for at in (3, 0, 1, 2) for group, each in enumerate(self.amounts) if each[at]]
+
     def items(self, robot: str) -> list[Item]:
         """Return a robot's items with the amounts of their groups."""
         motions = iter([self.motion(each) for each in self.members[robot]])

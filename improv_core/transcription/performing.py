@@ -16,7 +16,7 @@ from typing import TypeAlias
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import Amounts
-from improv_core.transcription.grouping import Grouped, GroupMember, motions_of
+from improv_core.transcription.grouping import Grouped, GroupMember, grouped, motions_of
 from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
 from improv_core.transcription.track import Sample, Track
 from improv_core.transcription.wording import ANGLES, LENGTHS
@@ -111,6 +111,21 @@ def deviations_of(
     return found
 
 
+def fits_of(
+    items: Mapping[str, Sequence[Item]], starts: Mapping[str, Pose], robots: Mapping[str, TrackedRobot], tempo: int
+) -> list[FittedGroups]:
+    """Return the fit of all robots together, or those of each half of them if they have too many unknowns.
+
+    A robot that has too many alone keeps its items.
+    """
+    groups = grouped({robot: items[robot] for robot in robots}, robots, tempo)
+    if len(groups.unknowns) + 4 * len(robots) <= _MOST_UNKNOWNS:
+        return [FittedGroups(groups, {robot: starts[robot] for robot in robots}, robots, tempo)]
+    names = [*robots]
+    halves = (names[: len(names) // 2], names[len(names) // 2 :]) if len(names) > 1 else ()
+    return [fit for half in halves for fit in fits_of(items, starts, {each: robots[each] for each in half}, tempo)]
+
+
 class FittedGroups:
     """The amounts of groups, and the poses at which robots start, that are nearest to tracks.
 
@@ -121,13 +136,9 @@ class FittedGroups:
         self, groups: Grouped, starts: Mapping[str, Pose], robots: Mapping[str, TrackedRobot], tempo: int
     ) -> None:
         self._groups, self._starts = groups, starts
-        begun: list[_Unknown] = [(robot, at) for robot in robots for at in range(4)]
-        amounts = [(group, at) for at in (3, 0, 1, 2) for group, each in enumerate(groups.amounts) if each[at]]
-        self._unknowns = [*amounts, *begun]
+        self._unknowns: list[_Unknown] = [*groups.unknowns, *((robot, at) for robot in robots for at in range(4))]
         self._factors: list[list[float]] = []
         self._variances: list[float] = []
-        if len(self._unknowns) > _MOST_UNKNOWNS:
-            return
         for _ in range(_STEPS):
             count = len(self._unknowns)
             normal = [[0.0] * count for _ in range(count)]
@@ -143,19 +154,12 @@ class FittedGroups:
             change = _solved(self._factors, self._variances, wanted)
             self._set([old + by for old, by in zip(self._values(), change, strict=True)])
 
-    @property
-    def found(self) -> tuple[Mapping[str, Sequence[Item]], Mapping[str, Pose]]:
-        """Return what each robot performs, and where it starts."""
-        return {robot: self._groups.items(robot) for robot in self._starts}, self._starts
-
     def rounded(self, strictness: float, profile: Profile) -> tuple[Mapping[str, Sequence[Item]], Mapping[str, Pose]]:
         """Return items and starts in numbers as people write them: each costs what it takes to read it, and how badly
         it then fits, times `strictness`. Those that follow make up for what is rounded.
 
         This is the sequential rounding of integer least squares (Teunissen, 1998).
         """
-        if not self._factors:
-            return self.found
         off: list[float] = []
         kept: list[float] = []
         for place, (value, variance) in enumerate(zip(self._values(), self._variances, strict=True)):
@@ -171,7 +175,7 @@ class FittedGroups:
             kept.append(made)
         fitted = copy(self)
         fitted._set(kept)
-        return fitted.found
+        return {robot: fitted._groups.items(robot) for robot in self._starts}, fitted._starts
 
     def _values(self) -> list[float]:
         poses = {robot: (pose.x, pose.y, pose.z, pose.heading) for robot, pose in self._starts.items()}

@@ -16,8 +16,7 @@ from improv_core.score.motion import Pose
 from improv_core.transcription.ensemble import SharedLine, formation_of, lines_of
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
-from improv_core.transcription.grouping import grouped
-from improv_core.transcription.performing import FittedGroups, deviations_of
+from improv_core.transcription.performing import deviations_of, fits_of
 from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
@@ -226,12 +225,16 @@ def _draft(
     begun = {robot: each.track[0].pose for robot, each in tracked.items()}
     nearest = closeness == _NEAREST
     items = {robot: items[robot] for robot in tracked}
-    fitted = None if nearest else FittedGroups(grouped(items, tracked, tempo), begun, tracked, tempo)
+    fitted = [] if nearest else fits_of(items, begun, tracked, tempo)
     profile = robots.profile_of(next(iter(tracked)))
 
     def made(step: int) -> _Draft:
         rounding = Rounding(tolerance.meters, tolerance.radians).times(0.5**step)
-        played, placed = fitted.rounded(_STRICTNESS * 4.0**step, profile) if fitted else (items, begun)
+        played, placed = dict(items), dict(begun)
+        for fit in fitted:
+            rounded, starts = fit.rounded(_STRICTNESS * 4.0**step, profile)
+            played.update(rounded)
+            placed.update(starts)
         parts, deviations, excesses = {}, {}, {}
         for robot, each in tracked.items():
             window = 1 if nearest else each.window

@@ -178,6 +178,19 @@ def test_robots_that_words_fit_keep_them_beside_one_that_they_do_not() -> None:
 
 
 @pytest.mark.slow("a search takes seconds")
+def test_numbers_stay_round_if_robots_have_too_many_for_one_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("improv_core.transcription.performing._MOST_UNKNOWNS", 30)
+    lines = [
+        f"{robot} $ " + " ".join(f"forward {length + at}cm left {length + 5 * at}deg" for length in range(40, 140, 10))
+        for at, robot in enumerate("ab")
+    ]
+    before = "\n".join(lines)
+    made = transcribe(path_of(before, noise=(0.005, math.radians(1))))
+    assert farthest(path_of(before), made) < 0.03
+    assert len(made.text) < 1.2 * len(before)
+
+
+@pytest.mark.slow("a search takes seconds")
 def test_more_motions_than_samples_tell_of_end_in_a_program() -> None:
     phrase = "ease (repeat 2 (strafeleft right right) left) right 90deg radius 1m repeat 3 halfleft"
     path = path_of(f"beat 80\na $ repeat 4 ({phrase} left 180deg radius 50cm)")

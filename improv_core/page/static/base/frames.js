@@ -5,9 +5,8 @@
 const REST_PERIOD = 100 // milliseconds between two looks while nothing is due
 const WRITING_TIME = 1000 // milliseconds after a key for which frames leave the processor
 const KEY_TIME = 50 // milliseconds after a key in which it is shown, and its colors,
-const QUICK = 3 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
+const QUICK = 10 // milliseconds: keys need not wait for shorter frames; after longer ones, there is a break,
 const BREAK = 8 // times as long as the frame,
-const LEAST_BREAK = 50 // milliseconds, since somebody who writes looks at the text,
 const LONGEST_BREAK = 400 // milliseconds,
 const LONGEST_WAIT = 600 // and with the time for keys, if one follows the other
 
@@ -41,12 +40,16 @@ function ask() {
   clearTimeout(pause)
   pause = 0
   isAsked = true
-  const now = performance.now()
-  const isFree = due.paths || taken < QUICK || !isWriting()
-  const rested = shown + Math.min(Math.max(BREAK * taken, LEAST_BREAK), LONGEST_BREAK)
-  const begin = isFree ? now : Math.min(Math.max(rested, written + KEY_TIME), shown + LONGEST_WAIT)
-  if (begin > now) pause = window.setTimeout(ask, begin - now)
+  const delay = delayForKeys()
+  if (delay) pause = window.setTimeout(ask, delay)
   else requestAnimationFrame(next)
+}
+
+/** The milliseconds until keys let a frame begin. */
+function delayForKeys() {
+  if (due.paths || taken < QUICK || !isWriting()) return 0
+  const rested = shown + Math.min(BREAK * taken, LONGEST_BREAK)
+  return Math.max(Math.min(Math.max(rested, written + KEY_TIME), shown + LONGEST_WAIT) - performance.now(), 0)
 }
 
 /** Somebody has pressed a key: unless the machine is fast, that is shown first, and for a while frames take breaks. */
@@ -77,6 +80,7 @@ export function redrawPaths() {
 export const isWriting = () => performance.now() < written + WRITING_TIME
 
 function next() {
+  if (delayForKeys()) return ask() // for a key since it was asked for
   clearTimeout(rest)
   isAsked = true
   isWanted = false

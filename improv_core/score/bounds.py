@@ -60,8 +60,13 @@ def either(one: Bounds, other: Bounds) -> Bounds:
 def _either_peak(one: Peak, other: Peak) -> Peak:
     if one is other:
         return one
-    is_plain = Measure not in map(type, (*one, *other))  # of nearly all
-    return _peak(*map(max if is_plain else larger, one[:4], other[:4]), min(one.shortest, other.shortest))
+    return _peak(
+        larger(one.x, other.x),
+        larger(one.y, other.y),
+        larger(one.z, other.z),
+        larger(one.yaw, other.yaw),
+        min(one.shortest, other.shortest),
+    )
 
 
 def _either_words(one: BodyWords, other: BodyWords) -> BodyWords:

@@ -80,6 +80,7 @@ def open_simulated(
 
     simulator = Simulator()
     viewer = _serve(options, put, token, stages, simulator.snapshot)
+    simulator.called = viewer.called
 
     def tell(message: FromStage) -> None:
         viewer.report(message)

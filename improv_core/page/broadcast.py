@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from improv_core.page.answers import Answers
@@ -52,6 +52,7 @@ class Broadcast:
         """Finds out which robots meet; None if nothing does."""
         self.music: Music | None = None
         """The song of the latest score."""
+        self._names: Mapping[str, str] = {}
 
     def publish(self, message: ForPages | ShownScore | MeetingsMessage) -> None:
         """Send a message to every page, and to later pages until another of its type, about the same subject, replaces
@@ -79,6 +80,8 @@ class Broadcast:
                 about = message["robot"], message["sense"]
             case "fault":
                 about = message["robot"], message["fault"]
+            case "program":
+                self._names = message.get("names", {})
             case "decided" | "joints":
                 about = (message["robot"],)
         self._soon(self._pages.put, " ".join((message["type"], *about)), json.dumps(message))
@@ -88,6 +91,10 @@ class Broadcast:
         match message["type"]:
             case "transport" | "stopped" | "sensed" | "decided" | "measured" | "armed" | "fault":
                 self.publish(message)
+
+    def called(self, robot: str) -> str:
+        """The name by which people know a robot: in a class, that of its child."""
+        return self._names.get(robot, robot)
 
     def show(self, score: Score, generation: int) -> None:
         """Show the score that will play, once the player's messages have this generation."""

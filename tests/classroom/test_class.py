@@ -248,6 +248,18 @@ async def test_several_play_together_and_a_wrong_one_is_shown() -> None:
             await pages.hear(gone.__eq__)
 
 
+async def test_the_terminal_names_robots_that_bump_as_the_teacher_knows_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with a_class() as pages:
+        said: asyncio.Queue[str] = asyncio.Queue()
+        monkeypatch.setattr(pages.held._performing.screen, "complain", said.put_nowait)
+        for name, text in (("ly", "r $ rest"), ("علی", "r s $ forward\nr at 0 0\ns at 0.6 0 facing 180")):
+            await pages.send(await pages.join(name), text)
+            await pages.hear_ok()
+        await pages.live.send_json({"type": "play", "numbers": [1, 2]})
+        async with asyncio.timeout(LIMIT):
+            assert (await said.get()).startswith("improv: علی: r bumped into علی: s: start them farther apart")
+
+
 @pytest.mark.parametrize(
     ("what", "body", "headers", "status"),
     [

@@ -286,7 +286,7 @@ function frame() {
   const performs = gesturing.advance(now)
   view.draw(now, beat)
   preview.showButton()
-  const news = bumps.news(now)
+  const news = bumps.news(now, (robot) => program.label(robot))
   if (news) announce(news)
   timeline.draw(view.still)
   sound.draw(timeline.shown)

@@ -5,6 +5,7 @@ import test from "node:test"
 
 import { Bumps } from "../../../improv_core/page/static/floor/bumps.js"
 
+const label = (robot) => (robot === "ada" ? "Ada: r" : robot)
 const bump = (at, ...robots) => ({ at, x: 1, y: 2, robots, thing: robots[1] ? "" : "the edge of the floor" })
 
 test("a bump is shown for a moment once the stage shows its time, and counted at once", () => {
@@ -26,7 +27,7 @@ test("bumps of before the page was opened are counted, but no news", () => {
   bumps.take({ past: true, bumps: [bump(1, "ada"), bump(2, "ada")] })
   assert.equal(counter.textContent, "2 bumps")
   assert.deepEqual(bumps.show(3, 100), [])
-  assert.equal(bumps.news(100), "")
+  assert.equal(bumps.news(100, label), "")
 })
 
 test("many bumps are announced together, so that everything else can be heard too", () => {
@@ -34,8 +35,8 @@ test("many bumps are announced together, so that everything else can be heard to
   const heard = [[1, "ada", "bo"], [2, "ada"], [3, "bo"]].map(([at, ...robots]) => {
     bumps.take({ past: false, bumps: [bump(at, ...robots)] })
     bumps.show(at, 100 + at)
-    return bumps.news(100 + at)
+    return bumps.news(100 + at, label)
   })
-  assert.deepEqual(heard, ["ada and bo bumped into each other", "", ""])
-  assert.equal(bumps.news(104), "2 bumps, most recently bo bumped into the edge of the floor")
+  assert.deepEqual(heard, ["Ada: r and bo bumped into each other", "", ""])
+  assert.equal(bumps.news(104, label), "2 bumps, most recently bo bumped into the edge of the floor")
 })

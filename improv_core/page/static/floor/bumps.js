@@ -63,17 +63,18 @@ export class Bumps {
     return this.#shown.map(({ x, y, since }) => ({ x, y, age: (now - since) / SHOW_TIME }))
   }
 
-  /** The announcement at `now`, or nothing. @param {number} now */
-  news(now) {
+  /** The announcement at `now`, or nothing. @param {number} now @param {(robot: string) => string} label for people */
+  news(now, label) {
     if (!this.#untold.length || now - this.#told < ANNOUNCE_PERIOD) return ""
-    const [count, latest] = [this.#untold.length, inWords(this.#untold[this.#untold.length - 1])]
+    const [count, latest] = [this.#untold.length, inWords(this.#untold[this.#untold.length - 1], label)]
     this.#untold = []
     this.#told = now
     return count === 1 ? latest : `${count} bumps, most recently ${latest}`
   }
 }
 
-/** @param {Bump} bump */
-function inWords({ robots: [one, other], thing }) {
+/** @param {Bump} bump @param {(robot: string) => string} label */
+function inWords({ robots, thing }, label) {
+  const [one, other] = robots.map(label)
   return other ? `${one} and ${other} bumped into each other` : `${one} bumped into ${thing}`
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ from improv_core.classroom.messages import (
 from improv_core.ipc.stage_process import StageError
 from improv_core.plain import message
 from improv_core.program.files import ENDING
+from improv_core.protocol.messages import TransportMessage
 from improv_core.robots.config import Robots
 from improv_core.score.score_json import from_json
 from improv_core.session.session import Playback
@@ -75,6 +77,7 @@ class Desk:
         self._preparing = DanceReader()
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
+        self._begun = math.inf, ""  # the generation from which on the chosen dances play, and the line for them
         self._keeping: Keeping | None = None
 
     def hear(self, news: FromChildren) -> None:
@@ -129,6 +132,7 @@ class Desk:
             return
         if self._plays:
             self._plays.cancel()
+        self._begun = math.inf, ""
         if command["type"] == "perform":
             self._plays = asyncio.create_task(self._perform(command, asked))
             return
@@ -137,6 +141,14 @@ class Desk:
         without = " + ".join(child["name"] for child, _ in chosen if not child["good"])
         if dances:
             self._plays = asyncio.create_task(self._play(dances, without, asked))
+
+    def follow(self, transport: TransportMessage) -> None:
+        """Show what has become of the dances that play: they can be paused, stopped, and resumed elsewhere, too."""
+        since, line = self._begun
+        others = {"paused": f"{line}: paused", "ended": f"{line}: ended", "stopped": "Stopped"}
+        shown = others.get(transport["state"], line)
+        if transport["generation"] >= since and shown != self._line:
+            self._say(shown)
 
     def stopped(self) -> None:
         """Show that the teacher has stopped everything."""
@@ -185,7 +197,10 @@ class Desk:
             self._say(message(str(problem)))
             return
         notes = f" ({'; '.join(ready['notes'])})" if ready["notes"] else ""
-        self._say(f"{names}{message(notes)}" if begun else "Stopped before it began")
+        line = f"{names}{message(notes)}"
+        if begun:
+            self._begun = begun, line
+        self._say(line if begun else "Stopped before it began")
 
     def _say(self, line: str) -> None:
         self._line = line

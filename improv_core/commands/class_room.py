@@ -136,6 +136,7 @@ class Class:
         self._performing, self.children = performing, children
         self._ended: asyncio.Future[str] = self._loop.create_future()
         self.desk = Desk(performing.playback, lambda message: self.teacher.publish(message), children.remove, robots)
+        performing.follow = self.desk.follow
         own = _served_at(port)
         self.teacher = TeacherPage(
             own,

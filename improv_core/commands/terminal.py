@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import signal
 import threading
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -140,6 +140,8 @@ class TerminalSession:
         self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
         self.stays = False
         """True if it doesn't end with a stop that nobody asked for, where a key has robots continue."""
+        self.follow: Callable[[TransportMessage], None] = lambda transport: None
+        """Gets each message of the leading stage about its position."""
         self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -319,6 +321,7 @@ class TerminalSession:
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self.results.follow(transport, leads)
         if leads:
+            self.follow(transport)
             self.screen.count(transport)
             self.keyboard.offer(transport, stays=self.stays and not self.interrupted.is_set())
             if self.keyboard.resumes:

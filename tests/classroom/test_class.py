@@ -248,6 +248,30 @@ async def test_several_play_together_and_a_wrong_one_is_shown() -> None:
             await pages.hear(gone.__eq__)
 
 
+async def test_the_line_above_the_children_follows_what_plays() -> None:
+    async with a_class() as pages:
+        for name, text in (("Ada", "r $ repeat forward"), ("Bo", "r $ fast 8 forward")):
+            await pages.send(await pages.join(name), text)
+            await pages.hear_ok()
+        playback = pages.held.desk._playback
+        playing: dict[str, Any] = {"type": "play", "numbers": [1]}
+        await pages.live.send_json(playing)
+        await pages.hear({"type": "playing", "line": "Ada"}.__eq__)
+        stops = playback.stops  # as by `improv stop`, or on the page of the stage
+        asks: list[tuple[Callable[[], None], str]] = [
+            (lambda: stops.stop({"type": "pause"}), "Ada: paused"),
+            (lambda: playback.ask({"type": "resume"}, stops.count), "Ada"),
+            (stops.stop, "Stopped"),
+            (lambda: playback.ask({"type": "restart"}, stops.count), "Ada"),
+        ]
+        for ask, line in asks:
+            ask()
+            await pages.hear({"type": "playing", "line": line}.__eq__)
+        await pages.live.send_json({**playing, "numbers": [2]})
+        for line in ("Reading Bo", "Bo", "Bo: ended"):
+            assert (await pages.hear(lambda message: message["type"] == "playing"))["line"] == line
+
+
 async def test_the_terminal_names_robots_that_bump_as_the_teacher_knows_them(monkeypatch: pytest.MonkeyPatch) -> None:
     async with a_class() as pages:
         said: asyncio.Queue[str] = asyncio.Queue()

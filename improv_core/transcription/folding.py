@@ -155,31 +155,34 @@ Window = tuple[Node, ...]
 def _best_phrase(nodes: Sequence[Node]) -> Window | None:
     """Return the phrase whose name would save the most words; None if no name saves any."""
     kinds: dict[Node, int] = {}
-    places: dict[tuple[int, ...], list[tuple[int, int, int]]] = defaultdict(list)  # of each canonical form
     lists = [items for node in nodes for items in _lists(node)]
-    for number, items in enumerate(lists):
-        forms = [[kinds.setdefault(each, len(kinds)) for each in _turned(turns, items)] for turns in range(len(TURNS))]
-        count = len(items)
-        for size in range(1, min(count, _LONGEST_PERIOD) + 1):
-            for place in range(count - size + 1):
-                back = count - place - size
+    forms = [
+        [[kinds.setdefault(each, len(kinds)) for each in _turned(turns, items)] for turns in range(len(TURNS))]
+        for items in lists
+    ]
+    best, saved = None, _LEAST_SAVED
+    for size in range(1, _LONGEST_PERIOD + 1):
+        places: dict[tuple[int, ...], list[tuple[int, int, int]]] = defaultdict(list)  # of each canonical form
+        for number, items in enumerate(lists):
+            for place in range(len(items) - size + 1):
+                back = len(items) - place - size
                 firsts = (place, place, back, back, back, back, place, place)
-                windows = [tuple(form[first : first + size]) for form, first in zip(forms, firsts, strict=True)]
+                windows = [tuple(form[at : at + size]) for form, at in zip(forms[number], firsts, strict=True)]
                 turns = min(range(len(TURNS)), key=windows.__getitem__)
                 places[windows[turns]].append((number, place, turns))
-    best, saved = None, _LEAST_SAVED
-    for key, found in places.items():
-        if len(found) < 2 or len(apart := _apart(found, len(key))) < 2:
-            continue
-        number, place, plain = apart[0]  # the first one is the definition
-        window = lists[number][place : place + len(key)]
-        body = sum(cost(each) for each in window)
-        if len(window) == 1 and body < _WORTH_A_NAME:
-            continue
-        uses = sum(1.0 + _TURN_COSTS[plain ^ turns] for _, _, turns in apart)
-        saves = body * len(apart) - (body + _NAME_COST + uses)
-        if saves > saved:
-            best, saved = window, saves
+        again = [found for found in places.values() if len(found) > 1]
+        for apart in (_apart(found, size) for found in again):
+            number, place, plain = apart[0]  # the first one is the definition
+            window = lists[number][place : place + size]
+            body = sum(cost(each) for each in window)
+            if len(apart) < 2 or (size == 1 and body < _WORTH_A_NAME):
+                continue
+            uses = sum(1.0 + _TURN_COSTS[plain ^ turns] for _, _, turns in apart)
+            saves = body * len(apart) - (body + _NAME_COST + uses)
+            if saves > saved:
+                best, saved = window, saves
+        if not again:  # so nothing longer comes back
+            break
     return best
 
 

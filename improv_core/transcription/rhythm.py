@@ -15,7 +15,7 @@ from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
 from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.fits import TellingStep, VelocityFits, cheapest
-from improv_core.transcription.stretches import EvenStretch, are_even, chained, stretches_of
+from improv_core.transcription.stretches import EvenStretch, chained, stretches_of
 from improv_core.transcription.tempo import on_grid
 from improv_core.transcription.track import Noise, Sample, Track
 
@@ -35,8 +35,8 @@ _GENTLE_COST = 4.0
 """The cost of a gentle movement besides what it is made of."""
 _MOST_GENTLE = 32
 """The most beats of a gentle movement."""
-_NEAR_CURVE, _NEARLY_ROUND = 8.0, 5.0
-"""Poses of one gentle motion are near it by so many standard deviations, if it turns by less radians."""
+_FEW = 20
+"""Most movements that aren't gentle are found out by so many poses."""
 _SWELL = 0.7
 """In the first eighth of an `ease`, a robot moves at most so much of what it moves in the second one."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})
@@ -300,17 +300,13 @@ def _gentle(
     def played(sample: Sample) -> float:
         return progress(max((sample.time - origin) / seconds - begin, 0.0)) * seconds
 
-    few = [track[place * (len(track) - 1) // 4] for place in range(5)]
-    if roughly and abs(few[-1].heading - few[0].heading) < _NEARLY_ROUND:
-        near = [_NEAR_CURVE * each for each in robot.noise]
-        if not are_even(few, [played(each) for each in few], *near):
-            return math.inf, None
-    times = [played(each) for each in track]
-    fits = VelocityFits(track, robot.noise, times)
     nodes = [Fraction(0), beats]
-    if _stretches(fits, nodes, seconds)[0][0].cost > _BAD + 1.5 * len(track):  # it is of several motions
-        if roughly or curve.start is not None or beats.denominator > 2:
+    for samples in (track[:: math.ceil(len(track) / _FEW)], track):
+        fits = VelocityFits(samples, robot.noise, [played(each) for each in samples])
+        is_one = _stretches(fits, nodes, seconds)[0][0].cost <= _BAD + 1.5 * len(samples)
+        if not is_one and (roughly or curve.start is not None or beats.denominator > 2):
             return math.inf, None
+    if not is_one:
         if robot.noisy:
             nodes = _simple_beats(float(beats))
         else:

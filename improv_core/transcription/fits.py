@@ -190,6 +190,8 @@ class _Sums:
 
     def line(self, first: int, past: int, mean: float, spread: float) -> tuple[complex, complex, float]:
         """Return the mean of these values, their slope, and the sum of squares that is left."""
+        if not self._square[-1]:  # on the floor
+            return 0.0, 0.0, 0.0
         value, square = self.spread(first, past)
         slope = (self._mixed[past] - self._mixed[first] - (past - first) * mean * value) / spread
         return value, slope, max(square - abs(slope) ** 2 * spread, 0.0)

@@ -78,15 +78,11 @@ def chained(track: Track, meters: float, radians: float) -> Iterator[EvenStretch
 
 
 def _joins(track: Track, first: int, meters: float, radians: float, last: int) -> bool:
-    return are_even(track[first : last + 1], [each.time for each in track[first : last + 1]], meters, radians)
-
-
-def are_even(samples: Track, times: Sequence[float], meters: float, radians: float) -> bool:
-    """Return whether samples are near those of one motion from the first to the last one, if they come at `times`."""
-    one, other = samples[0], samples[-1]
+    """Return whether the samples between two are near those of one motion from the first to the last one."""
+    one, other = track[first], track[last]
     amounts = amounts_between(one.pose, other.pose, other.heading - one.heading)
-    for sample, time in zip(samples[1:-1], times[1:-1], strict=True):
-        there = one.pose.then(amounts.pose((time - times[0]) / max(times[-1] - times[0], 1e-9)))
+    for sample in track[first + 1 : last]:
+        there = one.pose.then(amounts.pose((sample.time - one.time) / max(other.time - one.time, 1e-9)))
         far = math.dist((there.x, there.y, there.z), (sample.x, sample.y, sample.z))
         if far > meters or abs(there.heading - sample.heading) > radians:
             return False

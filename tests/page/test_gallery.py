@@ -18,6 +18,7 @@ from tests.page.conftest import LIMIT
 from tests.page.editing import Edit
 
 PROGRAM = "ada $ forward\n"
+WINDOWS = ((1280, 800), (1024, 683), (683, 384), (390, 844), (844, 390))
 
 
 def ask(viewer: PageServer, path: str) -> http.client.HTTPResponse:
@@ -58,3 +59,19 @@ def test_a_dance_is_taken_from_the_tutorial_and_the_gallery_and_passed_on(
     expect(page.locator("#link")).to_be_hidden()
     page.get_by_label("Website").fill("https://example.org/improv/")
     expect(page.locator("#link")).to_have_value(re.compile("^https://example.org/improv/#dance="))
+
+
+@pytest.mark.slow("shows the tutorial in five windows")
+def test_a_program_of_the_tutorial_can_be_taken_without_scrolling(edit: Callable[[str], Edit]) -> None:
+    page = edit(PROGRAM).page()
+    page.get_by_role("button", name="Tutorial").click()
+    card = page.get_by_role("dialog", name="Tutorial")
+    for step in ("1. Play", "2. Change it", "3. Draw a curve"):
+        for width, height in WINDOWS:
+            page.set_viewport_size({"width": width, "height": height})
+            page.get_by_label("Page", exact=True).select_option(step)
+            expect(card.get_by_role("button", name="Take this").first).to_be_in_viewport(ratio=1)
+            program = card.locator("pre.program").first
+            program.scroll_into_view_if_needed()
+            # Browsers clip a fraction of a pixel at its edges.
+            expect(program).to_be_in_viewport(ratio=0.99)

@@ -25,7 +25,8 @@ export function offerGuide(take) {
     text.replaceChildren(...body.childNodes)
     text.scrollTop = 0
     for (const program of text.querySelectorAll("pre.program")) {
-      program.after(button({ textContent: isWebsite ? "Play this" : "Take this" }, () => take(program.textContent ?? "")))
+      // Before it, since a small card cuts off the end of a long program.
+      program.before(button({ textContent: isWebsite ? "Play this" : "Take this" }, () => take(program.textContent ?? "")))
     }
   }
 

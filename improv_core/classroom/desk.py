@@ -171,15 +171,19 @@ class Desk:
         await self._begin(ready, names, asked, simulated=True)
 
     async def _perform(self, command: Perform, asked: int) -> None:
-        """Have a real robot perform a dance, unless a stop has come since the count of stops was `asked`."""
+        """Play the dance that is shown, by a real robot or in the simulator, unless a stop has come since the count of
+        stops was `asked`."""
         known, robot = self._children.get(command["number"]), command["robot"]
-        if known is None or robot not in self._robots.robots:
+        if known is None or (robot and robot not in self._robots.robots):
             return
         name, good = known.child["name"], known.child["good"]
         if not good or good["count"] != command["count"]:
             self._say(f"{name} has sent another dance: look at it first")
             return
         text = known.texts[good["count"]]
+        if not robot:
+            await self._play([(name, text)], "", asked)
+            return
         self._say(f"Reading {name}")
         ready = await self._preparing.embody(name, text, robot, self._robots.text)
         await self._begin(ready, f"{name}, performed by {robot}", asked, simulated=False)

@@ -118,7 +118,8 @@ class Remove(TypedDict):
 
 
 class Perform(TypedDict):
-    """Have a real robot perform the dance that a child has sent as its `count`-th and the teacher has looked at."""
+    """Play the dance that a child has sent as its `count`-th and the teacher has looked at, by this real robot, or in the
+    simulator if that is ""."""
 
     type: Literal["perform"]
     number: int

@@ -392,7 +392,7 @@ async def test_a_child_is_here_until_its_page_is_closed_or_silent(monkeypatch: p
         for what, expected in (("left", False), ("here", True)):
             assert (await pages.post(what, "", **signed))[0] == 204
             assert await is_here() == expected
-        assert (await pages.post("left", "", Authorization="Bearer guessed"))[0] == 204
+        assert (await pages.post("left", "", Authorization="Bearer guessed"))[0] == 403
         monkeypatch.setattr(roster, "SILENT", 0.0)
         assert not await is_here()
 
@@ -575,6 +575,21 @@ def test_problems_of_a_real_robot_are_reported(text: str, robot: str, problem: s
     ready = embody("Ada", text, robot, ROBOTS)
     assert ready["score"] is None
     assert ready["problem"].startswith(problem), ready["problem"]
+
+
+async def test_only_the_dance_that_the_teacher_has_looked_at_plays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(roster, "PERIOD", 0.0)
+    async with a_class() as pages:
+        ada = await pages.join("Ada")
+        for count in (1, 2):
+            assert (await pages.send(ada, "r $ forward"))[0] == 200
+            await pages.hear_dance(lambda latest, sent=count: latest["count"] == sent and latest["ok"])
+        perform = {"type": "perform", "number": 1, "count": 1, "robot": ""}
+        await pages.live.send_json(perform)
+        line = "Ada has sent another dance: look at it first"
+        assert (await pages.hear(lambda message: message["type"] == "playing" and message["line"]))["line"] == line
+        await pages.live.send_json({**perform, "count": 2})
+        await pages.hear(lambda message: message == {"type": "playing", "line": "Ada"})
 
 
 async def test_without_real_robots_none_performs() -> None:

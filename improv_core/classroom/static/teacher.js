@@ -224,13 +224,14 @@ async function open(child, dance) {
 function describe(child, dance) {
   front = { child, dance }
   const isLatest = dance.count === child.latest?.count
-  find("front-line").textContent = isLatest || dance.count === child.good?.count ? dance.line : `${child.name} has sent another dance.`
+  const isGood = dance.count === child.good?.count
+  find("front-line").textContent = isLatest || isGood ? dance.line : `${child.name} has sent another dance.`
   find("front-which").hidden = isLatest && (!child.good || child.good.count === dance.count)
   find("front-good").hidden = !child.good || child.good.count === child.latest?.count
   find("front-latest").setAttribute("aria-pressed", String(isLatest))
-  find("front-good").setAttribute("aria-pressed", String(dance.count === child.good?.count))
+  find("front-good").setAttribute("aria-pressed", String(isGood))
   picture(findA("front-picture", HTMLImageElement), dance, "The paths of the robots")
-  for (const id of ["front-play", "front-perform"]) disable(id, !dance.ok)
+  for (const id of ["front-play", "front-perform"]) disable(id, !isGood) // nothing plays unseen
 }
 
 /** A text with escapes for its hidden characters. @param {string} text */
@@ -283,15 +284,8 @@ find("open-stage").addEventListener("click", () => window.open(withToken("stage"
 find("front-close").addEventListener("click", () => dialog.close())
 find("front-latest").addEventListener("click", () => front && open(front.child, front.child.latest))
 find("front-good").addEventListener("click", () => front && open(front.child, front.child.good))
-find("front-play").addEventListener("click", () => {
-  send({ type: "play", numbers: [front?.child.number] })
-  dialog.close()
-})
-find("front-perform").addEventListener("click", () => {
-  const robot = findA("front-robot", HTMLSelectElement).value
-  send({ type: "perform", number: front?.child.number, count: front?.dance.count, robot })
-  dialog.close()
-})
+find("front-play").addEventListener("click", () => perform(""))
+find("front-perform").addEventListener("click", () => perform(findA("front-robot", HTMLSelectElement).value))
 find("front-save").addEventListener("click", () => {
   if (front && frontText !== null) download(`${harmless(front.child.name)}.improv`, new Blob([frontText], { type: "text/plain;charset=utf-8" }))
 })
@@ -307,6 +301,12 @@ find("sure-remove").addEventListener("click", () => {
   send({ type: "remove", numbers: toRemove })
   sure.close()
 })
+
+/** Plays the dance in front. @param {string} robot a real one, or "" */
+function perform(robot) {
+  send({ type: "perform", number: front?.child.number, count: front?.dance.count, robot })
+  dialog.close()
+}
 
 /** @param {number[]} numbers of children */
 function askToRemove(numbers) {

@@ -148,9 +148,10 @@ def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
 
 
 def noticed(room: Room, secret: str, seen: float) -> Room:
-    """The room once the page of a child is known to have been open at this time, and not since."""
+    """The room once the page of a child is known to have been open at this time, and not since. Raises ForbiddenError
+    for a child that isn't in the class."""
     if not (member := room.members.get(secret)):
-        return room
+        raise ForbiddenError(403, "join the class first")
     return replace(room, members={**room.members, secret: replace(member, seen=seen)})
 
 

@@ -307,7 +307,10 @@ class StudentServer:
     async def _notice(self, request: web.Request) -> web.Response:
         """Note that a child's page is open, or that it was closed."""
         seen = time.monotonic() if request.match_info["what"] == "here" else -SILENT
-        self._room = noticed(self._room, _secret(request), seen)  # told once a second at most, however many there are
+        try:
+            self._room = noticed(self._room, _secret(request), seen)  # told once a second at most
+        except ForbiddenError as problem:
+            return _answer(problem.status, {"problem": str(problem)})
         return web.Response(status=204)
 
 

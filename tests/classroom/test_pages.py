@@ -114,6 +114,7 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     expect(page.locator("#front-text")).to_have_text("s $ forwrd")
     send(address, "send", "s $ backward", secret)
     expect(page.locator("#front-line")).to_contain_text("Bo has sent another dance.")
+    expect(page.get_by_role("button", name="Play it")).to_be_disabled()  # nothing plays unseen
     expect(page.locator("#front-text")).to_have_text("s $ forwrd")  # it stays
     page.get_by_role("button", name="Close").click()
     hidden = "# \x1b\u202e\r\ns $ backward\r\n"
@@ -224,6 +225,8 @@ def test_a_new_tab_is_the_same_child_and_an_old_ticket_opens_nothing(running: Ru
     tab.get_by_role("button", name="Send out the chosen").click()
     tab.get_by_role("button", name="Send out", exact=True).click()
     expect(tab.locator("#children .name")).to_have_text(["🦖"])
+    third.evaluate("document.dispatchEvent(new Event('visibilitychange'))")  # it asks now rather than within 30 s
+    expect(third.locator("#handed-in")).to_have_text("You are no longer in the class: tap Send to join again.")
     third.get_by_role("button", name="Send", exact=True).click()
     expect(third.get_by_label("Your name")).to_have_value("Bo")
     expect(third.get_by_label("Code of the room")).to_have_value("")  # one tap doesn't bring Bo back

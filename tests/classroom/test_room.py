@@ -197,7 +197,8 @@ def test_a_child_is_here_while_its_page_is_open() -> None:
     room = noticed(room, "secret 0", 1_000.0 + SILENT)
     room = noticed(room, "secret 1", -SILENT)  # it was closed
     assert [here for _, here in people(room, 1_000.0 + SILENT).values()] == [True, False]
-    assert noticed(room, "guessed", 0.0) == room
+    with pytest.raises(ForbiddenError, match="join the class first"):
+        noticed(room, "guessed", 0.0)
 
 
 def test_a_removed_child_can_send_nothing() -> None:

@@ -55,13 +55,18 @@ export function joinClass(saving) {
     state = answered(state, answer, Date.now())
     if (state.state === "sent") become({ ...child, received: state.received, at: state.at })
     if (answer.status === 403) {
-      name.value = child.name
-      code.value = "" // that of an earlier lesson, or of one that the teacher has sent this child out of
-      become(null)
+      leave()
       ask(true)
     }
     show()
     if (state.again) send()
+  }
+
+  /** Another lesson has begun, or the teacher has sent this child out. */
+  function leave() {
+    name.value = child?.name ?? ""
+    code.value = ""
+    become(null)
   }
 
   /** Asks for the child's name. @param {boolean} sends the dance after that */
@@ -89,13 +94,19 @@ export function joinClass(saving) {
   /** Tells the class that this page is open, or that it closes. @param {"here" | "left"} what */
   function sign(what) {
     if (!child) return
-    const headers = { Authorization: `Bearer ${child.secret}` }
-    fetch(`class/${what}`, { method: "POST", headers, keepalive: true }).catch(() => null) // the next sign may arrive
+    const { secret } = child
+    const answer = fetch(`class/${what}`, { method: "POST", headers: { Authorization: `Bearer ${secret}` }, keepalive: true })
+    answer.then(({ status }) => {
+      if (status !== 403 || child?.secret !== secret || state.state === "sending") return
+      leave()
+      state = { ...UNSENT, state: "out" }
+      show()
+    }, () => null) // the next sign may arrive
   }
 
   function show() {
     const line = describe(state, saving.text)
-    find("handed-in").textContent = child ? `${child.name}: ${line}` : state.problem && line
+    find("handed-in").textContent = child ? `${child.name}: ${line}` : state.problem || state.state === "out" ? line : ""
     find("not-me").textContent = child && `Not ${child.name}?`
     find("not-me").hidden = !child
     find("handed-in").classList.toggle("wrong", state.state === "failed")

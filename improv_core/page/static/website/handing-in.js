@@ -5,7 +5,7 @@ import { when } from "../base/when.js"
 
 /**
  * @typedef {object} HandingIn
- * @property {"unsent" | "sending" | "sent" | "failed"} state
+ * @property {"unsent" | "sending" | "sent" | "failed" | "out"} state "out": of the class
  * @property {string} text that is or was sent last
  * @property {string} received the text that the class has received last
  * @property {number} at when it has, in milliseconds since 1970; 0 if never
@@ -46,6 +46,7 @@ export function answered(now, { status, problem }, at) {
 export function describe({ state, received, at, problem }, text) {
   if (state === "sending") return "Sending…"
   if (state === "failed") return `Not received: ${problem}.`
+  if (state === "out") return "You are no longer in the class: tap Send to join again."
   if (!at) return "Not sent yet."
   return received === text ? `Sent at ${when(at)}.` : `Changed since you sent it at ${when(at)}.`
 }

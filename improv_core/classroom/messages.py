@@ -118,8 +118,8 @@ class Remove(TypedDict):
 
 
 class Perform(TypedDict):
-    """Play the dance that a child has sent as its `count`-th and the teacher has looked at, by this real robot, or in the
-    simulator if that is ""."""
+    """Play a child's `count`-th dance, at which the teacher has looked, by this real robot, or if it is "", in the
+    simulator."""
 
     type: Literal["perform"]
     number: int

@@ -209,7 +209,9 @@ def test_a_new_tab_is_the_same_child_and_an_old_ticket_opens_nothing(running: Ru
         expect(each.locator("#handed-in")).to_contain_text("Bo: ")
     third = page.context.new_page()
     third.goto(f"{address}#class={code}")
-    tab.goto(teacher)
+    expect(third.locator("#handed-in")).to_contain_text("Bo: ")
+    with third.expect_request("**/class/here", timeout=20_000):  # its next regular sign is due after 30 s
+        tab.goto(teacher)
     expect(tab.locator("#children .name")).to_have_text(["🦖", "Bo"])
     expect(tab.locator("#children .when").first).to_contain_text("not here")
     expect(tab.locator("#count")).to_have_text("1 child is here. 1 was here before.")

@@ -10,6 +10,7 @@ import { decoded } from "./link.js"
 /** @typedef {{ secret: string, name: string, code: string, received?: string, at?: number }} Child a child in the class with this code, and the dance that the class has */
 
 const KEY = "improv.class"
+const LEFT = "improv.class.left"
 const IN_LINK = /^#class=([A-Za-z0-9]{1,12})$/
 const SEND_PERIOD = 1100 // milliseconds: one dance in a second
 const SIGN_PERIOD = 30_000 // milliseconds
@@ -124,11 +125,17 @@ export function joinClass(saving) {
   })
   find("class-close").addEventListener("click", () => dialog.close())
   saving.noticed = show
-  addEventListener("storage", () => take(stored(KEY))) // another tab has joined or sent
+  addEventListener("storage", ({ key }) => {
+    if (key === LEFT) setTimeout(() => sign("here"), SEND_PERIOD) // after the sign of the tab that was closed
+    else take(stored(KEY)) // another tab has joined or sent
+  })
   take(stored(KEY))
   setInterval(() => sign("here"), SIGN_PERIOD)
   document.addEventListener("visibilitychange", () => document.hidden || sign("here")) // it may have slept
-  addEventListener("pagehide", () => sign("left"))
+  addEventListener("pagehide", () => {
+    sign("left")
+    store(LEFT, Date.now())
+  })
   const linked = IN_LINK.exec(decoded(location.hash))?.[1]
   if (!linked) return
   code.value = linked

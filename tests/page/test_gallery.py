@@ -52,7 +52,8 @@ def test_a_dance_is_taken_from_the_tutorial_and_the_gallery_and_passed_on(
     page.get_by_role("button", name="Examples").click()
     page.get_by_role("button", name="Stop").click(trial=True)  # nothing lies over it
     expect(page.locator("#examples").get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
-    page.locator("#examples").get_by_role("button", name="square", exact=True).click()
+    page.locator("#examples").get_by_role("button", name="puppets", exact=True).click()
+    expect(page.locator("#highlight div").first).to_be_in_viewport()  # it says what the example shows
     expect(page.locator("#file-state")).to_have_text("not saved yet")
     assert page.evaluate("improv.transport.generation") == 0  # real robots might dance: that takes another press
     page.get_by_role("button", name="Share").click()

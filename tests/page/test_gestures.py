@@ -136,7 +136,7 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
 
     page.locator("#perform").click()
     page.locator("#gesture-parts").select_option("1")
-    expect(page.locator("#gesture")).to_contain_text("Press Perform again to write the words")
+    expect(page.locator("#gesture")).to_contain_text("Press Perform again: the words replace the robot's line")
     page.set_viewport_size(PHONE)
     wait(page, "improv.toScreen(0, 2).y > " + LOWER_END.format("gesture"))
     page.set_viewport_size({"width": 1280, "height": 800})

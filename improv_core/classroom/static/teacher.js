@@ -277,6 +277,7 @@ find("choose-all").addEventListener("click", () => {
 order.addEventListener("change", tidy)
 find("enlarge").addEventListener("click", () => {
   enlarged = !enlarged
+  if (enlarged) scrollTo(0, 0) // the whole code can be scanned
   find("enlarge").setAttribute("aria-pressed", String(enlarged))
   showCount()
 })

@@ -304,13 +304,18 @@ function fit() {
 }
 
 offerFiles(stage)
-offerWords(findA("text", HTMLTextAreaElement))
+const writing = findA("text", HTMLTextAreaElement)
+offerWords(writing)
 // On a website, what somebody chooses plays at once. Elsewhere, real robots may play, and a file is written: that takes another press.
 const choose = (/** @type {string} */ text, toml = "") => {
   editor.saving.replace(text, isWebsite ? toml : undefined)
   if (isWebsite) editor.saving.write()
 }
-offerExamples(choose)
+offerExamples((text, toml) => {
+  choose(text, toml)
+  writing.setSelectionRange(0, 0)
+  find("paper").scrollTop = 0 // its first lines explain it
+})
 offerGuide(choose)
 offerSharing(
   editor.saving,

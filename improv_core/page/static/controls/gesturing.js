@@ -36,7 +36,7 @@ const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRi
 const LINES = {
   draw: ["Draw anywhere: the words replace the robot's line.", "", "By keyboard: arrow keys, Enter, Esc to end."],
   "draw on": ["The path continues at the dot: its words go to the cursor.", "", "By keyboard: arrow keys, Enter, Esc to end."],
-  perform: ["Drag a robot; real ones stay.", "Press Perform again to write the words.", "By keyboard: arrow keys, Enter, Esc to discard."],
+  perform: ["Drag a robot; real ones stay.", "Press Perform again: the words replace the robot's line.", "By keyboard: arrow keys, Enter, Esc to discard."],
 }
 
 export class Gesturing {

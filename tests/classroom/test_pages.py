@@ -163,6 +163,10 @@ def test_a_tick_and_the_last_dance_that_plays_outlive_the_next_ones(running: Run
     expect(page.locator("#children img")).to_be_visible()  # of the one that plays
     page.get_by_role("button", name="Play the chosen").click()
     expect(page.locator("#playing")).to_have_text("Анна")
+    with page.expect_popup() as opened:
+        page.get_by_role("button", name="Open the stage").click()
+    expect(opened.value.get_by_role("button", name="Mute Анна")).to_be_visible()  # Anna is the name of her robot
+    opened.value.close()
     page.locator("#children .look").click()
     expect(page.locator("#front-text")).to_have_text("r $ lft")
     page.get_by_role("button", name="The last one that plays").click()

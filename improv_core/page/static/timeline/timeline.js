@@ -190,8 +190,9 @@ export class Timeline {
   /** @param {Robot} robot */
   #row(robot) {
     const { name } = robot
-    const parts = name.split(/(?<=_)/).flatMap((part) => [part, element("wbr")])
-    const label = element("span", { className: name.length > LONG_NAME ? "name long" : "name", title: name }, ...parts)
+    const shown = program.label(name)
+    const parts = shown.split(/(?<=_)/).flatMap((part) => [part, element("wbr")])
+    const label = element("span", { className: shown.length > LONG_NAME ? "name long" : "name", title: shown }, ...parts)
     const off = span("off")
     off.addEventListener("pointerenter", () => (off.title = `at most ${measured.most(name)}`))
     const endless = element("span", { className: "endless quiet", textContent: "∞", title: "endless" })
@@ -201,14 +202,14 @@ export class Timeline {
       span("dot"),
       element("span", { className: "named" }, label, off),
       ...(program.current?.score.robots[name]?.ends === null ? [endless] : []),
-      this.#button("muted", "Mute", name, `Mute: ${name} stands still while the others play`),
-      this.#button("soloed", "Solo", name, `Solo: only ${name} and other soloed robots play`),
+      this.#button("muted", "Mute", name, `Mute: ${shown} stands still while the others play`),
+      this.#button("soloed", "Solo", name, `Solo: only ${shown} and other soloed robots play`),
     )
   }
 
   /** @param {"muted" | "soloed"} kind @param {string} word @param {string} name @param {string} title */
   #button(kind, word, name, title) {
-    return button({ className: kind, textContent: word[0], title, ariaLabel: `${word} ${name}` }, () => {
+    return button({ className: kind, textContent: word[0], title, ariaLabel: `${word} ${program.label(name)}` }, () => {
       send({ type: "silence", ...this.#silence.flip(kind, name) })
     })
   }
@@ -259,7 +260,7 @@ export class Timeline {
 
 /** @param {Robot} robot @param {string} part */
 function partRow(robot, part) {
-  const row = robotElement("li", robot, element("span", { className: "name", textContent: part.replaceAll("_", " "), title: `${part} of ${robot.name}` }))
+  const row = robotElement("li", robot, element("span", { className: "name", textContent: part.replaceAll("_", " "), title: `${part} of ${program.label(robot.name)}` }))
   row.className = "part"
   return row
 }

@@ -68,6 +68,25 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
+def test_nothing_covers_the_words_to_tap_while_a_child_reads_the_tutorial(running: Running, page: Page) -> None:
+    assert page.context.browser
+    phone = page.context.browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    child = phone.new_page()
+    child.goto(f"{running.address}#class={running.code}")
+    child.get_by_label("Your name").fill("Ada Lovelace")
+    child.get_by_role("button", name="Join").tap()
+    child.locator("#text").fill("ada $ forward\n")
+    child.get_by_role("button", name="Send", exact=True).tap()
+    expect(child.locator("#handed-in")).to_contain_text("Sent at")
+    child.locator("#text").fill("ada $ forward left\n")
+    expect(child.locator("#handed-in")).to_contain_text("Changed since")  # in two lines
+    child.get_by_role("button", name="Tutorial").tap()
+    child.get_by_role("button", name="left", exact=True).tap(trial=True)
+    expect(child.locator("#highlight div").first).to_be_in_viewport(ratio=1)
+    phone.close()
+
+
+@pytest.mark.slow("starts a class with its stage, and a browser")
 def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     violations: Violations, running: Running, page: Page, keep: Keep
 ) -> None:

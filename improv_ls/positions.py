@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -30,8 +29,9 @@ def json_range(lines: LineIndex, span: Span, encoding: Encoding) -> dict[str, di
 
 
 def _json_position(lines: LineIndex, offset: int, encoding: Encoding) -> dict[str, int]:
-    line = bisect_right(lines.starts, offset) - 1
-    return {"line": line, "character": units(lines.text[lines.starts[line] : offset].removesuffix("\r"), encoding)}
+    line, column = lines.position(offset)
+    start = lines.starts[line]
+    return {"line": line, "character": units(lines.text[start : start + column].removesuffix("\r"), encoding)}
 
 
 def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:
@@ -49,12 +49,12 @@ def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) ->
 def range_of(value: Any) -> types.Range | None:
     """Return the range in a command's argument; None if it is not a range."""
     try:
-        numbers = [place[axis] for place in (value["start"], value["end"]) for axis in ("line", "character")]
+        places = [(place["line"], place["character"]) for place in (value["start"], value["end"])]
     except (KeyError, TypeError):
         return None
-    if {*map(type, numbers)} != {int} or min(numbers) < 0:
+    if not all(type(number) is int and number >= 0 for place in places for number in place):
         return None
-    return types.Range(types.Position(*numbers[:2]), types.Position(*numbers[2:]))
+    return types.Range(*(types.Position(*place) for place in places))
 
 
 def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:

@@ -80,7 +80,7 @@ def open_simulated(
 
     simulator = Simulator()
     viewer = _serve(options, put, token, stages, simulator.snapshot)
-    simulator.called = viewer.called
+    simulator.label = viewer.label
 
     def tell(message: FromStage) -> None:
         viewer.report(message)

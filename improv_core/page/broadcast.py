@@ -92,8 +92,8 @@ class Broadcast:
             case "transport" | "stopped" | "sensed" | "decided" | "measured" | "armed" | "fault":
                 self.publish(message)
 
-    def called(self, robot: str) -> str:
-        """The name by which people know a robot: in a class, that of its child."""
+    def label(self, robot: str) -> str:
+        """Return the name that people read for a robot: in a class, that of its child."""
         return self._names.get(robot, robot)
 
     def show(self, score: Score, generation: int) -> None:

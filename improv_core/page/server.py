@@ -68,7 +68,7 @@ class PageServer:
             scores=scores,
         )
         self.publish, self.show, self.report = self._broadcast.publish, self._broadcast.show, self._broadcast.report
-        self.called = self._broadcast.called
+        self.label = self._broadcast.label
         self._meetings = self._broadcast.meetings = Meetings(self.publish, tell, self._workers[1].do)
         self._thread.start(self._serve)
         atexit.register(self.close)  # tells the page that the performance is over, not cut off

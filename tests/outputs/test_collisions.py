@@ -69,7 +69,7 @@ def test_a_bump_has_its_time_and_place() -> None:
     assert (bump.x, bump.y) == pytest.approx((2.0, 0.0), abs=0.01)
     assert simulator.warnings() == {"a": "a bumped into a wall: change its start or its path"}
     assert simulator.warnings({"b"}) == {}
-    simulator.called = {"a": "Ada: a", "a wall": "a wall"}.__getitem__
+    simulator.label = {"a": "Ada: a", "a wall": "a wall"}.__getitem__
     assert simulator.warnings() == {"a": "Ada: a bumped into a wall: change its start or its path"}
 
 

@@ -43,8 +43,8 @@ class Simulator(Sink):
 
     def __init__(self, period: float | None = 1 / 60, collide: Callable[[World], NoCollisions] = Collisions) -> None:
         self.period = period
-        self.called: Callable[[str], str] = str
-        """Returns the name by which people know a robot."""
+        self.label: Callable[[str], str] = str
+        """Returns the name that people read for a robot."""
         self._collide = collide
         self._collisions = collide(World())
         self._lock = Lock()  # any thread may read poses
@@ -88,7 +88,7 @@ class Simulator(Sink):
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """The bumps so far, as one line per robot, under the robot whose name comes first."""
         return {
-            name: f"{self.called(name)} bumped into {_listed([*map(self.called, met)])}: {_advice(met, self._robots)}"
+            name: f"{self.label(name)} bumped into {_listed([*map(self.label, met)])}: {_advice(met, self._robots)}"
             for name in (self._met if robots is None else robots)
             if (met := self._met.get(name))
         }

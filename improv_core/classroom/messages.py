@@ -13,7 +13,7 @@ Chosen = Annotated[Sequence[int], Long(1, MOST_SHOWN)]
 
 
 class Joined(TypedDict):
-    """A child has joined, perhaps again, or its page was opened or closed. It is `here` while its page is open."""
+    """A child joined, perhaps again, or opened or closed its page. It is `here` while its page is open."""
 
     type: Literal["joined"]
     number: int
@@ -118,8 +118,8 @@ class Remove(TypedDict):
 
 
 class Perform(TypedDict):
-    """Play a child's `count`-th dance, at which the teacher has looked, by this real robot, or if it is "", in the
-    simulator."""
+    """Play a child's `count`-th dance, which the teacher has looked at, on this real robot, or in the simulator if
+    `robot` is empty."""
 
     type: Literal["perform"]
     number: int

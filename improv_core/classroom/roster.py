@@ -148,8 +148,8 @@ def send(room: Room, secret: str, now: float) -> tuple[Room, Member]:
 
 
 def noticed(room: Room, secret: str, seen: float) -> Room:
-    """The room once the page of a child is known to have been open at this time, and not since. Raises ForbiddenError
-    for a child that isn't in the class."""
+    """Return the room with the time at which a child's page was last known to be open. Raises ForbiddenError for one
+    that isn't in the class."""
     if not (member := room.members.get(secret)):
         raise ForbiddenError(403, "join the class first")
     return replace(room, members={**room.members, secret: replace(member, seen=seen)})
@@ -171,7 +171,7 @@ def counted(room: Room, number: int, good: int) -> Room:
 
 
 def people(room: Room, now: float) -> Mapping[int, tuple[str, bool]]:
-    """The names of all children by their numbers, and whether their pages are open."""
+    """Return the name of each child, by its number, and whether its page is open."""
     away = {each.number: (each.name, False) for each in room.away}
     return {**away, **{each.number: (each.name, now - each.seen < SILENT) for each in room.members.values()}}
 

@@ -36,7 +36,7 @@ MOST_EXPANDED = 10_000
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 AT_ONCE = 10
-"""Nodes between two places where reading can be interrupted: a tenth of a millisecond."""
+"""Nodes that are read between two checkpoints, in about a tenth of a millisecond."""
 MOST_KNOWN = 1_000
 """The most expansions of one phrase that are cached for other statements."""
 

@@ -36,7 +36,7 @@ _GENTLE_COST = 4.0
 _MOST_GENTLE = 32
 """The most beats of a gentle movement."""
 _FEW = 20
-"""Most movements that aren't gentle are found out by so many poses."""
+"""Poses that are enough to refute most movements that aren't gentle."""
 _SWELL = 0.7
 """In the first eighth of an `ease`, a robot moves at most so much of what it moves in the second one."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})

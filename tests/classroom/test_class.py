@@ -248,7 +248,7 @@ async def test_several_play_together_and_a_wrong_one_is_shown() -> None:
             await pages.hear(gone.__eq__)
 
 
-async def test_the_line_above_the_children_follows_what_plays() -> None:
+async def test_the_teachers_line_shows_whether_dances_play_or_have_ended() -> None:
     async with a_class() as pages:
         for name, text in (("Ada", "r $ repeat forward"), ("Bo", "r $ fast 8 forward")):
             await pages.send(await pages.join(name), text)
@@ -577,7 +577,7 @@ def test_problems_of_a_real_robot_are_reported(text: str, robot: str, problem: s
     assert ready["problem"].startswith(problem), ready["problem"]
 
 
-async def test_only_the_dance_that_the_teacher_has_looked_at_plays(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_teacher_plays_only_the_dance_in_front(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(roster, "PERIOD", 0.0)
     async with a_class() as pages:
         ada = await pages.join("Ada")

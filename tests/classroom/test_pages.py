@@ -68,7 +68,7 @@ def test_a_child_joins_and_sends_and_reads_whether_its_dance_arrived(
 
 
 @pytest.mark.slow("starts a class with its stage, and a browser")
-def test_nothing_covers_the_words_to_tap_while_a_child_reads_the_tutorial(running: Running, page: Page) -> None:
+def test_the_tutorial_leaves_the_word_buttons_free_on_a_phone(running: Running, page: Page) -> None:
     assert page.context.browser
     phone = page.context.browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     child = phone.new_page()

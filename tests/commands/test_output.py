@@ -21,7 +21,7 @@ from improv_core.robots.config import read_robots
 from improv_core.safety.allowed import approve
 from improv_core.score import installed
 from tests.commands.command_line import Running, run, usual_signals, written
-from tests.ros.conftest import be_patient
+from tests.ros.conftest import let_stages_be_late
 
 pytestmark = pytest.mark.slow("starts five stages")
 
@@ -166,7 +166,7 @@ def test_a_robot_that_does_not_stop_by_itself_is_found(place: Path, stops: bool)
 def test_a_machine_without_ros_plays_real_robots_of_an_output(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("IMPROV_ROS_PYTHON", raising=False)
     monkeypatch.setattr(interpreter, "_candidates", lambda: iter(()))
-    be_patient(monkeypatch)
+    let_stages_be_late(monkeypatch)
     written(place, "ada $ left\n")
     with listed(place, stops=True), chdir(place), usual_signals():  # the stages are real ones
         ended = CliRunner().invoke(improv, ["play", "dance.improv", "--backend", "ros", "--no-browser"])

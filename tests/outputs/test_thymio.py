@@ -36,7 +36,7 @@ from improv_core.score.profiles import THYMIO2
 from improv_core.score.score import DeviceAddress, Part, Score
 from tests.outputs.playground import LIMIT, Watch, playground
 from tests.outputs.test_devices import until
-from tests.ros.conftest import be_patient
+from tests.ros.conftest import be_patient, let_stages_be_late
 
 ROBOTS = {"ada": (100, 100), "bob": (255, 150)}
 """Their places in centimeters: `bob` drives toward a wall."""
@@ -252,6 +252,7 @@ def test_a_thymio_keeps_what_outputs_promise(address: str, tmp_path: Path, monke
 
 @pytest.mark.slow("starts the simulator, and a performance in it")
 def test_a_wall_that_is_near_ends_a_dance(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    let_stages_be_late(monkeypatch)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     listed(tmp_path, "bob", address)
     program = tmp_path / "dance.improv"

@@ -261,6 +261,13 @@ def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(heartbeat, "HARMLESS_HANG_LIMIT", LIMIT)
 
 
+def let_stages_be_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Be patient, and set patient limits for all processes that this one starts."""
+    be_patient(monkeypatch)
+    monkeypatch.setenv("IMPROV_TEST_LIMITS", with_limits()["IMPROV_TEST_LIMITS"])
+    monkeypatch.setenv("PYTHONPATH", str(SITE), prepend=os.pathsep)
+
+
 def with_code(code: str) -> dict[str, str]:
     """Return variables that make every Python run this code first."""
     return {"IMPROV_TEST_CODE": code, "PYTHONPATH": str(SITE)}

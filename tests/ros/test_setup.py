@@ -24,7 +24,7 @@ from improv_core.outputs.ros.setup.environment import unsuited
 from improv_core.score.score import Host as HostOfRobots
 from tests.hosts.sshd import a_host
 from tests.needs import lacking
-from tests.ros.conftest import be_patient, with_limits
+from tests.ros.conftest import let_stages_be_late, with_limits
 from tests.traps import PYTHONPATHS, Traps
 
 INSTALL_LIMIT = 900.0
@@ -69,9 +69,7 @@ def here(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     """Make this process see that machine as its own."""
     for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(name, raising=False)
-    for name, limits in with_limits().items():
-        monkeypatch.setenv(name, limits)
-    be_patient(monkeypatch)
+    let_stages_be_late(monkeypatch)
     monkeypatch.setenv("XDG_DATA_HOME", str(machine.data))
     monkeypatch.setattr(interpreter, "_INSTALLED", "/nowhere")
 

@@ -29,6 +29,11 @@ def check(expected: str, *, hints: bool = False, robots: str = "", in_room: bool
     return analysis
 
 
+def check_all(expected: str) -> Analysis:
+    """Check as above, with all diagnostics drawn."""
+    return check(expected, hints=True)
+
+
 def drawn(analysis: Analysis, *, hints: bool, in_room: bool = False) -> str:
     """Return the source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
     report = room.check(analysis) if in_room else None

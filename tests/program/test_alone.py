@@ -6,34 +6,28 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from tests.program.drawing import check
+from tests.program.drawing import check_all
 
 WHY = "is alone and there are no walls, so in the simulator nothing is ever near it: add `room 6 4`"
 PLAY = "r $ repeat (until near (repeat forward) left)"
 
 
 def test_the_first_word_that_is_never_true_is_marked() -> None:
-    check(
-        f"""
+    check_all(f"""
         dodge (m) = pause near m
                           ^^^^ nothing-near: `r` {WHY}
         r $ dodge repeat 4 forward if not near left else right
         r $ until near repeat left
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_a_word_with_another_problem_has_only_that() -> None:
-    check(
-        f"""
+    check_all(f"""
         r $ until near repeat backward
                   ^^^^ looks-ahead: `near` looks only ahead, and this goes backward: declare a sense that looks there in improv.toml
         r $ until near repeat forward
                   ^^^^ nothing-near: `r` {WHY}
-        """,  # noqa: E501
-        hints=True,
-    )
+    """)  # noqa: E501
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.reader import Reader
 from improv_core.score.movement import ENDLESS, Movement
 from improv_core.syntax.nodes import Node
-from tests.program.drawing import check
+from tests.program.drawing import check, check_all
 
 
 def errors(text: str) -> list[str]:
@@ -185,8 +185,7 @@ def test_an_error_affects_no_other_line() -> None:
 
 
 def test_cut_off_words_are_reported() -> None:
-    check(
-        """
+    check_all("""
         s $ (repeat left) forward [right right]
                           ^^^^^^^^^^^^^^^^^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         r $ reverse (forward left || right)
@@ -222,9 +221,7 @@ def test_cut_off_words_are_reported() -> None:
         r $ repeat left
         r $ right
         ^^^^^^^^^ never-performed: line 18 never ends, so this is never performed: give its `repeat` a number
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_the_length_of_a_series_may_be_too_large_although_those_of_its_items_are_not() -> None:
@@ -234,21 +231,17 @@ def test_the_length_of_a_series_may_be_too_large_although_those_of_its_items_are
 
 
 def test_items_that_dice_may_choose_are_performed() -> None:
-    check(
-        """
+    check_all("""
         late (m) = ease (left m)
         t $ choose (repeat left repeat right)
         s $ shuffle (repeat left up repeat (up || right right))
                                                         ^^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer
         r $ rest || late up
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_unused_names_are_reported() -> None:
-    check(
-        """
+    check_all("""
         x = forward
         ^ unused-name: nothing uses `x`: use it below or remove this line
         x = left
@@ -256,14 +249,11 @@ def test_unused_names_are_reported() -> None:
         y = left
         ^ unused-name: nothing uses `y`: use it below or remove this line
         r $ x
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_brackets_that_are_not_a_beat_report_their_length() -> None:
-    check(
-        """
+    check_all("""
         r $ [forward [left left] forward]
         r $ [(forward left) right]
             ^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket takes 3/2 beats, not one
@@ -272,9 +262,7 @@ def test_brackets_that_are_not_a_beat_report_their_length() -> None:
             ^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
         r $ [left frwd]
                   ^^^^ unknown-name: `frwd` is not defined: did you mean `forward`?
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_a_side_of_many_is_not_compared_with_every_other_one(monkeypatch: pytest.MonkeyPatch) -> None:

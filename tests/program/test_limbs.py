@@ -31,17 +31,18 @@ profile = "a"
 """
 
 
+def check_puppets(expected: str) -> None:
+    check(expected, robots=PUPPET)
+
+
 def test_each_use_of_a_part_that_robots_lack_is_marked_with_their_names() -> None:
     lacks = "`r2` has no `head`, so this rests: give a profile with it in improv.toml"
-    check(
-        f"""
+    check_puppets(f"""
         x = head left
         r1 r2 $ head up x
                 ^^^^ no-such-part: {lacks}
                         ^ no-such-part: {lacks}
-        """,
-        robots=PUPPET,
-    )
+    """)
 
 
 def test_the_base_ignores_words_under_parts() -> None:
@@ -58,8 +59,7 @@ def test_a_pose_that_only_this_part_lacks_is_a_warning() -> None:
 def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> None:
     lacks = "`head` has no direction `forward`, so `forward` and `backward` do nothing: use another, or declare it in"
     lacks += " the profile p"
-    check(
-        f"""
+    check_puppets(f"""
         x = backward
         twice (m) = m m
         nod = head x
@@ -72,26 +72,20 @@ def test_a_direction_that_a_part_lacks_is_marked_through_names_and_phrases() -> 
                         ^ part-direction: {lacks}
         r1 $ reflect YZ head forward
                              ^^^^^^^ part-direction: {lacks}
-        """,
-        robots=PUPPET,
-    )
+    """)
 
 
 def test_a_pose_that_a_part_lacks_is_marked_through_names() -> None:
-    check(
-        """
+    check_puppets("""
         x = to high
         r1 $ head x left_arm x
                   ^ no-such-pose: `head` has no pose `high`, so it rests: declare it in the profile p
-        """,
-        robots=PUPPET,
-    )
+    """)
 
 
 def test_poses_beside_other_voices_are_marked_through_names() -> None:
     why = "another voice moves `left_shoulder_pitch` too, so it ends elsewhere: play one after the other"
-    check(
-        f"""
+    check_puppets(f"""
         x = left_arm (up || to high)
         y = reflect sagittal right_arm to high
         r1 $ x
@@ -99,9 +93,7 @@ def test_poses_beside_other_voices_are_marked_through_names() -> None:
         r1 $ y || left_arm up
              ^ pose-disturbed: {why}
         r1 $ y || left_arm left
-        """,
-        robots=PUPPET,
-    )
+    """)
 
 
 def test_joints_are_followed_from_line_to_line() -> None:

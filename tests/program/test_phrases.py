@@ -15,7 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
 from improv_core.score.performance import SenseSpan
 from improv_core.score.walk import walk
-from tests.program.drawing import check
+from tests.program.drawing import check, check_all
 
 NUMBERS = ["1", "2", "3", "0.5", "1.5", "2*3/4"]
 WORDS = ["forward", "left", "halfright", "up", "rest", "()", "choose (left right)", "[up left]"]
@@ -212,21 +212,17 @@ def test_heads() -> None:
 
 
 def test_unused_parameters_are_reported() -> None:
-    check(
-        """
+    check_all("""
         h a (b) (c) = up c
           ^ unused-name: the movement does not use `a`: use it or remove it here
              ^ unused-name: the movement does not use `b`: use it or remove it here
         r $ h 2 (left left) right
                 ^^^^^^^^^^^ never-performed: this is never reached: make the movement alongside longer
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_arguments_that_no_use_reaches_are_never_performed() -> None:
-    check(
-        """
+    check_all("""
         short (m) = m || rest
         both (m) = short m (m || rest rest)
         one (m) = choose m
@@ -236,9 +232,7 @@ def test_arguments_that_no_use_reaches_are_never_performed() -> None:
                       ^^^^ never-performed: 1 of these 2 beats is never performed: make the movement alongside longer
         r $ both (up left right)
                           ^^^^^ never-performed: 1 of these 3 beats is never performed: make the movement alongside longer
-        """,
-        hints=True,
-    )
+    """)
 
 
 @pytest.mark.slow("reads the largest phrases there may be")

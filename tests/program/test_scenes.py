@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
-from tests.program.drawing import check
+from tests.program.drawing import check, check_all
 
 
 def test_a_robot_ends_after_its_last_scene_whatever_others_sense() -> None:
@@ -15,8 +15,7 @@ def test_a_robot_ends_after_its_last_scene_whatever_others_sense() -> None:
 
 
 def test_scenes_without_a_robot_have_no_effect() -> None:
-    check(
-        """
+    check_all("""
         x = left
         ---
         ^^^ no-effect: no robot plays above this line: remove it
@@ -28,9 +27,7 @@ def test_scenes_without_a_robot_have_no_effect() -> None:
         r $ x
         ---
         ^^^ no-effect: no robot plays in this scene: remove this line
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_a_scene_stands_on_a_line_of_its_own() -> None:
@@ -56,8 +53,7 @@ def test_scenes_are_bounded() -> None:
 
 
 def test_canon_stands_in_lines_of_several_robots() -> None:
-    check(
-        """
+    check_all("""
         round (m) = canon 2 m
                     ^^^^^ misplaced-canon: `canon` needs the robots of a line: write it after `$`, before the name
         r s $ round left
@@ -67,9 +63,7 @@ def test_canon_stands_in_lines_of_several_robots() -> None:
               ^^^^^^^ no-effect: `canon` needs several robots before `$`: add one or remove `canon 0`
         r s $ canon -1 left
                     ^^ bad-number: write the number after `canon` as a number above 0
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_numbers_of_the_new_words() -> None:
@@ -102,8 +96,7 @@ def test_an_endless_movement_has_no_length_to_change() -> None:
 
 
 def test_words_that_change_nothing() -> None:
-    check(
-        """
+    check_all("""
         p = left right
         r $ fast 1 left slow 2/2 left scale 1 left repeat 1 left
             ^^^^^^ no-effect: `fast 1` changes nothing: remove it or use another number
@@ -114,9 +107,7 @@ def test_words_that_change_nothing() -> None:
                                                       ^^^^^^^^^^ no-effect: there is one item to accumulate here: write several in brackets or remove `accumulate`
         r $ seed 3 p seed 3 shuffle p
             ^^^^^^ no-effect: nothing in it throws dice, so `seed` changes nothing: remove `seed 3`
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_the_items_of_a_choice_are_equally_long() -> None:

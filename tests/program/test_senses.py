@@ -13,7 +13,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.performer import Performer
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.senses import BuiltIn, Topic
-from tests.program.drawing import check
+from tests.program.drawing import check, check_all
 
 TWO_ROBOTS = """
 [robots.anna]
@@ -99,17 +99,14 @@ def test_a_repeat_that_freezes_once_something_is_near() -> None:
 
 
 def test_an_until_that_watches_one_word() -> None:
-    check(
-        """
+    check_all("""
         room 6 4
         r $ until near forward left
             ^^^^^^^^^^^^^^^^^^ short-reach: `until` watches `forward` alone, for one beat at most: write `repeat` before it, or brackets around all that it should watch
         r $ repeat 3 until near forward
                      ^^^^^^^^^^^^^^^^^^ short-reach: `until` watches `forward` alone, for one beat at most: write `repeat` before it
         r $ (until near forward) left until near (forward left)
-        """,  # noqa: E501
-        hints=True,
-    )
+    """)  # noqa: E501
 
 
 def test_near_looks_ahead() -> None:

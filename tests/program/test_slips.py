@@ -6,7 +6,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
-from tests.program.drawing import check
+from tests.program.drawing import check, check_all
 from tests.program.test_fixes import fixed
 
 
@@ -21,8 +21,7 @@ def check_fixes(before: str, *after: str, robots: str = "") -> None:
 
 
 def test_slips_have_advice() -> None:
-    check(
-        """
+    check_all("""
         r $ forward 2
                     ^ missing-unit: `forward 2` needs a unit, such as `2m`
         r $ rest 2
@@ -52,9 +51,7 @@ def test_slips_have_advice() -> None:
                                   ^^^^^ never-performed: the movement before this never ends: give its `repeat` a number, or remove this
         turtle2 = left
         ^^^^^^^ unused-name: nothing uses `turtle2`: if it is a robot, write `turtle2 $ …`
-        """,
-        hints=True,
-    )
+    """)
 
 
 @pytest.mark.parametrize(
@@ -287,16 +284,13 @@ def test_stray_words_before_a_sign_are_removed(before: str, after: str) -> None:
 
 
 def test_the_word_and_between_robots_gets_a_hint() -> None:
-    check(
-        """
+    check_all("""
         ada bo and cy $ left
                ^^^ robot-named-and: this makes a robot called `and`: separate robots with spaces only
         and ada $ left
         all $ left
         ^^^ robot-named-and: this makes a robot called `all`: list the names of all robots instead
-        """,
-        hints=True,
-    )
+    """)
     check_fixes("ada and bo $ left", "ada bo $ left")
     listed = "[robots.ada]\n[robots.bo]\n"
     check_fixes("ada and bo $ left", "ada bo $ left", robots=listed)
@@ -304,8 +298,7 @@ def test_the_word_and_between_robots_gets_a_hint() -> None:
 
 
 def test_lines_after_an_endless_one_are_marked() -> None:
-    check(
-        """
+    check_all("""
         ada bo $ repeat forward
         ada $ left
         ^^^^^^^^^^ never-performed: line 1 never ends, so this is never performed: give its `repeat` a number
@@ -316,9 +309,7 @@ def test_lines_after_an_endless_one_are_marked() -> None:
         ---
         cy $ repeat left
         ^^^^^^^^^^^^^^^^ never-performed: scene 1 above never ends, so this is never performed: give its `repeat` a number
-        """,
-        hints=True,
-    )
+    """)
 
 
 def test_a_listed_robot_that_is_defined_is_meant_to_play() -> None:

@@ -84,7 +84,7 @@ def _open(inner: st.SearchStrategy[str], conditions: st.SearchStrategy[str]) -> 
 
 
 def written(words: Sequence[str], forms: Iterable[str], most: int) -> st.SearchStrategy[str]:
-    """Generate movements of at most so many words. In a form, `{0}` and `{1}` are movements."""
+    """Generate movements of at most this many words. In a form, `{0}` and `{1}` are movements."""
 
     def larger(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
         return st.one_of(*(st.builds(form.format, *[inner] * (1 + ("{1}" in form))) for form in forms))

@@ -30,7 +30,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.score import Safety
 
 LOOK_LIMIT = 30.0
-"""Seconds a look at ROS 2's graph may take on a busy machine."""
+"""Seconds that reading ROS 2's graph may take on a busy machine."""
 
 AHEAD, BEHIND = 0.02, 0.5
 """Seconds by which the stamps of poses may be ahead of our clock, and the greatest age of a pose by its stamp."""

@@ -39,7 +39,7 @@ def _shown(text: str) -> list[str]:
 
 
 def _fitting(shown: Sequence[str], room: int) -> Sequence[str]:
-    """Return the first characters, as many as fit into so many cells."""
+    """Return the first characters: all that fit into this many cells."""
     count = sum(1 for width in accumulate(_widths(shown)) if width <= room)
     return shown[:count]
 

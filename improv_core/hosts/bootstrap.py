@@ -60,7 +60,7 @@ def cache_folder() -> Path:
 
 
 def read(size: int) -> bytes:
-    """Read so many bytes of standard input, and none of the next; fewer if it ends."""
+    """Read this many bytes of standard input and no more; fewer if it ends."""
     read = []
     while size:
         data = os.read(0, min(size, 65536))

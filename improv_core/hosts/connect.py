@@ -20,7 +20,7 @@ from improv_core.safety.allowed import HostError, checked, is_approved, refusal,
 BEGIN_LIMIT = 45.0
 """Seconds that the far end may take to begin, on a slow network."""
 MOST_SAID = 65_536
-"""The most bytes that a shell there may print before anything of ours, such as a greeting."""
+"""The most bytes that the other machine's shell may print before our program does, such as a greeting."""
 POLICY = Policy(2.0, errors=subprocess.PIPE)
 """ssh stays in our session, so that it ends with us, even if we are killed."""
 THERE = """exec python3 -I -c "exec(open(0,'rb',0,closefd=False).readline())\""""

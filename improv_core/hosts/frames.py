@@ -6,7 +6,7 @@
 | `l` | the next line for standard input is a score | |
 | `m`, `M` | a chunk of a line for standard input, its last chunk | `m`: a line of the stage |
 | `c` | a number: asks for the time there | the number, and the times (`RemoteTimes`) |
-| `a` | | so many more bytes have reached the stage |
+| `a` | | this many more bytes have reached the stage |
 | `h` | | the far end has begun |
 | `i` | | a description of the machine, if we only look; that all is done, if we set up |
 | `t` | | a line about the progress of a setup |
@@ -135,7 +135,7 @@ class Outgoing:
         self._at = 0
 
     def acknowledge(self, count: int) -> None:
-        """Note that so many more bytes have reached the stage."""
+        """Note that this many more bytes have reached the stage."""
         self._unread = max(self._unread - count, 0)
 
     @property

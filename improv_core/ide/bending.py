@@ -54,7 +54,7 @@ class Handle(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Performance:
-    """A word as a robot once plays it: from a pose on, in stretches of one velocity for so many seconds."""
+    """A word as a robot once plays it: from a pose on, in stretches of one velocity, each with its seconds."""
 
     robot: str
     profile: Profile
@@ -68,7 +68,7 @@ class _Performance:
         return not any(moving.x or moving.y for moving, _ in self.legs)
 
     def end(self, factor: float = 1.0) -> Pose:
-        """Return the pose at its end, if the word moves so many times as far."""
+        """Return the pose at its end, if the word moves this many times as far."""
         pose = self.start
         mine = self.amounts
         for moving, seconds in self.legs:
@@ -127,7 +127,7 @@ def bent(analysis: Analysis, offset: int, to: tuple[float, float], freely: bool)
 
 
 def lengthened(analysis: Analysis, offset: int, steps: int, freely: bool) -> tuple[Edit, ...]:
-    """Return the edit that moves the handle at an offset by so many of the amounts to which it snaps."""
+    """Return the edit that moves the handle at an offset by this many of the amounts to which it snaps."""
 
     def wanted(played: _Performance, amount: float, level: Fraction) -> float:
         along = math.copysign(1, amount)

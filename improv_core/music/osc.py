@@ -128,7 +128,7 @@ class OscDesk:
             self._follow(message)
 
     def hear(self) -> None:
-        """Read messages that have arrived, but never so many that something else waits."""
+        """Read messages that have arrived, but too few to keep anything else waiting."""
         for _ in range(MOST_AT_ONCE if self._port else 0):
             assert self._port
             try:

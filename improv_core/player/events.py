@@ -127,7 +127,7 @@ Internal = (
     | Faults | TooNear | Returning | Anchor | Due
 )  # fmt: skip
 """`Anchor` is news of the clock that the stage follows. `Due` is an event that the agenda names: a scene, a takeover,
-the end, or a look at a clock."""
+the end, or a check of a clock."""
 Event = Message | Internal
 
 

@@ -21,7 +21,7 @@ from improv_core.score.score import Part
 from improv_core.score.walk import walk
 
 MOST_LEARNED = 100_000
-"""The most parts of movements that are visited before a dance begins, to find out where they lead joints."""
+"""The most parts of movements that are visited before a dance begins, to compute where they lead joints."""
 
 
 MOST_PLACED = 3_000
@@ -42,7 +42,7 @@ class LimbTrack:
         self._outcomes = JointOutcomes(limb.part, limb.body)
 
     def settle(self, at: float) -> None:
-        """Bring it to a time, unless that has passed."""
+        """Advance it to a time, unless that has passed."""
         if (seconds := at - self._at) > 0:
             self._at = at
             self.limb.turn(self._told, seconds)

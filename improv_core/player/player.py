@@ -29,7 +29,7 @@ from improv_core.score.senses import Key, RobotSense
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and between two of robots that still move after the end."""
 LOOK_WHILE_ARMED = 0.1
-"""Seconds between two looks at the wall clock while beat 0 waits for a person, or for a time that is not yet near."""
+"""Seconds between checks of the wall clock while beat 0 waits for a person, or for a time that is not yet near."""
 
 
 VITALS_PERIOD = 1.0
@@ -204,7 +204,7 @@ class Player:
 
     @property
     def _returns_due(self) -> float:
-        """The time on the clock of the next look at robots that drive back to their parts."""
+        """The time on the clock of the next check of robots that drive back to their parts."""
         return self._tracks.returns.due(self.run, self._tracks.listeners.returning)
 
     def _steps(self, now: float) -> list[HomeStep]:
@@ -237,7 +237,7 @@ class Player:
         return events.Changed()
 
     def _find_faults(self, now: float) -> list[RobotNews]:
-        """Return news about faults of real robots, if a look is due. Once a second, report the condition of all."""
+        """Return news about faults of real robots, if a check is due. Once a second, report the condition of all."""
         run, tracks = self.run, self._tracks
         if not self._sink.real or not tracks.faults.is_due(run.score, now):
             return []

@@ -55,7 +55,7 @@ class Run:
     automation that caused it may, until a person plays again.
 
     This stage follows a `clock` from outside. `pace` is the factor on the score's tempo and the speed with which it
-    follows a clock, or with which the stage that leads does. It plays so many seconds `behind` that stage.
+    follows a clock, or with which the stage that leads does. It plays this many seconds `behind` that stage.
 
     Some methods need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
@@ -116,7 +116,7 @@ class Run:
         return float(self.pace) if self.clock and not self.clock.is_music else 1.0
 
     def later(self, beat: Exact, seconds: float) -> Exact:
-        """Return the beat that comes so many seconds after another one, at the tempo of the run, even past the end."""
+        """Return the beat that comes this many seconds after another one, at the run's tempo, even past the end."""
         return near(max(float(beat) + seconds / self.beat_period, 0.0)) if seconds else beat
 
     def aligned(self, beat: Exact, now: float) -> Run:

@@ -36,7 +36,7 @@ class SeparationMonitor:
         self._proximity = Proximity()
         self._looked = self._shared = -math.inf
         self.due = math.inf
-        """The time on the clock of the next look if no pose comes."""
+        """The time on the clock of the next check if no pose comes."""
         self._told: set[str] = set()  # robots that people know are not guarded
         self._lost: dict[str, float] = {}  # robots without poses now, and the time when that was so last
         self._delayed: set[str] = set()  # robots whose poses come too late
@@ -140,7 +140,7 @@ class SeparationMonitor:
 
     def _other_clocks(self, run: Run, ahead: Mapping[str, float]) -> Iterator[str]:
         """Yield lines about robots whose poses are stamped by a clock that doesn't agree with ours, each once. Their
-        stamps are so many seconds `ahead`."""
+        stamps are this many seconds `ahead`."""
         parts = run.score.parts
         # Robots in the world must not begin by what was true long ago.
         for robot in dict.fromkeys((*_dependent(run), *_guarded(run))):

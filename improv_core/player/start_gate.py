@@ -35,7 +35,7 @@ class Gate:
 
 
 def counted(gate: Gate | None, beats: int) -> Gate:
-    """Return a gate before which so many beats are counted; without one, they begin once everything is ready."""
+    """Return a gate before which this many beats are counted; without one, they begin once everything is ready."""
     return replace(gate or Gate(by_itself=True), count=beats)
 
 

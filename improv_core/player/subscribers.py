@@ -67,7 +67,7 @@ class Listeners:
         self._awaited, self._expected, self._waits = set(robots), now, True
 
     def find(self, now: float, moving: Collection[str] | None) -> Listened:
-        """Find the expected robots that hear us since the last look, and ask the others. Those that are `moving` must
+        """Find the expected robots that hear us since the last check, and ask the others. Those that are `moving` must
         not keep moving meanwhile."""
         before, missing = self._awaited, self._sink.missing(self._awaited)
         self._sink.ask(missing)

@@ -27,7 +27,7 @@ from improv_core.score.ramps import FASTEST_EASE
 from improv_core.score.score import Part, Score, in_axes
 
 LOOK = 0.25
-"""Seconds until the next look at the clock if no message comes from it: a bend must not last too long."""
+"""Seconds until the next check of the clock if no message comes from it: a bend must not last too long."""
 SOON = 0.95
 """The share of the tempo at which a robot would be too fast, from which on people get a warning."""
 

@@ -106,7 +106,7 @@ def refuse_robots_file(path: Path) -> None:
 
 
 def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
-    """Return the content of a regular file, at most so many bytes. Raises ReadError."""
+    """Return the content of a regular file of at most `most` bytes. Raises ReadError."""
     try:
         data = sys.stdin.buffer.read(most + 1) if path == STANDARD_INPUT and sys.stdin else _read_bytes(path, most + 1)
         if len(data) > most:
@@ -145,7 +145,7 @@ def _bytes_or_problem(path: Path, most: int) -> bytes | str:
 
 
 def _read(path: Path, most: int) -> str:
-    """Return the text of a regular file of at most so many bytes. Raises ReadError."""
+    """Return the text of a regular file of at most `most` bytes. Raises ReadError."""
     try:
         return read_bytes(path, most).decode("utf-8-sig")
     except UnicodeDecodeError:

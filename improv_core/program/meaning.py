@@ -158,7 +158,7 @@ def not_understood(
 
 
 def movement_of(node: Node, scope: Scope, robots: int, statement_id: int = NOWHERE, robot: int = 0) -> Movement:
-    """Return the movement of a node of a statement, in its scope, as one of so many robots plays it."""
+    """Return the movement of a node of a statement, in its scope, as one of the robots of its line plays it."""
     return Reader(scope, statement_id, Reading(robot, robots)).movement(node)
 
 

@@ -52,18 +52,18 @@ def brief(number: Exact) -> Exact:
 
 
 def decimal(value: float, digits: int = 2) -> str:
-    """Write a number with up to so many digits after the point, and a comma between thousands."""
+    """Write a number with up to `digits` digits after the point, and a comma between thousands."""
     return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
 
 
 def moment(passed: float) -> str:
-    """Write the moment after so many beats, counted from 1 as people count: `beat 1.79` is 0.79 beats after the
+    """Write the moment after this many beats, counted from 1 as people count: `beat 1.79` is 0.79 beats after the
     beginning."""
     return f"beat {decimal(passed + 1)}"
 
 
 def end_after(passed: float) -> str:
-    """Write the end of something that lasts so many beats: `the end of beat 8`."""
+    """Write the end of something that lasts this many beats: `the end of beat 8`."""
     return f"the end of beat {decimal(passed)}" if passed == int(passed) else moment(passed)
 
 

@@ -126,7 +126,7 @@ class BendMovement(TypedDict):
 
 
 class LengthenMovement(TypedDict):
-    """Somebody made the movement at an offset longer, or shorter, by so many round amounts."""
+    """Somebody made the movement at an offset longer, or shorter, by a number of round amounts."""
 
     type: Literal["lengthen"]
     offset: Count

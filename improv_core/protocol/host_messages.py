@@ -6,7 +6,7 @@ from typing import Literal, TypedDict
 
 
 class ParentLost(TypedDict):
-    """The stage of a host has stopped its robots, since it has received nothing from its parent for so many seconds."""
+    """The stage of a host has stopped its robots, since it has received nothing from its parent for this long."""
 
     type: Literal["deserted"]
     seconds: float

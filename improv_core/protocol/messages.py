@@ -85,7 +85,7 @@ class Misplaced(TypedDict):
 
 
 class CountJson(TypedDict):
-    """A count of so many `beats` before beat 0, each of so many seconds (`period`)."""
+    """A count before beat 0: the number of `beats`, and the seconds of each (`period`)."""
 
     beats: int
     period: float

@@ -78,7 +78,7 @@ class Unfollowed(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Noticed:
     """The observations of a sink of real robots: all poses that were sent by `heard`, in monotonic seconds, have come.
-    By robot, the commands since the last time left `late` by so many seconds at most, if they did. `batteries` are
+    By robot, the commands since the last time left `late` by at most this many seconds, if they did. `batteries` are
     their charges, from 0 to 1. Joints of the robots in `unfollowed` don't follow. The time of the simulation is
     `frozen` if it stamps messages and stands still."""
 

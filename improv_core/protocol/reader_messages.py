@@ -19,7 +19,7 @@ class SenseToRead(TypedDict):
 
 class Read(TypedDict):
     """Read these senses, and the poses, batteries, and joint states of these robots (robot: topic), and no others.
-    `bases` are the robots' own frames in tf. `period` is the seconds between two looks for poses."""
+    `bases` are the robots' own frames in tf. `period` is the seconds between checks for poses."""
 
     type: Literal["read"]
     period: float

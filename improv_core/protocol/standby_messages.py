@@ -37,7 +37,7 @@ class RobotMoves(TypedDict):
 
 class Pulse(TypedDict):
     """The stage lives; if nothing more comes within `patience` seconds, it hangs. Sent ten times a second while robots
-    move. Its stamps are `ahead` of the machine's time by so many nanoseconds, as in a simulation."""
+    move. Its stamps are `ahead` of the machine's time by this many nanoseconds, as in a simulation."""
 
     type: Literal["pulse"]
     patience: float

@@ -25,7 +25,7 @@ def with_skeletons(
     """Return the robots with the skeletons in the URDFs that their profiles name, relative to the folder of the
     `improv.toml`.
 
-    `read` returns the content of a file of at most so many bytes, or an error, and `skeleton_in` the skeleton in that
+    `read` returns the content of a file of at most this many bytes, or an error, and `skeleton_in` the skeleton in that
     content, or an error. A URDF that can't be used, or that contradicts the joints of its profile, is an error at the
     line that names it.
     """

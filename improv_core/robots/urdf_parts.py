@@ -258,7 +258,7 @@ def _path(tip: str, carrier: Mapping[str, UrdfJoint]) -> list[UrdfJoint]:
 
 def _cuts(chain: Sequence[UrdfJoint]) -> Iterator[tuple[str, tuple[UrdfJoint, ...]]]:
     """Yield the joints of a chain in parts of at most four, with their names: by what its joints are called, or else
-    as limbs of so many joints usually are."""
+    as limbs with this number of joints usually are."""
     words = [_word_in(joint) for joint in chain]
     for place in range(1, len(words)):
         words[place] = words[place] or words[place - 1]

@@ -1,4 +1,4 @@
-"""Watches all robots for faults: collects facts between two looks, and decides when to look. `fault_rules` finds
+"""Watches all robots for faults: collects facts between checks, and decides when to check. `fault_rules` finds
 faults.
 
 It never reads a clock; times are the clock's, in seconds.
@@ -20,9 +20,9 @@ from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Part, Score
 
 PERIOD = 0.1
-"""Seconds in which it looks at every robot once."""
+"""Seconds in which it checks every robot once."""
 TOGETHER = 100
-"""The number of robots that it looks at together, so that one line reports what several have in common. More would take
+"""The number of robots that it checks together, so that one line reports what several have in common. More would take
 longer than a command may wait."""
 
 
@@ -43,7 +43,7 @@ class RobotNews(NamedTuple):
 
 @dataclass(slots=True)
 class _Robot:
-    """A robot since the last look at it: its poses, and by how much its commands left too late. It has been sent
+    """A robot since its last check: its poses, and by how much its commands left too late. It has been sent
     velocities since `moves`, and ever in this performance if it has `moved`. Its latest pose is of `posed`.
 
     It was sent `twist` at `since`, after `before`. Earlier `changes` have both velocities, and the seconds until the
@@ -64,7 +64,7 @@ class _Robot:
 
 
 class FaultMonitor:
-    """The facts about each robot since the last look at it."""
+    """The facts about each robot since its last check."""
 
     def __init__(self) -> None:
         self._robots: defaultdict[str, _Robot] = defaultdict(_Robot)
@@ -97,7 +97,7 @@ class FaultMonitor:
 
     @property
     def next_look(self) -> float:
-        """The time of the next look, a little later than a period, so that rounding never makes the look too early."""
+        """The time of the next check, a little later than a period, so that rounding never makes it too early."""
         return self._looked + PERIOD * (1 + 1e-6)
 
     def tell(self, robot: str, twist: Twist, at: float) -> None:
@@ -127,13 +127,13 @@ class FaultMonitor:
         return [low_battery(robots, max(fallen.values())) for robots in [sorted(fallen)] if robots]
 
     def is_due(self, score: Score, now: float) -> bool:
-        """Return whether enough time has passed since the last look for another one."""
+        """Return whether enough time has passed since the last check for another one."""
         return self._due(score, now) >= min(len(score.parts), TOGETHER)
 
     def look_around(
         self, score: Score, gone: Mapping[str, str], noticed: Noticed, now: float, back: Collection[str] = ()
     ) -> Iterator[RobotNews]:
-        """Look at as many robots as the time since the last look requires, and yield what is new. `gone` has a line for
+        """Check as many robots as the time since the last check requires, and yield what is new. `gone` has a line for
         each robot that has none to listen to it. Robots that drive `back` to their parts move otherwise than these."""
         for robot, seconds in noticed.late.items():
             self._robots[robot].late = max(self._robots[robot].late, seconds)

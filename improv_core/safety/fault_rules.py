@@ -77,9 +77,9 @@ News = FaultBegan | FaultOver
 class RobotFacts:
     """The facts about a robot at time `now`.
 
-    `poses` have come since the last look, and all poses that were sent by `heard` have come; None if nothing measures
+    `poses` have come since the last check, and all poses that were sent by `heard` have come; None if nothing measures
     the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
-    since the last look left `late` by so many seconds at most. Joints of it are `unfollowed`. It was `rushed` if its
+    since the last check left `late` by at most this many seconds. Joints of it are `unfollowed`. It was `rushed` if its
     part changed its velocity before its accelerations let it get there. `lost` is why its output can't reach it.
     """
 
@@ -113,7 +113,7 @@ class RobotWatch:
 
 
 def look(watch: RobotWatch, known: RobotFacts, rules: FaultRules) -> tuple[RobotWatch, list[News]]:
-    """Find the faults of a robot that have begun since the last look, and those that are over."""
+    """Find the faults of a robot that have begun since the last check, and those that are over."""
     found: dict[Fault, Worst | None] = {}  # None: the fault is over; faults that aren't in it stay as they are
     for pose in known.poses:
         watch = _posed(watch, pose, found, rules)

@@ -215,7 +215,7 @@ class _Track:
 
     A robot that is `in_world` has no frame of its own, so it may begin elsewhere than in the score. If it follows its
     ideal path, `limits` are its own, and `error` has its ideal pose, its measured pose, and the time of both. Its turns
-    end `late` by so many seconds, and `ended` is the time and the speed of one that has just ended.
+    end `late` by this many seconds, and `ended` is the time and the speed of one that has just ended.
     """
 
     since: float

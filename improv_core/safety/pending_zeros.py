@@ -45,7 +45,7 @@ class PendingZero:
     due: float
     """The time of the next check."""
     expected: int
-    """The most listeners that the topic had: that many have to receive the zero."""
+    """The most listeners that the topic had: this many have to receive the zero."""
     listeners: int
     """The number of listeners at the latest check."""
     until: float

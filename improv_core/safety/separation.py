@@ -19,7 +19,7 @@ PATIENCE = 2.0
 """Seconds within which two robots that begin too near to each other must have moved apart, by more than jitter: their
 poses are late, and they may have to turn first."""
 LOOK_PERIOD = 0.02
-"""The fewest seconds between two looks at robots of which no pose has come."""
+"""The fewest seconds between checks of robots of which no pose has come."""
 MOST_NAMED = 3
 """The most pairs that a line names."""
 
@@ -155,8 +155,8 @@ class Proximity:
 
 
 class Looked(NamedTuple):
-    """The result of a look: the new state; the pairs that are too near, the nearest first; and the time of the next
-    look if no pose comes, and no robot is sent another velocity."""
+    """The result of a check: the new state; the pairs that are too near, the nearest first; and the time of the next
+    check if no pose comes, and no robot is sent another velocity."""
 
     proximity: Proximity
     found: list[Near]

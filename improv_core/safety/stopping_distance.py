@@ -72,7 +72,7 @@ def braking_of(profile: Profile) -> float:
 
 def coasting(speed: float, braking: float, age: float) -> float:
     """Return the most meters that a robot at this speed, in m/s, may be beyond its latest pose when it stands, if it
-    gets the command now and that pose is so many seconds old."""
+    gets the command now and that pose is this many seconds old."""
     return speed * (age + REACTION) + speed * speed / 2 / braking
 
 

@@ -172,7 +172,7 @@ class Stops:
         self._tell.append(tell)
 
     def know(self, count: int) -> None:
-        """Note that people know of so many presses of emergency stops. Requests from before are no longer sent."""
+        """Note that people know of this many presses of emergency stops. Requests from before are no longer sent."""
         with self._lock:
             if count > self.known:
                 self.known = count

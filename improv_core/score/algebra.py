@@ -133,7 +133,7 @@ class Parallel(Several, Piecewise):
 
 @value(frozen=True, slots=True, eq=False)
 class Repeat(Single, InTurn):
-    """A movement that plays so many times, or forever. Repeating an empty movement gives an empty movement."""
+    """A movement that plays a number of times, or forever. Repeating an empty movement gives an empty movement."""
 
     times: int | None
 

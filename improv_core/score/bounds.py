@@ -109,7 +109,7 @@ def _words_of_all(voices: Sequence[BodyWords]) -> BodyWords:
 
 @lru_cache(maxsize=10_000)
 def sped_up(bounds: Bounds, above: int, below: int) -> Bounds:
-    """Return the bounds of a movement so many times as fast: two ints are hashed faster than their fraction."""
+    """Return the bounds of a movement at this rate: two ints are hashed faster than their fraction."""
     rate = Fraction(above, below)
     peak, longer = faster(bounds.peak, rate), bounds.bits + bits(rate)
     words = words_faster(bounds.body, rate)

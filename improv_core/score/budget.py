@@ -25,6 +25,6 @@ class Budget:
             raise TooLongError
 
     def allow(self, steps: int) -> None:
-        """Raise TooLongError at once if so many steps are too many."""
+        """Raise TooLongError at once if these steps are too many."""
         if steps > self.left:
             raise TooLongError

@@ -33,7 +33,7 @@ class Curve:
     held: list[tuple[float, float, float]] = field(default_factory=list)
 
     def follow(self, moment: JointMoment, beats: float, end: float) -> None:
-        """Add its movement in a moment, at so many `beats` a second. Nothing is drawn after beat `end`."""
+        """Add its movement in a moment, at this many `beats` a second. Nothing is drawn after beat `end`."""
         begin, velocity = moment.begin[self.joint.name], moment.velocities[self.joint.name]
         start = float(moment.moment.start)
         long = min(float(moment.moment.duration), end - start)

@@ -13,7 +13,7 @@ DEGREE = math.radians(1)
 
 
 class Measure(NamedTuple):
-    """A component of a velocity, per beat, that a program measures: so many `steps` (quarter turns, for yaw), `meters`,
+    """A component of a velocity, per beat, that a program measures: its `steps` (quarter turns, for yaw), `meters`,
     and `degrees`, and lengths of arcs: meters of radius times quarter turns (`turning`), and times degrees (`arcs`).
 
     Without anything measured, a component is a plain number, so most code never meets this class.

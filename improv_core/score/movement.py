@@ -155,7 +155,7 @@ class Bounds:
 
     `peak` bounds all moments. `width` is the number of voices that may play at once, `bits` that of the bits that the
     factors around its moments may add to their fractions, and `depth` that of nested walks (in voices, ramps, and open
-    movements). With `dice`, it contains a word of dice, even one that is never reached, and takes so many `throws` of
+    movements). With `dice`, it contains a word of dice, even one that is never reached, and it takes `throws` throws of
     its stream. If it is `open`, senses decide what is performed. `body` is about the words for body parts.
     """
 

@@ -31,7 +31,7 @@ class Following:
 
     `anchor` is the latest news of it (None: none yet). Beat `ours` plays when the clock is at `theirs`, and from there
     on `slope` beats for each unit of its phase. It is `silent` while no more news comes. `looks` is the performance
-    time at which to look at it again. With `warned`, people know that it is too fast for a robot. A pause that `enters`
+    time at which to check it again. With `warned`, people know that it is too fast for a robot. A pause that `enters`
     ends at this performance time, at which the clock is at the beat of the performance.
     """
 

@@ -173,7 +173,7 @@ def _flights(profile: Profile) -> Outcomes[_Flight]:
 
 
 class Outcomes(Generic[M]):
-    """The effects of movements, from those of velocities in so many beats. Repeats without dice are multiplied."""
+    """The effects of movements, from those of velocities in numbers of beats. Repeats without dice are multiplied."""
 
     def __init__(self, nothing: M, held: Callable[[Velocity, float], M]) -> None:
         self._nothing, self._held = nothing, held

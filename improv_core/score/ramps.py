@@ -200,8 +200,8 @@ def _phase(beats: Fraction, start: Exact, end: Exact) -> Phase:
 def _stepped(
     inner: Bounds, *spans: tuple[Fraction, Exact, Exact]
 ) -> tuple[tuple[Exact, None, Bounds], tuple[Phase, ...]]:
-    """Return the duration, the uniform velocity, the bounds, and the phases of a body with these bounds that is played
-    for so many beats each from one rate to another."""
+    """Return the duration, the uniform velocity, the bounds, and the phases of a body with these bounds. Each span has
+    the beats in which its rate changes, its first rate, and its last rate."""
     phases = tuple([_phase(*span) for span in spans])
     duration = sum(phase.beats for phase in phases)
     rate = max(max(phase.rate(0), phase.rate(phase.steps - 1)) for phase in phases)

@@ -23,7 +23,7 @@ class Dice(NamedTuple):
     throw: int
 
     def after(self, throws: int) -> Dice:
-        """Return the throw so many throws later in the same stream."""
+        """Return the throw this many throws later in the same stream."""
         return Dice(self.stream, self.throw + throws) if throws else self
 
     def inside(self, index: int) -> Dice:

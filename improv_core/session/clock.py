@@ -79,7 +79,7 @@ def due(state: SessionState) -> float:
 
 
 def waited(state: SessionState, now: Now) -> StateAndActs:
-    """Do what is due: come in, or notice that the clock is lost."""
+    """Do what is due: have robots come in, or handle the loss of the clock."""
     clock = state.following
     if clock and state.mode in ("armed", "paused") and now.at >= state.enters - together.EARLY:
         at = max(state.enters, now.at + together.ahead(state))

@@ -14,7 +14,7 @@ from improv_core.program.files import ReadError, read_program, without_ending
 from improv_core.robots.config import find_robots_file
 
 STEP, LOOK_AGAIN = 10, 500
-"""Milliseconds from a change in a watched folder to a look at the file, and between two looks without a change."""
+"""Milliseconds from a change in a watched folder to a check of the file, and between checks without a change."""
 SETTLING, MID_LINE_SETTLING, EMPTY_SETTLING = 0.1, 0.5, 5.0
 """Seconds that a file must stay unchanged before it plays: longer if it ends in the middle of a line, since it may be
 half written, and longest if it is empty, missing or not text, since somebody may still be writing it."""

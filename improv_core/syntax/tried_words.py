@@ -75,7 +75,7 @@ ADVICE = _table(
 )
 """Words for which the language has no other word, in lowercase, and how to write what they ask for."""
 _TIMED = {"rest": "repeat {}", "ramp": "fit {}"}
-"""Words before a word of `TRIED` that give it so many beats."""
+"""Words before a word of `TRIED` that set its beats."""
 _FILLERS = frozenset({"then", "a", "an", "the", "please", "in", "out"})
 
 _FIGURES: Mapping[str, str] = {

@@ -21,11 +21,11 @@ _AMOUNT_COST = 3.0
 _CLEAR = 2.5
 """An amount of fewer standard deviations is 0."""
 _WORST, _HOPELESS = 4.5, 80.0
-"""A fit that is worse than so many variances of each sample, and so many in all, is better told in more stretches."""
+"""The most variances of a fit: for each sample, and once. A stretch with more is split."""
 _USUAL, _GOOD = 3.5, 10.0
-"""A fit that is better than so many is as good as noise allows,"""
+"""The variances, counted likewise, up to which a fit is as good as noise allows."""
 _BACK = 24
-"""so that a stretch ends at most so many nodes before it is worse."""
+"""The most nodes by which a stretch may end before the last one up to which its fit is that good."""
 
 Told = TypeVar("Told")
 

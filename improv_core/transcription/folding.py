@@ -28,7 +28,7 @@ _LONGEST_PERIOD = 64
 _MOST_FOLDS = 200
 _MOST_NAMES = 6
 _LEAST_SAVED = 0.5
-"""The words that a fold must save: less is not worth a thought of whoever reads it."""
+"""The words that a fold must save: with fewer, it makes the program harder to read."""
 _WORTH_A_NAME = 3.0
 _NAME_COST = 2.3
 """The cost of a definition besides its body: its name and the equals sign, and the line."""

@@ -18,22 +18,22 @@ from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_
 LEAST = 0.05
 """Meters: a hand that moved less has drawn nothing."""
 _TREMOR = 0.015
-"""The share of a drawing's size by which a hand misses what it means to draw,"""
+"""The inaccuracy of a hand, as a share of the drawing's size."""
 _LEAST_TREMOR = 0.01
-"""and the least, in meters."""
+"""The least inaccuracy, in meters."""
 _MOST_POINTS = 100
 """More points of a stroke say nothing more, and each pair of them is a curve to try."""
 _PATIENCE = 6
-"""A curve that can't be drawn through so many more points isn't tried with still more."""
+"""After this many more points through which a curve can't be drawn, no more are tried."""
 _ARC_COST = 1.2
-"""An arc takes more words than a line: so many times as many, and twice as many again if it hardly bends,"""
+"""The cost of an arc, which takes more words than a line, whose cost is 1."""
 _SLIGHT = math.radians(45)
-"""by less than this."""
+"""An arc that turns by less costs more: up to 2 if it hardly turns."""
 _CORNER_COST = 1.0
 """A corner takes a turn on the spot, and so as many words as a line."""
 _MISFIT_COST = 0.3
 _FAR = 8
-"""A hand doesn't move by so many times the space between two points at once: that is a line."""
+"""A gap between two points that is this many times the usual one was not drawn: it is a line."""
 _FEWEST = 4
 """Fewer places make no arc."""
 _KINK = math.radians(20)

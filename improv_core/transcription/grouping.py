@@ -12,9 +12,9 @@ from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
 
 _CLEAR = 3.0
-"""Amounts that are apart by more standard deviations aren't the same,"""
+"""The standard deviations by which amounts that are the same may differ."""
 _LEAST = 2e-4
-"""if they are apart by so many meters or radians."""
+"""The meters or radians by which they may always differ."""
 Signs = tuple[int, int, int, int]
 
 

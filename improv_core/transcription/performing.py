@@ -30,11 +30,11 @@ _NUDGE = 1e-5
 _RIDGE = 1e-9
 """The weight of an unknown besides that of its samples, so that one of which they tell nothing stays as it is."""
 _MOST_ROWS = 300
-"""Neighboring samples of a robot are taken together, so that there are at most so many."""
+"""The most rows of a robot: neighboring samples are added up to one row."""
 _WORD = 4.0
-"""The cost of a word that is a measure, in natural units of information,"""
+"""The cost of a measure, in natural units of information."""
 _DIGIT = 2.3
-"""and of each digit of it."""
+"""The cost of each further digit."""
 _Unknown: TypeAlias = "tuple[str, int] | tuple[int, int]"
 """A robot or the number of a group, and a coordinate of its start or an amount."""
 _UNITS = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
@@ -244,8 +244,8 @@ class FittedGroups:
 
 
 def _options(value: float, beats: Fraction, at: int, profile: Profile, yaw: float) -> Iterator[tuple[float, float]]:
-    """Yield numbers near a value, and what each costs to read, in natural units. An amount takes so many beats; a
-    start takes none. Forward, a robot may go along a circle by the angle `yaw`."""
+    """Yield numbers near a value, and what each costs to read, in natural units. `beats` is the length of the motion;
+    0 for a start. Forward, a robot may go along a circle by the angle `yaw`."""
     yield 0.0, -_WORD if beats else 0.0
     levels: Sequence[Fraction] = ANGLES if at == 3 else LENGTHS
     scale = math.pi / 180 if at == 3 else 1.0

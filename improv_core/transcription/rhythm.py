@@ -22,13 +22,13 @@ from improv_core.transcription.track import Noise, Sample, Track
 _GRID = (1, 2, 3, 4)
 """Noisy changes are taken to be on these parts of a beat."""
 _PART_COST = {1: 0.0, 2: 2.0, 3: 4.0, 4: 4.0}
-"""The cost of an end on such a part of a beat, in natural units of information,"""
+"""The cost of an end on such a part of a beat, in natural units of information."""
 _FINE_COST = 6.0
-"""and on a finer one."""
+"""The cost of an end on a finer part."""
 _MOST_TRIED = 24
-"""So many movements, the simplest ones, may be an `ease` of several motions."""
+"""The most movements that are tried as an `ease` of several motions, the simplest first."""
 _DENSE = 1.5
-"""It consists of at least so many stretches in each beat."""
+"""The fewest stretches in each beat of such an `ease`."""
 _BAD = 30.0
 """The cost of a motion, besides that of noise, above which there are several."""
 _GENTLE_COST = 4.0
@@ -38,17 +38,17 @@ _MOST_GENTLE = 32
 _FEW = 20
 """Poses that are enough to refute most movements that aren't gentle."""
 _SWELL = 0.7
-"""In the first eighth of an `ease`, a robot moves at most so much of what it moves in the second one."""
+"""In the first eighth of an `ease`, a robot moves less than this share of its movement in the second eighth."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})
 """The parts of both rates of a `ramp` that its first one may be."""
 _FINE = 1e-5
-"""Seconds by which an end may be moved to a simple part of a beat, of stretches that stay near their track:"""
+"""Seconds by which the end of a stretch near its track may be moved to a simple part of a beat."""
 _NEAR = 3.0
-"""no pose is off by more standard deviations."""
+"""The most standard deviations by which poses of such a stretch may be off."""
 _WINDOW = 2
-"""Noisy poses are compared in means of so many,"""
+"""The number of noisy poses whose mean is compared."""
 _JITTER = 1e-3
-"""if their noise is at least this, in meters."""
+"""The least noise, in meters, of poses that are compared in means."""
 _EXACT = 1e-4
 """Seconds by which a sample may be off and still be at a beat."""
 
@@ -73,7 +73,7 @@ class RateCurve(NamedTuple):
 
     @lru_cache(maxsize=4096)  # noqa: B019 - curves are few, and small
     def progress(self, beats: Fraction) -> Callable[[float], float]:
-        """Return a function of beats: those of a body of so many beats that this curve has played by then."""
+        """Return a function of beats: those of a body of this length that the curve has played by then."""
         made = ease(stand(beats)) if self.start is None else ramp(stand(beats), self.start, self.end)
         assert isinstance(made, Stepped)
         steps = list(made.steps_from(0, False))
@@ -120,8 +120,8 @@ class TrackedRobot(NamedTuple):
 
 
 def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[Item]:
-    """Return stretches that end when the track's do, as they may even where its velocity always changes; the `nearest`
-    ones lead from pose to pose."""
+    """Return stretches that end when the track's do, even if its velocity always changes. The `nearest` ones lead from
+    pose to pose."""
     meters, radians = (_NEAR * each for each in robot.noise)
     stretches = list(chained(robot.track, meters, radians)) if nearest else robot.stretches
     ends = [on_grid(each.end, tempo, _FINE) for each in stretches]

@@ -10,7 +10,7 @@ from improv_core import LineError
 from improv_core.transcription.track import TimedPlace
 
 LARGEST = 1e6
-"""Meters and seconds: a larger number is a mistake in a file."""
+"""The largest valid number in a file, in meters or seconds."""
 
 
 class SourceError(LineError):

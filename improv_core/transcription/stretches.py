@@ -13,7 +13,7 @@ from improv_core.transcription.fits import FittedVelocity, VelocityFits, cheapes
 from improv_core.transcription.track import Track
 
 _COARSE = 4
-"""Changes are looked for at each of so many samples, and then near the ones that were found."""
+"""The search for changes first takes one in this many samples, and then all samples near those it found."""
 _GOLDEN = (math.sqrt(5) - 1) / 2
 """The share of the time in which two stretches may meet that is left by each step of a search (Kiefer, 1953)."""
 _STEPS = 25

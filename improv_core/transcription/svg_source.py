@@ -17,15 +17,15 @@ _TOKENS = re.compile(r"([MmLlHhVvCcSsQqTtAaZz])|([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE]
 _COUNTS = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "a": 7, "z": 0}
 _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate)\s*\(([^)]*)\)")
 _POINTS = 64
-"""So many points stand for each curve."""
+"""The number of points that replace each curve."""
 _RATE = 20.0
 """Places per second, as a recording has them."""
 _CORNER = math.radians(20)
 """A drawing that bends by more at one point has a corner, where the robot turns on the spot."""
 _TURN = 2.0
-"""Radians per second at which it does, in shares of the time that the drawing takes at one unit of length a second."""
+"""Radians that it turns there in the time that it takes for one unit of the drawing."""
 _WIDTH = 4.0
-"""Meters that a drawing is wide if nobody says its scale."""
+"""The width of a drawing without a scale, in meters."""
 _MOST_POINTS = 100_000
 
 Matrix = tuple[complex, complex, complex]
@@ -34,7 +34,7 @@ _SAME: Matrix = (1 + 0j, 0j, 0j)
 
 
 def read_svg(path: Path, seconds: float, scale: float | None) -> Recording:
-    """Read an SVG's paths, lines, and polygons, drawn in so many seconds. `scale` is in meters per unit.
+    """Read an SVG's paths, lines, and polygons, drawn in this many seconds. `scale` is in meters per unit.
 
     Raises SourceError.
     """

@@ -34,7 +34,7 @@ def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
 
 
 def multiples(tempo: int, most: int) -> list[int]:
-    """Return the tempi of which so many beats, at most, take as long as so many of this tempo."""
+    """Return the tempi whose ratio to this one is a fraction of numbers up to `most`."""
     times = [Fraction(tempo * times, parts) for times in range(1, most + 1) for parts in range(1, most + 1)]
     return [int(each) for each in times if each.denominator == 1 and SLOWEST <= each <= FASTEST]
 

@@ -37,11 +37,11 @@ NOISY = 100 * CLEAN
 _CHANGE = 0.15
 """Seconds: only changes between longer stretches tell the tempo."""
 _SHARE = 15
-"""Also of exact tracks, poses are taken to be off by this part of the tolerance."""
+"""The noise assumed even in exact tracks is the tolerance divided by this."""
 _FINEST = 9
-"""The number of times that numbers are made finer at most,"""
+"""The most times that numbers are made finer."""
 _STRICTNESS = 0.25
-"""from fits that count so much on."""
+"""The weight of the misfit when numbers are first rounded; each finer step multiplies it by 4."""
 _TELLING = 40
 """The number of stretches that tell the tempo."""
 _CLOSELY = 3
@@ -49,7 +49,8 @@ _CLOSELY = 3
 _CLOSER = 0.2
 """The share of a tolerance that rounding may take where noise takes the rest."""
 _HIDDEN, _REACHED = 2.0, 5.0
-"""Noise may hide by so many standard deviations how far a mean of poses is off, and hardly moves any by so many."""
+"""The standard deviations by which noise may hide the error of a mean of poses, and by which it hardly ever moves one
+pose."""
 _NEAREST = 3
 """Robots that are too far off are guided, then their stretches are nearer to their tracks, and then the nearest: from
 pose to pose, with no amounts in common."""

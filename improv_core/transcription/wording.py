@@ -33,7 +33,7 @@ ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10
 _REPEAT_COST = 2.5
 """A `repeat` costs more than a `slow`, which motions beside each other can share."""
 _MOST_COPIES = 24
-"""A motion of more beats is one slow word, not so many words of one beat."""
+"""The most beats of a motion that may be written as one word for each beat; a longer one is one slow word."""
 
 
 class WordedVoice(NamedTuple):
@@ -123,7 +123,7 @@ def _in_bracket(node: Node) -> Node:
 
 
 def pace_text(beats: Fraction) -> str:
-    """Return the transformer that makes one beat so many."""
+    """Return the transformer that makes a movement of one beat last this many."""
     return f"slow {number_text(beats)}" if beats > 1 else f"fast {number_text(1 / beats)}"
 
 

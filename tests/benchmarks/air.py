@@ -24,7 +24,7 @@ BASE = "improv-air"
 
 
 class Machine:
-    """A machine on a link. Its clock is `ahead` of ours by so many seconds, but only for processes that sshd starts
+    """A machine on a link. Its clock is `ahead` of ours by this many seconds, but only for processes that sshd starts
     there."""
 
     def __init__(self, number: int, folder: Path) -> None:

@@ -39,7 +39,7 @@ class Edit:
 
 
 def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
-    """Write a program of so many lines (100 or more give no hint either); if `shared`, a third of them use `SHARED`."""
+    """Write a program of this many lines (100 or more give no hint either). If `shared`, a third use `SHARED`."""
     dance = _Dance(Random(seed))
     made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
     while len(made) < lines:
@@ -54,7 +54,7 @@ def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
 
 
 def python(lines: int, seed: int = 1) -> str:
-    """Write a Python module of so many lines."""
+    """Write a Python module of this many lines."""
     random = Random(seed)
     made = ['"""Measures of a dance."""', "import math", "", f"{SHARED} = math.sqrt(2)"]
     names = [SHARED]

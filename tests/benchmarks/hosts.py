@@ -3,7 +3,7 @@
 Each robot is on its own link with random delays and losses. There are saves, pauses, and changes of speed. The
 benchmark compares the time at which a robot's own machine has received a change with the beat that the parent's stage
 reports. The zeros before beat 0 are no changes, and the stop at the end, which has no time but is obeyed at once,
-counts apart. The clocks of the machines differ by thousands of seconds. With `IMPROV_ROBOTS`, so many robots dance (6).
+counts apart. The clocks of the machines differ by thousands of seconds. `IMPROV_ROBOTS` is the number of robots (6).
 """
 
 from __future__ import annotations

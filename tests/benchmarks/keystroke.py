@@ -43,7 +43,7 @@ def run(quick: bool) -> None:
 
 
 def _print_keystrokes(about: str, lines: int, shared: bool, count: int) -> None:
-    """Edit a document of so many lines; if a third of them use one name, edit its definition."""
+    """Edit a document of this many lines; if a third of them use one name, edit its definition."""
     with Server() as ours, Server(RUFF_OPTIONS, command=RUFF, uri=MODULE, language="python") as ruff:
         times: tuple[list[float], list[float]] = [], []
         both = _edited(ours, lines, shared), _edited_python(ruff, lines)

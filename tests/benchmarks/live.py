@@ -66,7 +66,7 @@ class Reactions:
 
 
 def reactions(cycles: int, lines: int) -> Reactions:
-    """Save, save again while it plays, stop: so many times, with a program of one robot or of so many lines."""
+    """Save, save again while it plays, stop: repeatedly, with a program of one robot or of many lines."""
     random = Random(1)
     shortest = 0.5 if lines else 0.06  # so that the work of a save has ended
     text = f"beat 30\n{PROBE} $ repeat forward\n"
@@ -113,7 +113,7 @@ def reactions(cycles: int, lines: int) -> Reactions:
 
 
 def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
-    """Return the lateness of commands to so many robots: ours and those of a plain script, in turns, in the same
+    """Return the lateness of commands to this many robots: ours and those of a plain script, in turns, in the same
     minutes."""
     robots = [f"r{number}" for number in range(count)]
     program = _program(robots, seconds)
@@ -192,7 +192,7 @@ def _server() -> Iterator[tuple[Server, _Tap]]:
 
 
 def _program(robots: Sequence[str], seconds: int) -> str:
-    """Write a program that repeats two beats, and lasts so many seconds."""
+    """Write a program that repeats two beats, and lasts this many seconds."""
     return f"beat 60\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
 
 

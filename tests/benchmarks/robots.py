@@ -165,7 +165,7 @@ def beat_0(transport: Mapping[str, Any]) -> float:
 
 
 class Plain:
-    """A plain script that publishes 20 times a second, for so many seconds once all topics have listeners."""
+    """A plain script that publishes 20 times a second, for this many seconds once all topics have listeners."""
 
     def __init__(self, seconds: int, topics: Sequence[str]) -> None:
         self._topics = topics

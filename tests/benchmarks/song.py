@@ -115,7 +115,7 @@ def compared(heard: Sequence[Sequence[float]], hearings: Sequence[Sequence[float
 
 
 def _perform(show: Show, folder: Path, robots: str, seconds: float, seeks: int) -> None:
-    """Seek, pause, change speeds, and save, for so many seconds."""
+    """Seek, pause, change speeds, and save, for this many seconds."""
     random, end = Random(7), time.monotonic() + seconds
     pause = seconds / seeks / 3
     for number in range(seeks):

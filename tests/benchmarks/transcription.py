@@ -121,7 +121,7 @@ def places(score: Score, noise: tuple[float, float] | None) -> Mapping[str, list
 
 
 def _off(exact: list[TimedPlace], again: Score, robot: str, early: float) -> float:
-    """Return how far a robot's path is off at most, if it may be early or late by so many seconds."""
+    """Return how far a robot's path is off at most, if it may be early or late by this many seconds."""
     if robot not in again.parts:
         return max(math.dist((each.x, each.y), (exact[0].x, exact[0].y)) for each in exact)
     part, worst = again.parts[robot], 0.0

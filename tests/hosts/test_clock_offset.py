@@ -70,7 +70,7 @@ class Pair:
 
 
 def check(delay: Delay, bounds: Mapping[float, tuple[float, float]], drift: float | None = None) -> None:
-    """Check that after so many seconds each, the offset is off by less than these milliseconds: in half of the links,
+    """Check that after this many seconds each, the offset is off by less than these milliseconds: in half of the links,
     and in 19 of 20."""
     off = dict[float, list[float]]()
     for seed in range(LINKS):

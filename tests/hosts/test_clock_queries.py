@@ -25,7 +25,7 @@ ASLEEP = 7.0
 
 
 def exchanged(seconds: float, way: float = 0.001) -> Asking:
-    """Return the state after so many seconds of questions, each of which takes `way` to get there."""
+    """Return the state after this many seconds of questions, each of which takes `way` to get there."""
     asking = Asking(0.0)
     for number in range(int(seconds / OFTEN)):
         now = number * OFTEN

@@ -257,7 +257,7 @@ class Client:
         return str(params["message"])
 
     def wait_for_page(self, pages: int = 1) -> list[str]:
-        """Wait until the server has asked to show so many URLs, and return them."""
+        """Wait until the server has asked to show this many URLs, and return them."""
         while len(self.shown) < pages:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
@@ -296,7 +296,7 @@ class Client:
                 return message
 
     def answer_late(self, most: int | None = None) -> None:
-        """Answer waiting requests: all, or so many, the latest first."""
+        """Answer waiting requests: all, or this many, the latest first."""
         while self._unanswered and most != 0:
             self._answer(self._unanswered.pop())
             most = most and most - 1

@@ -15,7 +15,7 @@ from improv_ls.positions import to_offset, to_position
 URI = "untitled:dance"
 ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
 UNITS = {Encoding.Utf8: ("utf-8", 1), Encoding.Utf16: ("utf-16-le", 2), Encoding.Utf32: ("utf-32-le", 4)}
-"""Codec that writes a text in units of so many bytes."""
+"""Codec that writes a text in units of this many bytes."""
 CHARACTERS = [*"a( é語😀", "👩‍🚀", "\n", "\r", "\r\n", "\f", "\v", "\u2028", "\x85", "\x1c", "\ufeff"]
 texts = st.lists(st.sampled_from(CHARACTERS), max_size=25).map("".join)
 

@@ -36,7 +36,7 @@ def dance(
     seconds: float = 3.0,
     stop: float = math.inf,
 ) -> Passed:
-    """Have joints at their starts perform a program until a stop; each message of a number is so many seconds late.
+    """Have joints at their starts perform a program until a stop; each message of a number is this many seconds late.
 
     Performance time is the program's, and `begin` later.
     """

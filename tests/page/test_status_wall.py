@@ -29,7 +29,7 @@ def program(count: int) -> str:
 
 
 def vitals(count: int, posed: float) -> Vitals:
-    """Say how so many robots are: every seventh has no odometry."""
+    """List this many robots: every seventh has no odometry."""
     seen = {name: None if number % 7 == 6 else posed for number, name in enumerate(robots(count))}
     told: dict[str, VitalsRobot] = {
         name: {"odom": at is not None, "posed": at, "battery": 0.8, "instead": ""} for name, at in seen.items()
@@ -73,13 +73,13 @@ def page(shared: tuple[Show, Page]) -> Iterator[Page]:
 
 
 def tell_faults(show: Show, count: int) -> None:
-    """Report trouble of some of so many robots."""
+    """Report trouble of some of these robots."""
     for message in faults(count):
         tell(show, message)
 
 
 def see(page: Page, show: Show, count: int, tempo: int = 60, posed: float = 1.0) -> None:
-    """Begin so many robots, all well, each last seen at this second."""
+    """Begin this many robots, all well, each last seen at this second."""
     play_anew(page, show, program(count).replace("beat 60", f"beat {tempo}"))
     wait(page, "improv.transport.state === 'playing'")
     tell(show, vitals(count, posed))

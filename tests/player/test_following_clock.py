@@ -202,7 +202,7 @@ def test_a_tempo_at_which_robots_cannot_keep_up_is_reported(
 
 
 def clock_of(rate: Callable[[float], float], until: float) -> list[Anchor]:
-    """The anchors of a simulator's clock that makes so many seconds a second; it sends none while it stands."""
+    """The anchors of a simulator's clock that makes this many seconds a second; it sends none while it stands."""
     at, passed, told = 0.0, 0.0, list[Anchor]()
     known: Estimate | None = None
     while at < until:

@@ -117,7 +117,7 @@ def until(fits: Callable[[], Any], *, asks: bool = False) -> None:
 
 
 def wait(listeners: int = 0) -> None:
-    """Wait until the player would begin, and so many listeners have been found on each topic and hear it."""
+    """Wait until the player would begin, and this many listeners have been found on each topic and hear it."""
 
     def ready() -> bool:
         found = all(topic.count_listeners() >= listeners for topic in sink._topics.values())

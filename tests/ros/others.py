@@ -185,7 +185,7 @@ def pose(message: Any) -> dict[str, Any]:
 
 
 class Publisher:
-    """A publisher that repeats the latest fields so many times a second, or sends them once. No fields are silence."""
+    """A publisher that repeats the latest fields at the rate `hz`, or sends them once. No fields are silence."""
 
     def __init__(self, number: int, node: Any, options: dict[str, Any]) -> None:
         self._number, self._node = number, node

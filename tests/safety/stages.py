@@ -24,7 +24,7 @@ class Stages:
         self.sockets = {name: StageSocket(show, name, self._take(name)) for name in names}
 
     def wait(self, count: int) -> None:
-        """Wait until the stages have got so many stops."""
+        """Wait until the stages have got this many stops."""
         with self._stopped:
             assert self._stopped.wait_for(lambda: len(self.stops) >= count, LIMIT)
 

@@ -117,7 +117,7 @@ class Story:
 
 def play(robots: Mapping[str, Robot], *, link: float | None = None, seconds: float = 3.0) -> Story:
     """Play until all robots stand after a pause, or for so long. With a link, each robot has its own stage, and
-    messages of one reach another after so many seconds."""
+    messages of one reach another after this many seconds."""
     hosts = [frozenset(robots)] if link is None else [frozenset([name]) for name in robots]
     stages, story, pauses = [Stage(robots, ours) for ours in hosts], Story(), math.inf
     for step in range(round((seconds + 3.0) / STEP)):
@@ -155,7 +155,7 @@ def gap(robots: Mapping[str, Robot]) -> float:
 
 
 def at(gap: float, heading: float = 0.0, *, beside: float = 0.0) -> Pose:
-    """A pose with so many meters between the edges, ahead of a robot at the origin, and so far beside its path."""
+    """A pose with this many meters between the edges, ahead of a robot at the origin, and so far beside its path."""
     return Pose(gap + 2 * RADIUS if gap else 0.0, beside, 0.0, heading)
 
 

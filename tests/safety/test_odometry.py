@@ -75,7 +75,7 @@ class Robot:
         return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
 
     def drive(self, seconds: float, age: float | None = None) -> None:
-        """Drive along the x axis at 2 m/s, to the ideal distance at this time; poses are stamped so many seconds before
+        """Drive along the x axis at 2 m/s, to the ideal distance at this time; poses are stamped `age` seconds before
         they come."""
         for _ in range(round(seconds / 0.05)):
             at = self.stage.now
@@ -367,7 +367,7 @@ def test_poses_that_have_jumped_correct_nothing_for_a_while() -> None:
 
 def turned_off(*, rolls: float = 1.0, late: float = 0.0, held: int = -1, step: float = 0.01) -> list[float]:
     """Return by how many degrees too little a robot has turned after each of four quarter turns. Its base `rolls` this
-    share of its velocity, `late` by so many seconds, and stands in the middle of the turn `held`. Its poses are 80 ms
+    share of its velocity, `late` by this many seconds, and stands in the middle of the turn `held`. Its poses are 80 ms
     old."""
     odometry, ideal, real, seen, off = Odometry(), Pose(), Pose(), deque[Pose](), list[float]()
     odometry.begin({"r": following()}, 0.0)

@@ -78,7 +78,7 @@ class Lab(Robot):
         super().__init__(source, Pose(), "world")
 
     def begins(self, pose: Pose | None, *, waits: float = 0.0, anyway: bool = False) -> None:
-        """Put the robot there, so many seconds before beat 0 is due."""
+        """Put the robot there, this many seconds before beat 0 is due."""
         self.stage.sink.resets = True
         self.play(anyway=anyway)
         self.run(0.1)

@@ -171,7 +171,7 @@ def playing(
 
 
 def see(stage: Stage, gap: float) -> None:
-    """Send poses of both robots, with so many meters between their edges. The second one shows no jump."""
+    """Send poses of both robots, with this many meters between their edges. The second one shows no jump."""
     wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     for _ in twice(stage):
         stage.player.measure(seen(stage.now, a=0, b=gap + wide), stage.now)
@@ -225,7 +225,7 @@ def test_robots_that_are_not_guarded_are_named_once() -> None:
 
 
 def meet(stage: Stage, gap: float) -> None:
-    """Send poses of both robots, which look at each other, with so many meters between their edges."""
+    """Send poses of both robots, which look at each other, with this many meters between their edges."""
     wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     for _ in twice(stage):
         places = {"a": Pose(), "b": Pose(gap + wide, heading=math.pi)}
@@ -272,7 +272,7 @@ def see_here(stage: Stage) -> None:
 
 
 def see_there(stage: Stage, gap: float, *, ago: float = 0.0, robot: str = "b", told: float | None = None) -> None:
-    """Send the pose of the robot elsewhere so many seconds ago, with so many meters between the edges."""
+    """Send the pose of the robot elsewhere this many seconds ago, with this many meters between the edges."""
     wide = sum(part.profile.radius for part in stage.player.run.score.parts.values())
     where = {"x": gap + wide, "y": 0.0, "z": 0.0, "heading": 0.0}
     for _ in twice(stage):

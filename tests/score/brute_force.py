@@ -210,7 +210,7 @@ def _term(random: Random, depth: int) -> str:
 
 
 def main() -> None:
-    """Try so many dances, and print the differences."""
+    """Try this many dances, and print the differences."""
     count = int(sys.argv[1])
     meetings, hits, dances = 0, 0, 0
     for seed in range(count):

@@ -67,7 +67,7 @@ def test_it_pulls_toward_the_path(measured: Pose, twist: Twist, expected: Twist)
 
 
 def off_after(seconds: float, start: Pose, wheels: Wheels, late: int, *, follows: bool = True) -> tuple[float, float]:
-    """The error of a unicycle that drives slow curves, corrected by poses that are so many periods old."""
+    """The error of a unicycle that drives slow curves, corrected by poses that are this many periods old."""
     ideal, real, seen = Pose(), start, deque[tuple[Pose, Pose]]()
     for count in range(round(seconds / PERIOD)):
         twist = Twist(x=0.2, yaw=0.5 if count % 200 < 100 else -0.3)

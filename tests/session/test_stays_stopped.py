@@ -116,7 +116,7 @@ class Performance:
         self._loop.take(Edge(str(DEADMAN), held, self.time), self.time)
 
     def hear_clock(self, rate: float) -> None:
-        """Run a clock from outside at so many beats a second, or stop it."""
+        """Run a clock from outside at this many beats a second, or stop it."""
         self._loop.take(Anchor(self.time, self.time * rate, rate, 0.02, 0), self.time)
 
     def play(self) -> None:

@@ -28,7 +28,7 @@ VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 REST = 0.02
-"""Seconds between two looks for poses."""
+"""Seconds between checks for poses."""
 RECEIVE_LIMIT = 300.0
 """Seconds for which Twists are reported, so that a receiver doesn't run forever after its parent was killed."""
 UNNAMED = "an unnamed node"
@@ -175,7 +175,7 @@ class _Heard:
         return min(self._ages.get(topic, ()), default=None)
 
     def gap(self, topic: str, end: float) -> float:
-        """The longest time without a pose, in seconds, until the end of the look."""
+        """The longest time without a pose, in seconds, until the end of the check."""
         times = self._times.get(topic, [])
         return max((later - earlier for earlier, later in pairwise([*times, end])), default=0.0) if times else 0.0
 

@@ -35,7 +35,7 @@ class Hearing:
     asked: float | None = None
     """The time of the latest burst, if any."""
     trusts: bool = False
-    """True if listeners found at the first look count at once, because the score can't wait for them."""
+    """True if listeners found at the first check count at once, because the score can't wait for them."""
 
     def is_heard(self, moves: bool) -> bool:
         """Return whether all listeners receive us, or if the robot `moves`, those that have confirmed."""

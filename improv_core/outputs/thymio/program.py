@@ -18,9 +18,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 PERIOD = 90
-"""Milliseconds between two looks of the program. The simulator looks only in each step, thirty times a second."""
+"""Milliseconds between checks of the program. The simulator checks only in each step, thirty times a second."""
 FED = 4
-"""The looks for which a command holds: at the one after these, at most 0.5 s after the command, the motors stop."""
+"""The checks for which a command holds: at the one after these, at most 0.5 s after the command, the motors stop."""
 MOTOR_PERIOD = 0.01
 """Seconds between two measurements of the wheels, on the robot's clock."""
 SPEEDS = ("motor.left.speed", "motor.right.speed")
@@ -29,7 +29,7 @@ REPORTED = (
     *(("prox.horizontal", 7), ("prox.ground.delta", 2)),
     *(("button.backward", 1), ("button.left", 1), ("button.center", 1), ("button.forward", 1), ("button.right", 1)),
 )
-"""The variables that it reports, with their sizes, after the looks, the taps, and the wheels' speeds, added up."""
+"""The variables that it reports, with their sizes, after the checks, the taps, and the wheels' speeds, added up."""
 NEEDED = (*REPORTED, *((speed, 1) for speed in SPEEDS), ("timer.period", 2))
 _INIT = 0xFFFF
 _STOP, _ADD, _SUB = 0x0000, 0x8002, 0x8003
@@ -54,7 +54,7 @@ class RobotMemory(NamedTuple):
 
     @property
     def fed(self) -> int:
-        """The address of the number of looks for which the latest command still holds."""
+        """The address of the number of checks for which the latest command still holds."""
         return self.free
 
 

@@ -23,7 +23,7 @@ MOST = 500
 SILENT = 2.0
 """Seconds without a report after which the robot counts as lost. It reports ten times a second."""
 MOST_LOOKS = int(0.5 / (PERIOD / 1000))
-"""The looks of the program between two reports that tell how far the wheels rolled: later, 16 bits are too few."""
+"""The most checks of the program between reports of the wheels: after more, 16 bits are too few for the distance."""
 START_LIMIT = 10.0
 """Seconds within which the program begins to report."""
 FRONT = ("prox_0", "prox_1", "prox_2", "prox_3", "prox_4")

@@ -182,7 +182,7 @@ class RosControllers:
         until: float = math.inf,
         late: float = 0.0,
     ) -> None:
-        """Publish the commands for these joints, as `Sink.send_joints` says, so many seconds `late`.
+        """Publish the commands for these joints, as `Sink.send_joints` says, this many seconds `late`.
 
         Controllers whose joint positions are unknown get nothing. Raises ValueError if a number isn't finite, and what
         rclpy raises.

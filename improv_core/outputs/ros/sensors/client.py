@@ -44,11 +44,11 @@ POSE_LIMIT = 1.0
 """Seconds that a robot may move before its first pose."""
 
 USUAL, PROMPT = 0.05, 0.02
-"""Seconds between two looks for poses: usually, and while robots have to keep apart."""
+"""Seconds between checks for poses: usually, and while robots have to keep apart."""
 
 
 def request_for(parts: Mapping[str, Part], period: float) -> Read:
-    """Return the request to read what these parts need, with so many seconds between two looks for poses."""
+    """Return the request to read what these parts need, with this many seconds between checks for poses."""
     return {
         "type": "read",
         "period": period,

@@ -34,8 +34,9 @@ class PolledTopics:
     """Subscribes to the topics of robots, on a node without an executor, so that messages that nobody takes cost
     nothing.
 
-    If several `kinds` of messages are possible, the publishers on a topic decide, as soon as there are some. So many
-    messages of each kind are kept, serialized if `raw`. `period` is the fewest seconds between two looks.
+    If several `kinds` of messages are possible, the publishers on a topic decide, as soon as there are some. The
+    latest messages of each kind are kept, up to its number, serialized if `raw`. `period` is the fewest seconds between
+    reads.
     """
 
     def __init__(

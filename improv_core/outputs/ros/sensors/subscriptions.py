@@ -15,7 +15,7 @@ from improv_core.score.senses import Message, Topic
 BATTERY = "sensor_msgs/BatteryState"
 JOINT_STATE = "sensor_msgs/JointState"
 JOINTS_PERIOD = 0.05
-"""Seconds between two looks at joints, whose controllers may send them a thousand times a second."""
+"""Seconds between reads of joint states, which controllers may send a thousand times a second."""
 JOINTS_KEPT = 5
 """The number of messages kept of a topic: each of several controllers may send the positions of its own joints."""
 HearTopic = Callable[[Topic, bool | None], None]

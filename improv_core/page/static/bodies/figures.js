@@ -19,7 +19,7 @@ import { clearTurntable, stickFigure } from "./turntable.js"
 const MOST_FIGURES = 48 // figures: of more robots, those whose bodies move come first
 const FEW = 2 // robots that have much room each
 const SOME = 5
-const FRAMES_PER_ROUND = 3 // many robots are drawn in turns: so many frames until it is each one's turn again
+const FRAMES_PER_ROUND = 3 // many robots are drawn in turns, each once in this many frames
 
 export class Figures {
   /** @type {Map<string, Card>} */

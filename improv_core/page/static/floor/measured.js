@@ -132,7 +132,7 @@ export class Measured {
   }
 
   /**
-   * Paints in the world, from the place with number `from` on and at most so many seconds before `at`: where a robot was,
+   * Paints in the world, from the place with number `from` on and at most this many seconds before `at`: where a robot was,
    * and over it the thin ideal line.
    * @param {Pen} pen
    * @param {string} name

@@ -11,7 +11,7 @@ import { formatPosition } from "../score/clock.js"
 /** @typedef {{ beat: number, robots: string[], poses: Point[], words: string }} Meeting */
 /** @typedef {{ meeting: Meeting, place: Point, shows: boolean }} Mark on the screen, and whether its robots are drawn there */
 
-const MOST_DRAWN = 6 // so many are drawn with their robots; of more, only the one that somebody points at
+const MOST_DRAWN = 6 // these are drawn with their robots; of more, only the one that somebody points at
 const CLICK_RADIUS = 14 // pixels to a mark
 const SIZE = 8 // pixels from a mark's middle to its edge
 const CLICK_SLOP = 5 // pixels by which a click may move

@@ -16,7 +16,7 @@ import { drawText, textPicture } from "./texts.js"
 
 const HEAD = 11 // pixels: an arrow's head
 const SIZE = 13 // pixels from a robot's middle to its edge
-const MOST_LINES = 4 // so many lines are shown
+const MOST_LINES = 4
 
 export class Misplaced {
   /** @type {ReturnPath[]} */

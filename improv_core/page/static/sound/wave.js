@@ -1,7 +1,7 @@
 // @ts-check
 // The shape of a song under the timeline: how loud it is, and where in it each pixel and each beat is. Pure.
 
-/** @typedef {{ loud: Float32Array, perSecond: number, seconds: number }} Shape how loud the song is, from 0 to 1, so many times a second */
+/** @typedef {{ loud: Float32Array, perSecond: number, seconds: number }} Shape the loudness of the song, from 0 to 1, `perSecond` times a second */
 /** @typedef {{ left: number, scale: number, width: number }} Stretch of the timeline: the beat at its left edge, pixels per beat, and pixels */
 /** @typedef {{ firstBeat: number, tempo: number }} Fit where beat 0 is in the song, in seconds, and its tempo */
 
@@ -45,7 +45,7 @@ export function loudness({ loud, perSecond, seconds }, { firstBeat, tempo }, { l
 }
 
 /**
- * The place of beat 0 after the song was moved by so many pixels to the right, in seconds, to the millisecond.
+ * The place of beat 0 after the song was moved by this many pixels to the right, in seconds, to the millisecond.
  * @param {Fit} fit
  * @param {number} scale
  * @param {number} pixels

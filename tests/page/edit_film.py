@@ -17,7 +17,7 @@ from tests.needs import need
 from tests.page.conftest import FLAGS, wait
 from tests.page.editing import Edit
 
-SIZE = {"width": 1040, "height": 580}
+SIZE = {"width": 1120, "height": 620}
 LINE = ("bo ", "$ ", "rep", "eat ", "4 ", "(fow", "rard ", "|| ", "left)")
 """The typed text, with a look at the page after each piece."""
 

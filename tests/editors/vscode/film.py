@@ -102,7 +102,7 @@ def _session(page: Page) -> Iterator[Look]:
     yield from look(page, 1)
     for _ in range(2):  # the completions, and the word's parameters
         page.keyboard.press("Escape")
-    page.keyboard.press("Alt+.")
+    page.keyboard.press("Control+S")
     with suppress(AssertionError):
         expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible(timeout=8000)
     yield from look(page, 7)
@@ -112,12 +112,12 @@ def _session(page: Page) -> Iterator[Look]:
     word(page, "left").first.dblclick()
     yield from _type(page, "lft")
     page.keyboard.press("Escape")
-    page.keyboard.press("Alt+.")
+    page.keyboard.press("Control+S")
     yield from look(page, 3)
     word(page, "lft").first.dblclick()
     yield from _type(page, "right")
     page.keyboard.press("Escape")
-    page.keyboard.press("Alt+.")
+    page.keyboard.press("Control+S")
     yield from look(page, 5)
     page.keyboard.press("Alt+.")
     expect(page.locator(".statusbar-item[id$='improv.status']")).to_have_text(re.compile("stopped"))

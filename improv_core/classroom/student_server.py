@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, cast
 
 from aiohttp import web
 
-from improv_core.classroom.connections import LOOK_PERIOD, StudentConnections
 from improv_core.classroom.kept import Folder, FolderError
 from improv_core.classroom.messages import DanceRead, FromChildren, Handed, Remove, Serving
 from improv_core.classroom.roster import (
@@ -36,6 +35,7 @@ from improv_core.classroom.roster import (
     without,
 )
 from improv_core.classroom.turns import Turns
+from improv_core.page.connections import LOOK_PERIOD, Connections
 from improv_core.page.web_server import runner_of
 from improv_core.protocol.fields import Text
 from improv_core.protocol.json_lines import own_output
@@ -53,6 +53,8 @@ MOST_JOINING = 2_000
 """The most bytes of a request to join: a code and a name."""
 SLICE = 32_768
 """Bytes of a file that are sent before the browser has to read some of them."""
+SEND_BUFFER = 128_000
+"""The most bytes that the system keeps of each connection until its browser reads them."""
 LINGER = 1.0
 """Seconds in which the rest of a refused request is read, so that its browser gets the answer."""
 COOKIE = "improv-class"
@@ -154,7 +156,8 @@ class StudentServer:
         runner = runner_of(application, lingering_time=LINGER)
         await runner.setup()
         assert runner.server is not None
-        self._connections = StudentConnections(runner.server)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        self._connections = Connections(runner.server)
         self._continue()
         await asyncio.gather(self._connections.serve(self._socket), self._turns.serve(), self._watch())
 

@@ -111,9 +111,9 @@ class Application:
         application.router.add_post("/stop", self._stop)
         add_files(application, FOLDER)
         headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY}
-        async with serving(application, listening, headers, end_limit=1.0) as server:
+        async with serving(application, listening, headers, end_limit=1.0) as accepting:
             await stop.wait()
-            server.close()
+            accepting.cancel()
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._pages.emptied(), PARTING)
             for request in self._open.values():

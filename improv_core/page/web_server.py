@@ -6,14 +6,15 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aiohttp import WSMsgType, web
 
 from improv_core.ipc.rate_limit import Flood
+from improv_core.page.connections import REST_LIMIT, Connections
 from improv_core.page.files import CONTENT_TYPES, page_files
 from improv_core.page.own_machine import OWN_HOST, user_of
 from improv_core.protocol.tickets import Tickets
@@ -22,18 +23,12 @@ if TYPE_CHECKING:
     import socket
 
     from aiohttp.typedefs import Handler
-    from aiohttp.web_protocol import RequestHandler
 
 HEADERS = {
     "Referrer-Policy": "no-referrer",  # the address holds a ticket
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
 }
-SILENT_LIMIT = 10.0
-"""Seconds after which a connection without a first request is closed. Later, the server's own limit holds, which counts
-from the latest request. Otherwise, a request that is just arriving would be lost."""
-MAX_CONNECTIONS = 256
-"""More than all pages and their files need, and far fewer than the usual limit of 1024 open files."""
 
 
 class Access:
@@ -63,15 +58,15 @@ class Access:
 @asynccontextmanager
 async def serving(
     application: web.Application, listening: socket.socket, headers: Mapping[str, str], end_limit: float
-) -> AsyncIterator[asyncio.Server]:
-    """Answer requests of this machine on a socket, for so long, with these headers. In the end, requests that are still
-    being answered have `end_limit` seconds."""
+) -> AsyncIterator[asyncio.Task[None]]:
+    """Answer requests of this machine on a socket, for so long, with these headers. Yields the task that accepts
+    connections. In the end, requests that are still being answered have `end_limit` seconds."""
 
     @web.middleware
     async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
         if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
             raise web.HTTPForbidden
-        with connections.busy(request):
+        with connections.keeping(request.protocol):
             return await handler(request)
 
     async def harden(request: web.Request, response: web.StreamResponse) -> None:
@@ -82,12 +77,12 @@ async def serving(
     runner = runner_of(application, shutdown_timeout=end_limit)
     await runner.setup()
     assert runner.server is not None
-    connections = _Connections(runner.server)
-    server = await asyncio.get_running_loop().create_server(connections.connect, sock=listening)
+    connections = Connections(runner.server)
+    accepting = asyncio.create_task(connections.serve(listening))
     try:
-        yield server
+        yield accepting
     finally:
-        server.close()
+        accepting.cancel()
         await runner.cleanup()
 
 
@@ -99,7 +94,7 @@ def runner_of(application: web.Application, **more: Any) -> web.AppRunner:
         application,
         access_log=None,
         logger=logger,
-        keepalive_timeout=SILENT_LIMIT,
+        keepalive_timeout=REST_LIMIT,
         auto_decompress=False,  # no page of ours compresses anything
         **more,
     )
@@ -135,50 +130,6 @@ def abort(request: web.Request) -> None:
         request.transport.abort()
 
 
-class _Connections:
-    """The connections of a server. If there are too many, a new one replaces the oldest one that has no request."""
-
-    def __init__(self, server: web.Server) -> None:
-        self._server = server
-        self._busy: set[RequestHandler] = set()
-        self._silent: dict[RequestHandler, asyncio.TimerHandle] = {}
-
-    def connect(self) -> asyncio.BaseProtocol:
-        """Return the protocol that handles a new connection."""
-        idle = [each for each in self._server.connections if self._is_idle(each)]
-        if len(idle) + len(self._busy) >= MAX_CONNECTIONS and idle:
-            _cut(idle[0])
-        connection = self._server()
-        later = asyncio.get_running_loop().call_later(SILENT_LIMIT, self._close_silent, connection)
-        self._silent[connection] = later
-        return connection
-
-    @contextmanager
-    def busy(self, request: web.Request) -> Iterator[None]:
-        """Keep the connection open while a request is answered; a page's WebSocket is one long request."""
-        self._busy.add(request.protocol)
-        if later := self._silent.pop(request.protocol, None):
-            later.cancel()
-        try:
-            yield
-        finally:
-            self._busy.discard(request.protocol)
-
-    def _is_idle(self, connection: RequestHandler) -> bool:
-        closing = connection.transport is None or connection.transport.is_closing()
-        return not closing and connection not in self._busy
-
-    def _close_silent(self, connection: RequestHandler) -> None:
-        del self._silent[connection]
-        if self._is_idle(connection):
-            _cut(connection)
-
-
 def _is_of_server(record: logging.LogRecord) -> bool:
     problem = record.exc_info[1] if record.exc_info else None
     return type(problem).__module__ != "aiohttp.http_exceptions"
-
-
-def _cut(connection: RequestHandler) -> None:
-    assert isinstance(connection.transport, asyncio.Transport)
-    connection.transport.abort()

@@ -17,8 +17,8 @@ import aiohttp
 import pytest
 
 from improv_core.classroom.children import Children, ChildrenError
-from improv_core.classroom.connections import MOST_OF_ONE
 from improv_core.ipc.stage_process import Stage
+from improv_core.page.connections import MOST_OF_ONE
 from improv_core.session.state import HERE, StageKey
 from tests.classroom.conftest import Running
 from tests.classroom.test_class import WORST, a_class, make_site

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
 
-from improv_core.classroom.connections import MOST, MOST_OF_ONE, STALL_LIMIT, OpenConnection, stalled, to_close
 from improv_core.classroom.roster import (
     MOST_CHILDREN,
     MOST_GUESSES,
@@ -24,6 +24,7 @@ from improv_core.classroom.roster import (
     shown_name,
     without,
 )
+from improv_core.page.connections import MOST, MOST_OF_ONE, STALL_LIMIT, OpenConnection, stalled, to_close
 
 ROOM = Room("ABC234")
 
@@ -232,6 +233,10 @@ def test_the_connection_that_has_rested_longest_gives_way_to_a_new_one(
     open_now: dict[int, OpenConnection], address: str, closed: int | None
 ) -> None:
     assert to_close(open_now, address) == closed
+
+
+def test_connections_that_must_stay_give_way_to_none() -> None:
+    assert to_close({key: OpenConnection("a", math.inf) for key in range(MOST_OF_ONE)}, "a") is None
 
 
 def test_a_connection_on_which_nothing_progresses_is_closed() -> None:

@@ -23,7 +23,7 @@ import aiohttp
 import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
-from improv_core.page import own_machine, routes, web_server
+from improv_core.page import connections, own_machine, routes
 from improv_core.page.answers import MOST_BEATS
 from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
 from improv_core.page.server import PageServer
@@ -646,7 +646,7 @@ def is_closed(connection: socket.socket) -> bool:
 
 
 def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
-    monkeypatch.setattr(web_server, "SILENT_LIMIT", 0.1)
+    monkeypatch.setattr(connections, "STALL_LIMIT", 0.1)
     for sent in (b"", b"GET / HTTP/1.1\r\n"):
         connection = silent(viewer)
         connection.sendall(sent)
@@ -657,7 +657,7 @@ def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, v
     used = http.client.HTTPConnection(urlsplit(viewer.address).netloc, timeout=LIMIT)
     used.request("GET", "/page.js")
     assert used.getresponse().read()
-    monkeypatch.setattr(web_server, "SILENT_LIMIT", 1.0)
+    monkeypatch.setattr(connections, "STALL_LIMIT", 1.0)
     own = used.sock
     assert is_closed(silent(viewer))  # which was opened later
     used.request("GET", "/page.js")
@@ -668,8 +668,8 @@ def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, v
 
 def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
     most = 16
-    monkeypatch.setattr(web_server, "MAX_CONNECTIONS", most)
-    monkeypatch.setattr(web_server, "SILENT_LIMIT", 1000.0)
+    monkeypatch.setattr(connections, "MOST_OF_ONE", most)
+    monkeypatch.setattr(connections, "STALL_LIMIT", 1000.0)
 
     async def check() -> None:
         async with aiohttp.ClientSession() as session:

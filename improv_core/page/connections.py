@@ -1,12 +1,13 @@
-"""The connections of the children's server: how many there may be, and which ones are closed first."""
+"""The connections of a server: how many there may be, and which ones are closed first."""
 
 from __future__ import annotations
 
 import asyncio
+import math
 import socket
 from collections import Counter
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn, TypeVar
 
@@ -21,10 +22,10 @@ MOST = 2 * MOST_OF_ONE
 STALL_LIMIT = 20.0
 """Seconds without progress after which a connection is closed: no request arrives, a request stays incomplete, or the
 browser doesn't read its answer."""
+REST_LIMIT = 10.0
+"""Seconds after its latest request in which a browser may send another one. Then aiohttp closes the connection."""
 LOOK_PERIOD = 1.0
 """Seconds between two searches for stalled connections."""
-SEND_BUFFER = 128_000
-"""The most bytes that the system keeps of each connection until the browser reads them."""
 AGAIN = 0.1
 """Seconds before the next try if no connection can be accepted."""
 
@@ -33,14 +34,14 @@ Key = TypeVar("Key")
 
 @dataclass(frozen=True, slots=True)
 class OpenConnection:
-    """The address of a connection, and the time of its latest progress, in seconds."""
+    """The address of a connection, and the time of its latest progress, in seconds; infinite while it must stay."""
 
     address: str
     moved: float
 
 
 def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | None:
-    """Return the connection to close for a new one from this address; None if there is room.
+    """Return the connection to close for a new one from this address; None if there is room, or all must stay.
 
     It belongs to this address if that has too many connections, and otherwise to the address with the most. Among
     those, it is the one without progress for longest.
@@ -52,9 +53,10 @@ def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | N
         ((crowd, _),) = counts.most_common(1)
     else:
         return None
-    return min(
+    oldest = min(
         (key for key in connections if connections[key].address == crowd), key=lambda key: connections[key].moved
     )
+    return oldest if connections[oldest].moved < math.inf else None
 
 
 def stalled(connections: Mapping[Key, OpenConnection], now: float) -> list[Key]:
@@ -62,8 +64,8 @@ def stalled(connections: Mapping[Key, OpenConnection], now: float) -> list[Key]:
     return [key for key, each in connections.items() if now - each.moved >= STALL_LIMIT]
 
 
-class StudentConnections:
-    """The connections of a server. Its requests report their progress."""
+class Connections:
+    """The connections of a server. Its requests report their progress, or keep their connections."""
 
     def __init__(self, server: Server) -> None:
         self._server = server
@@ -71,20 +73,32 @@ class StudentConnections:
         self._loop = asyncio.get_running_loop()
 
     async def serve(self, listening: socket.socket) -> NoReturn:
-        """Accept connections forever."""
+        """Accept connections until this is cancelled; then close the socket."""
         listening.setblocking(False)
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         looking = asyncio.create_task(self._close_stalled())
         try:
-            while True:
-                await self._accept(listening)
+            with listening:
+                while True:
+                    await self._accept(listening)
         finally:
             looking.cancel()
 
     def progressed(self, connection: RequestHandler) -> None:
         """Note that a request has arrived on a connection, or that its browser has read something."""
+        self._note(connection, self._loop.time())
+
+    @contextmanager
+    def keeping(self, connection: RequestHandler) -> Iterator[None]:
+        """Keep a connection while a request is answered; a page's WebSocket is one long request."""
+        self._note(connection, math.inf)
+        try:
+            yield
+        finally:
+            self._note(connection, self._loop.time() + REST_LIMIT)
+
+    def _note(self, connection: RequestHandler, moved: float) -> None:
         if known := self._open.get(connection):
-            self._open[connection] = OpenConnection(known.address, self._loop.time())
+            self._open[connection] = OpenConnection(known.address, moved)
 
     async def _accept(self, listening: socket.socket) -> None:
         try:

@@ -72,7 +72,8 @@ class Session:
         name, plane, end = _place(1, 0), _place(2, 13 + self.wide), _place(2, 20 + self.wide)
         whole = {"start": _place(0, 0), "end": end}
         layout = {"tabSize": 2, "insertSpaces": True}
-        assert "8 beats" in str(self.request("textDocument/hover", position=name))
+        hover = self.request("textDocument/hover", position=name)
+        assert ("8 beats" in str(hover), hover["range"]) == (True, span(1, 0, self.wide))
         for place, label in ((end, "𝑥"), (plane, "YZ"), (_place(0, 0), "beat")):
             items = self.request("textDocument/completion", position=place)["items"]
             item = next(each for each in items if each["label"] == label)

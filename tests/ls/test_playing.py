@@ -8,32 +8,13 @@ from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.score.movement import near
 from improv_ls.documents import Document
 from improv_ls.playing import Playing, prepare
+from tests.session import story
 
 URI = "file:///dances/dance.improv"
 
 
 def transport(generation: int, state: State = "playing", beat: float = 0.0) -> TransportMessage:
-    return {
-        "type": "transport",
-        "generation": generation,
-        "state": state,
-        "backend": "simulator",
-        "beat": beat,
-        "performed": beat,
-        "restarted": 0,
-        "monotonic": 0.0,
-        "wall": 0,
-        "tempo": 60.0,
-        "speed": 1.0,
-        "beats": None,
-        "muted": [],
-        "soloed": [],
-    }
-
-
-def at(beat: float) -> TransportMessage:
-    """Build the message that the first score plays at a beat, a beat a second."""
-    return {**transport(1, beat=beat), "monotonic": beat}
+    return story.at(state, generation, beat, beat, tempo=60.0, performed=beat, restarted=0)
 
 
 def sent(playing: Playing, generation: int, text: str) -> Document:
@@ -57,9 +38,9 @@ def test_the_stages_messages_decide_what_plays() -> None:
     playing.follow(transport(1))
     assert (playing.document, plays(playing)) == (first, "left")
     second = sent(playing, 2, "r $ right\n")
-    playing.follow(at(1))
+    playing.follow(transport(1, beat=1))
     assert playing.document == first
-    playing.follow({**at(2), "begins": {"r": 2.0}, "scene": {"index": 1, "begins": 2.0}})
+    playing.follow({**transport(1, beat=2), "begins": {"r": 2.0}, "scene": {"index": 1, "begins": 2.0}})
     assert plays(playing, 2) == "up"
     for generation in (2, 3):  # the page restarts it
         playing.follow(transport(generation))
@@ -77,9 +58,9 @@ def test_senses_count_until_playback_jumps() -> None:
     playing.follow(transport(1))
     sense(False, 0)
     sense(True, 2)
-    playing.follow(at(3))
+    playing.follow(transport(1, beat=3))
     assert [plays(playing, beat) for beat in (2.5, 3)] == ["until", "left"]
-    playing.follow({**at(1), "monotonic": 3.0})
+    playing.follow({**transport(1, beat=1), "monotonic": 3.0})
     sense(False, 1)
     assert [plays(playing, beat) for beat in (1, 3)] == ["forward", "forward"]
 

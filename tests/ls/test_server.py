@@ -48,18 +48,6 @@ def test_diagnostics_follow_the_text_in_utf_16(client: Client) -> None:
     assert client.wait("textDocument/publishDiagnostics")["diagnostics"] == []
 
 
-def test_hover_and_completion(client: Client) -> None:
-    client.open(URI, "beat 30\nsquare = repeat 4 (forward left)\nr $ square || \n")
-    hover = client.request("textDocument/hover", place(URI, 2, 5))
-    assert hover["contents"]["kind"] == "plaintext"
-    assert "8 beats, 16.0 s at beat 30 · 8.0 m, turns 360° left" in hover["contents"]["value"]
-    assert hover["range"] == span(2, 4, 10)
-    offered = client.request("textDocument/completion", place(URI, 2, 14))["items"]
-    labels = [item["label"] for item in offered]
-    assert {"forward", "repeat", "square"} <= set(labels)
-    assert "YZ" not in labels
-
-
 @pytest.mark.parametrize(("snippets", "written"), [(True, "1.5"), (False, "")])
 def test_units_pass_the_filters_of_editors_that_compare_them_with_the_whole_number(
     snippets: bool, written: str

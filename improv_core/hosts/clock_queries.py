@@ -55,7 +55,7 @@ def asked(asking: Asking, number: int, now: float) -> Asking:
     return replace(asking, number=number, questions={**open_, number: now})
 
 
-def told(asking: Asking, answer: RemoteTimes, now: float) -> Asking:
+def answered(asking: Asking, answer: RemoteTimes, now: float) -> Asking:
     """Take an answer. One to a question that was never asked is ignored."""
     sent = asking.questions.get(answer.number)
     if sent is None:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from improv_core.hosts import texts
-from improv_core.hosts.clock_queries import RESTING, Asking, asked, estimated, lag, period, told, translation
+from improv_core.hosts.clock_queries import RESTING, Asking, answered, asked, estimated, lag, period, translation
 from improv_core.hosts.connect import ConnectError, connect
 from improv_core.hosts.frames import LONGEST_UP, UP, FrameError, Incoming, LinkFrame, Outgoing, number_in, time_in
 from improv_core.hosts.time_translation import TimeTranslation, to_local, to_remote
@@ -250,7 +250,7 @@ class NearEnd:
         now = time.monotonic()
         if frame.letter == "c":
             with self._changed:
-                self._asking = told(self._asking, time_in(frame.rest), now)
+                self._asking = answered(self._asking, time_in(frame.rest), now)
         elif frame.letter == "a":
             with self._changed:
                 self._outgoing.acknowledge(number_in(frame.rest))

@@ -11,7 +11,7 @@ from typing import Any
 
 from improv_core.hosts import texts
 from improv_core.hosts.clock_offset import Estimated
-from improv_core.hosts.clock_queries import OFTEN, Asking, asked, estimated, lag, told
+from improv_core.hosts.clock_queries import OFTEN, Asking, answered, asked, estimated, lag
 from improv_core.hosts.connect import ConnectError, Connection, connect
 from improv_core.hosts.frames import FrameError, time_in
 from improv_core.outputs.ros.setup.proof import Proof
@@ -62,7 +62,7 @@ def _looked(connection: Connection) -> SeenHost:
                 connection.ssh.write(b"c%d\n" % asking.number)
         for frame in connection.hear(max(due - time.monotonic(), 0.0)):
             if frame.letter == "c":
-                asking = told(asking, time_in(frame.rest), time.monotonic())
+                asking = answered(asking, time_in(frame.rest), time.monotonic())
             elif frame.letter == "i":
                 holds = _holds(frame.rest)
     raise ConnectError(texts.late(LIMIT))

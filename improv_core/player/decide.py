@@ -93,7 +93,7 @@ def _asked(run: Run, message: Message, facts: Facts) -> RunAndActs:
         case "silence":
             return _silence(run, message, facts)
         case "pressed":
-            return replace(run, stops=run.stops.told(message)), []
+            return replace(run, stops=run.stops.merged(message)), []
         case "bend":
             return tempo_rules.bend(run, message, facts)
         case "fault":  # of a real robot, whose simulated twin stands with it

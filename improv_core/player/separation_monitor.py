@@ -57,7 +57,7 @@ class SeparationMonitor:
         if not part or run.score.world.keep_apart is None:
             return
         before = self._proximity
-        self._proximity = before.told(robot, part.profile.limited(twist), at)
+        self._proximity = before.sent(robot, part.profile.limited(twist), at)
         if self._proximity is not before:
             self.due = min(self.due, max(at, self._looked + LOOK_PERIOD))
 
@@ -80,8 +80,8 @@ class SeparationMonitor:
         seen: SeenRobot = {"at": raw.at, "pose": to_pose_json(raw.pose)}
         if raw.frame:
             seen["frame"] = raw.frame
-        if (track := self._proximity.tracks.get(raw.robot)) and track.told:
-            twist = track.told[-1].twist
+        if (track := self._proximity.tracks.get(raw.robot)) and track.sent:
+            twist = track.sent[-1].twist
             seen["told"] = twist.x, twist.y, twist.z, twist.yaw
         return seen
 

@@ -59,7 +59,7 @@ class EmergencyStops:
         """Return it after a stop because the parent was silent."""
         return replace(self, count=self.count + 1)
 
-    def told(self, pressed: Pressed) -> EmergencyStops:
+    def merged(self, pressed: Pressed) -> EmergencyStops:
         """Return it after the parent reports the stops that another stage counted, unless this one has counted more."""
         return (
             EmergencyStops(self.on | {*pressed["topics"]}, pressed["count"]) if pressed["count"] > self.count else self

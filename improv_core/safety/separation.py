@@ -56,7 +56,7 @@ class Proximity:
             tracks[raw.robot] = tracks.get(raw.robot, Track()).heard(raw, base.max_speed if base else None)
         return replace(self, tracks=tracks)
 
-    def told(self, robot: str, twist: Twist, at: float) -> Proximity:
+    def sent(self, robot: str, twist: Twist, at: float) -> Proximity:
         """Return it after a robot was sent this velocity."""
         before = self.tracks.get(robot, Track())
         track = before.after(twist, at)

@@ -29,11 +29,11 @@ TURN_LAG = 0.25
 """Seconds by which a robot may turn too late, beyond its reaction: its motors need time."""
 POSES_KEPT, POSES_SPAN = 6, 0.5
 """The most poses, and the most seconds, from which a speed is measured."""
-UNTOLD = 0.1
+EXCESS = 0.1
 """m/s by which a robot's measured speed must exceed the one it was sent so that it counts: poses jitter."""
 BESIDE = 1.1
 """Meters beside itself at which a camera may see a robot."""
-TOLD_KEPT = 1.5
+SENT_KEPT = 1.5
 """Seconds for which a velocity that was sent to a robot counts."""
 
 
@@ -96,7 +96,7 @@ class _Velocity(NamedTuple):
         return cls(math.hypot(x, y), math.atan2(y, x), z, math.hypot(x, y, z), yaw)
 
 
-class _Told(NamedTuple):
+class _Sent(NamedTuple):
     """A velocity that a robot was sent at a time, and the angle by which it had been sent to turn by then."""
 
     at: float
@@ -115,7 +115,7 @@ class Track:
 
     poses: tuple[RawPose, ...] = ()
     doubted: RawPose | None = None
-    told: tuple[_Told, ...] = ()
+    sent: tuple[_Sent, ...] = ()
 
     @property
     def heard_at(self) -> float:
@@ -126,7 +126,7 @@ class Track:
     @property
     def top_speed(self) -> float:
         """The highest speed in m/s that the robot was sent lately, or that was measured."""
-        return max([*(each.velocity.size for each in self.told), *(seen.size for seen in self._seen())], default=0.0)
+        return max([*(each.velocity.size for each in self.sent), *(seen.size for seen in self._seen())], default=0.0)
 
     def heard(self, raw: RawPose, max_speed: float | None) -> Track:
         """Return it after a pose. If the robot can't have moved there, the pose counts once the next one agrees."""
@@ -145,15 +145,15 @@ class Track:
     def after(self, twist: Twist, at: float) -> Track:
         """Return it after the robot was sent this velocity."""
         turned = 0.0
-        if self.told:
-            last = self.told[-1]
+        if self.sent:
+            last = self.sent[-1]
             if twist == last.twist:
                 return self
             at = max(at, last.at)
             turned = last.turned_by(at)
-        ended = next((number for number, each in enumerate(self.told[1:]) if each.at >= at - TOLD_KEPT), 0)
-        told = _Told(at, twist, _Velocity.of(twist.x, twist.y, twist.z, twist.yaw), turned)
-        return replace(self, told=(*self.told[ended:], told))
+        ended = next((number for number, each in enumerate(self.sent[1:]) if each.at >= at - SENT_KEPT), 0)
+        sent = _Sent(at, twist, _Velocity.of(twist.x, twist.y, twist.z, twist.yaw), turned)
+        return replace(self, sent=(*self.sent[ended:], sent))
 
     def most(self, base: Base, ages: Sequence[float]) -> list[Approach]:
         """Return the most that `reach` may be in any direction, for each of these ages of the latest pose."""
@@ -185,9 +185,9 @@ class Track:
         least, most = min(headed), max(headed)
         speed, slowing = 0.0, base.braking  # toward the point, and its braking in that direction
         far = wanted = fastest = 0.0
-        for number, (at, _, velocity, turned) in enumerate(self.told, 1):
-            is_last = number == len(self.told)
-            end = now if is_last else min(self.told[number].at, now)
+        for number, (at, _, velocity, turned) in enumerate(self.sent, 1):
+            is_last = number == len(self.sent)
+            end = now if is_last else min(self.sent[number].at, now)
             # It may obey the last velocity until it stands.
             lasts = end - at + (REACTION + velocity.size / base.braking if is_last else 0.0)
             turn = velocity.yaw * lasts
@@ -201,12 +201,12 @@ class Track:
                 slowing = base.braking * wanted / velocity.size
             if end >= self.poses[0].at - REACTION:
                 fastest = max(fastest, wanted)
-        told = Approach(far + speed * speed / 2 / slowing, times * wanted)
+        sent = Approach(far + speed * speed / 2 / slowing, times * wanted)
         measured = [(_measured_along(way, each, base.braking), each.size) for each in self._seen(base.fastest)]
         seen, size = min(measured, default=(0.0, 0.0))
-        if seen <= fastest + UNTOLD:
-            return told
-        return max(told, Approach(seen / size * coasting(size, base.braking, age), times * seen))
+        if seen <= fastest + EXCESS:
+            return sent
+        return max(sent, Approach(seen / size * coasting(size, base.braking, age), times * seen))
 
     def _seen(self, fastest: float = math.inf) -> list[_Velocity]:
         """Return its speed by two pairs of poses, so that one imprecise pose makes no robot fast; empty if unknown."""
@@ -217,8 +217,8 @@ class Track:
 
     def _turned_by(self, at: float) -> float:
         """Return the angle by which it had been sent to turn by a time."""
-        first = self.told[0].turned if self.told else 0.0
-        return next((each.turned_by(at) for each in reversed(self.told) if each.at <= at), first)
+        first = self.sent[0].turned if self.sent else 0.0
+        return next((each.turned_by(at) for each in reversed(self.sent) if each.at <= at), first)
 
 
 class _Way(NamedTuple):

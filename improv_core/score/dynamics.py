@@ -60,7 +60,7 @@ class Motors(NamedTuple):
     wheels: Wheels | None = None
     calibration: Profile | None = None
 
-    def told(self, twist: Twist) -> Twist:
+    def command_for(self, twist: Twist) -> Twist:
         """Return the twist for which the motors turn when the score asks for `twist`."""
         calibrated = self.calibration.calibrated(twist) if self.calibration else twist
         return calibrated.within(self.max_linear, self.max_angular)
@@ -122,7 +122,7 @@ def moving(at: float, pose: Pose, twist: Twist, commanded: Twist, motors: Motors
 
 
 def _obey(motion: Motion, at: float, twist: Twist, motors: Motors | None) -> Motion:
-    commanded = motors.told(twist) if motors else twist
+    commanded = motors.command_for(twist) if motors else twist
     if commanded == motion.commanded:
         return motion
     return moving(at, motion.pose_at(at), motion.twist if motors else commanded, commanded, motors)

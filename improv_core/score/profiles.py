@@ -89,7 +89,7 @@ class Profile:
         """True if nothing but a standby stops its base once its commands end, and nobody has accepted that."""
         return self.stops_after == 0 and not self.accept_no_stop
 
-    def told(self, twist: Twist) -> Twist:
+    def command_for(self, twist: Twist) -> Twist:
         """Return the command with which the real robot moves like this: calibrated, and within its limits."""
         return self.limited(self.calibrated(twist))
 

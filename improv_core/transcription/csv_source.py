@@ -39,7 +39,7 @@ class _Column(NamedTuple):
 def read_csv(path: Path) -> Recording:
     """Read a table with a line of names: time, x, y, and perhaps z, heading, and robot. Raises SourceError.
 
-    Names may carry units (`x_mm`, `t [ms]`); what is guessed without them is told.
+    Names may carry units (`x_mm`, `t [ms]`); guesses are reported.
     """
     rows = _rows(path)
     if not rows:
@@ -131,7 +131,7 @@ def _numbers(
 
 
 def _units(columns: Mapping[str, _Column], rows: Sequence[Mapping[str, float]], guesses: list[str]) -> dict[str, float]:
-    """Return the factors to seconds, meters, and radians. What no title says is guessed, and told."""
+    """Return the factors to seconds, meters, and radians. Units that no title has are guessed, and that is reported."""
     units: dict[str, float] = {}
     steps = sorted(after["time"] - here["time"] for here, after in pairwise(rows) if after["time"] > here["time"])
     slow = bool(steps) and steps[len(steps) // 2] > _LONGEST_STEP

@@ -27,29 +27,29 @@ _USUAL, _GOOD = 3.5, 10.0
 _BACK = 24
 """The most nodes by which a stretch may end before the last one up to which its fit is that good."""
 
-Told = TypeVar("Told")
+Content = TypeVar("Content")
 
 
-class TellingStep(NamedTuple, Generic[Told]):
-    """A way to tell a track from a node on: the node to which it leads, its cost in natural units, and its content."""
+class TrackEdge(NamedTuple, Generic[Content]):
+    """A description of the track from a node to the node `end`, and its cost in natural units of information."""
 
     end: int
     cost: float
-    told: Told
+    content: Content
 
 
-def cheapest(edges: Sequence[Iterable[TellingStep[Told]]]) -> tuple[float, list[tuple[int, int, Told]]]:
+def cheapest(edges: Sequence[Iterable[TrackEdge[Content]]]) -> tuple[float, list[tuple[int, int, Content]]]:
     """Return the cost of the cheapest way from the first to the last node, and its edges, with the nodes of each.
 
     `edges` holds those that begin at each node but the last. If none reaches the last node, the way ends before it.
     """
     costs = [0.0] + [math.inf] * len(edges)
-    before: list[tuple[int, int, Told] | None] = [None] * len(costs)
+    before: list[tuple[int, int, Content] | None] = [None] * len(costs)
     for place, begun in enumerate(edges):
         if costs[place] < math.inf:
-            for end, cost, told in begun:
+            for end, cost, content in begun:
                 if costs[place] + cost < costs[end]:
-                    costs[end], before[end] = costs[place] + cost, (place, end, told)
+                    costs[end], before[end] = costs[place] + cost, (place, end, content)
     last = max(place for place, cost in enumerate(costs) if cost < math.inf)
     total, found = costs[last], []
     while step := before[last]:
@@ -104,7 +104,7 @@ class VelocityFits:
 
     def edges(
         self, nodes: Sequence[float], parts: Sequence[float], others: Iterable[int] = ()
-    ) -> Iterator[list[TellingStep[Amounts]]]:
+    ) -> Iterator[list[TrackEdge[Amounts]]]:
         """Yield the stretches that begin at each node but the last: nodes are times, and an end there costs `parts`.
 
         None begin where none end, but at the first node and at `others`.
@@ -113,15 +113,15 @@ class VelocityFits:
         pasts = [bisect_right(self.times, time + 1e-9) for time in nodes]
         reached = {0, *others}
         for place, start in enumerate(nodes[:-1]):
-            begun: list[TellingStep[Amounts]] = []
+            begun: list[TrackEdge[Amounts]] = []
             first, good = firsts[place], place + 1
             if place in reached:
                 good = longest(good, len(nodes) - 1, lambda end, first=first: self._keeps(first, pasts[end]))  # type: ignore[misc]
             for other in range(max(place + 1, good - _BACK), len(nodes)) if place in reached else ():
                 past, ends = pasts[other], other == len(nodes) - 1
                 if past - first < 2:
-                    if ends:  # nothing is left to tell
-                        begun.append(TellingStep(other, 0.0, Amounts(0.0, 0.0, 0.0, 0.0)))
+                    if ends:  # nothing is left to describe
+                        begun.append(TrackEdge(other, 0.0, Amounts(0.0, 0.0, 0.0, 0.0)))
                     continue
                 fit = self.fit(first, past)
                 if begun and fit.misfit > _WORST * (past - first) + _HOPELESS:
@@ -129,7 +129,7 @@ class VelocityFits:
                 known = sum(map(bool, fit.velocity))
                 word = _STRETCH_COST + parts[other] if known or not ends else 0.0  # a robot stands at the end anyway
                 cost = fit.misfit / 2 + word + _AMOUNT_COST * known
-                begun.append(TellingStep(other, cost, fit.velocity.times(nodes[other] - start)))
+                begun.append(TrackEdge(other, cost, fit.velocity.times(nodes[other] - start)))
             reached.update(edge.end for edge in begun)
             yield begun
 

@@ -37,7 +37,7 @@ class Grouped:
 
     @property
     def unknowns(self) -> list[tuple[int, int]]:
-        """The numbers of groups, and the amounts of them that aren't 0: turns first, since radii are told by them."""
+        """The numbers of groups, and the amounts of them that aren't 0: turns first, since radii depend on them."""
         return [(group, at) for at in (3, 0, 1, 2) for group, each in enumerate(self.amounts) if each[at]]
 
     def items(self, robot: str) -> list[Item]:

@@ -28,7 +28,7 @@ _STEPS = 2
 _MOST_UNKNOWNS = 160
 _NUDGE = 1e-5
 _RIDGE = 1e-9
-"""The weight of an unknown besides that of its samples, so that one of which they tell nothing stays as it is."""
+"""The weight of an unknown besides that of its samples, so that one on which they don't depend stays as it is."""
 _MOST_ROWS = 300
 """The most rows of a robot: neighboring samples are added up to one row."""
 _WORD = 4.0

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
 from improv_core.transcription.amounts import Amounts
-from improv_core.transcription.fits import TellingStep, VelocityFits, cheapest
+from improv_core.transcription.fits import TrackEdge, VelocityFits, cheapest
 from improv_core.transcription.stretches import EvenStretch, chained, stretches_of
 from improv_core.transcription.tempo import on_grid
 from improv_core.transcription.track import Noise, Sample, Track
@@ -132,10 +132,10 @@ def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[It
 def items_of(
     robot: TrackedRobot, tempo: int, stops: Callable[[], bool], roughly: bool = False
 ) -> tuple[float, Sequence[Item]]:
-    """Return what a robot performs, beat 0 being its first sample, and what telling it costs.
+    """Return what a robot performs, beat 0 being its first sample, and its cost in natural units of information.
 
     Noisy changes are on simple parts of beats. Gentle movements are found where they cost less than stretches; of
-    several motions, only if it isn't to be told `roughly`. `stops` ends the search for more of them.
+    several motions, only without `roughly`. `stops` ends the search for more of them.
     """
     seconds = 60 / tempo
     nodes = _nodes(robot, tempo)
@@ -145,7 +145,7 @@ def items_of(
         return cost, [each.motion for each in placed]
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
     ends = [bisect_left(nodes, end) for _, end, _ in spans]
-    edges: list[list[TellingStep[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
+    edges: list[list[TrackEdge[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
     left = 0 if roughly else _MOST_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
         if stops():
@@ -153,18 +153,18 @@ def items_of(
         price, gentle = _gentle(robot, start, end, curve, seconds, not (left and spans[start, end, curve]))
         left -= bool(left and spans[start, end, curve])
         if gentle:
-            edges[bisect_left(nodes, start)].append(TellingStep(bisect_left(nodes, end), price, gentle))
+            edges[bisect_left(nodes, start)].append(TrackEdge(bisect_left(nodes, end), price, gentle))
     cost, steps = cheapest(edges)
     return cost, [
-        told if isinstance(told, Gentle) else TimedMotion(nodes[last] - nodes[first], told)
-        for first, last, told in steps
+        content if isinstance(content, Gentle) else TimedMotion(nodes[last] - nodes[first], content)
+        for first, last, content in steps
     ]
 
 
 def _placed(fits: VelocityFits, nodes: Sequence[Fraction], seconds: float) -> tuple[float, list[_Placed]]:
-    """Return the stretches between these beats that tell a track best, and their cost."""
+    """Return the stretches between these beats that describe a track best, and their cost."""
     cost, steps = cheapest(_stretches(fits, nodes, seconds))
-    return cost, [_Placed(nodes[first], nodes[last], told) for first, last, told in steps]
+    return cost, [_Placed(nodes[first], nodes[last], content) for first, last, content in steps]
 
 
 def _nodes(robot: TrackedRobot, tempo: int) -> list[Fraction]:
@@ -183,7 +183,7 @@ def _simple_beats(last: float) -> list[Fraction]:
 
 def _stretches(
     fits: VelocityFits, nodes: Sequence[Fraction], seconds: float, others: Iterable[int] = ()
-) -> list[list[TellingStep[Amounts]]]:
+) -> list[list[TrackEdge[Amounts]]]:
     costs = [_PART_COST.get(each.denominator, _FINE_COST) for each in nodes]
     return list(fits.edges([float(each) * seconds for each in nodes], costs, others))
 

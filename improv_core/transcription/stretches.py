@@ -34,7 +34,7 @@ class EvenStretch:
 
 
 def stretches_of(fits: VelocityFits) -> list[EvenStretch]:
-    """Return the stretches that tell a track in the fewest amounts, without gaps, from its first to its last sample."""
+    """Return the stretches that describe a track in the fewest amounts, from its first to its last sample."""
     times = fits.times
     steps = _steps_between(fits, [*range(0, len(times) - 1, _COARSE), len(times) - 1])
     near = {end + off for step in steps for end in step for off in range(1 - _COARSE, _COARSE)}
@@ -59,7 +59,7 @@ def stretches_of(fits: VelocityFits) -> list[EvenStretch]:
 
 
 def _steps_between(fits: VelocityFits, nodes: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the samples at which the stretches that tell a track best begin and end, all of them among these."""
+    """Return the samples, all among these, at which the stretches that describe a track best begin and end."""
     _, steps = cheapest(list(fits.edges([fits.times[node] for node in nodes], [0.0] * len(nodes))))
     return [(nodes[first], nodes[last]) for first, last, _ in steps]
 

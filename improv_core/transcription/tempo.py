@@ -20,7 +20,7 @@ _MISS = 3.0
 def tempi(changes: Sequence[float], allowed: float, most: int = 3) -> list[int]:
     """Return the likeliest tempi for changes at these seconds from beat 0, the best one first.
 
-    Each change costs the bits that tell its place: fewer on a coarse grid, more on a fine one, most outside of all
+    Each change costs the bits that encode its place: fewer on a coarse grid, more on a fine one, most outside of all
     grids (minimum description length). `allowed` is how many seconds a change may be off.
     """
     if not changes:

@@ -35,7 +35,7 @@ from improv_core.transcription.writing import Guide, written
 NOISY = 100 * CLEAN
 """A track with more noise than this, in meters or radians, has its changes on a coarse grid."""
 _CHANGE = 0.15
-"""Seconds: only changes between longer stretches tell the tempo."""
+"""Seconds: only changes between longer stretches determine the tempo."""
 _SHARE = 15
 """The noise assumed even in exact tracks is the tolerance divided by this."""
 _FINEST = 9
@@ -43,7 +43,7 @@ _FINEST = 9
 _STRICTNESS = 0.25
 """The weight of the misfit when numbers are first rounded; each finer step multiplies it by 4."""
 _TELLING = 40
-"""The number of stretches that tell the tempo."""
+"""The number of stretches that determine the tempo."""
 _CLOSELY = 3
 """The number of tempi that are compared closely."""
 _CLOSER = 0.2

@@ -10,11 +10,11 @@ from improv_core.hosts.clock_queries import (
     OFTEN,
     RESTING,
     Asking,
+    answered,
     asked,
     estimated,
     lag,
     period,
-    told,
     translation,
 )
 from improv_core.hosts.frames import RemoteTimes
@@ -32,7 +32,7 @@ def exchanged(seconds: float, way: float = 0.001) -> Asking:
         asking = asked(asking, number, now)
         at = round((now + way + AHEAD) * SECOND)
         answer = RemoteTimes(number, at, at, wall=at + 50 * SECOND, asleep=round(ASLEEP * SECOND))
-        asking = estimated(told(asking, answer, now + 2 * way), now + 2 * way)
+        asking = estimated(answered(asking, answer, now + 2 * way), now + 2 * way)
     return asking
 
 
@@ -56,9 +56,9 @@ def test_the_clock_there_is_known_after_a_few_answers() -> None:
 def test_an_answer_without_a_question_is_ignored() -> None:
     known = exchanged(5)
     liar = RemoteTimes(12_345, 0, 0, 0, 0)
-    assert told(known, liar, 6.0) == known
+    assert answered(known, liar, 6.0) == known
     again = RemoteTimes(3, 0, 0, 0, 0)  # was answered
-    assert told(known, again, 6.0) == known
+    assert answered(known, again, 6.0) == known
 
 
 def test_a_message_nearly_always_arrives_within_the_longest_way_of_the_latest_questions() -> None:
@@ -66,7 +66,7 @@ def test_a_message_nearly_always_arrives_within_the_longest_way_of_the_latest_qu
     assert lag(known) == pytest.approx(0.02, abs=1e-6)
     lost = asked(known, 1_000, 5.0)
     at = round((5.3 + AHEAD) * SECOND)  # it was lost, and sent again
-    assert lag(told(lost, RemoteTimes(1_000, at, at, 0, 0), 5.32)) == pytest.approx(0.3, abs=1e-3)
+    assert lag(answered(lost, RemoteTimes(1_000, at, at, 0, 0), 5.32)) == pytest.approx(0.3, abs=1e-3)
     assert lag(Asking(0.0)) == 0.0
 
 

@@ -71,7 +71,7 @@ def test_a_stage_learns_of_presses_that_others_received(
     knows: EmergencyStops, told: tuple[list[str], int], then: EmergencyStops
 ) -> None:
     pressed: Pressed = {"type": "pressed", "topics": told[0], "count": told[1]}
-    assert knows.told(pressed) == then
+    assert knows.merged(pressed) == then
 
 
 ON = "✗ the emergency stop on /a is on: release it, then save again"

@@ -75,7 +75,7 @@ class Stage:
 
     def tell(self, name: str, twist: Twist, now: float) -> None:
         self.robots[name].obeys.append((now, twist))
-        self.proximity = self.proximity.told(name, twist, now)
+        self.proximity = self.proximity.sent(name, twist, now)
 
     def look(self, now: float) -> bool:
         self.proximity, found, self.due = self.proximity.looked(True, self.bases, KEEP_APART, now, self.ours)
@@ -101,7 +101,7 @@ class Stage:
 
     def saying(self, raw: RawPose) -> RawPose:
         """The pose of a robot here, as other stages get it."""
-        told = self.proximity.tracks[raw.robot].told
+        told = self.proximity.tracks[raw.robot].sent
         return raw._replace(told=told[-1].twist if told else None)
 
 
@@ -247,7 +247,7 @@ def left_when_found(seen_at: Callable[[float], Pose], twist: Twist) -> float | N
     """Return the distance that is left between the edges of a robot that stands at -1.5 m and one that is seen at
     these poses when the two are found too near; None if they never are."""
     base = Base(0.089, 0.22)
-    bases, proximity = {"a": base, "b": base}, Proximity().told("a", twist, 0.0)
+    bases, proximity = {"a": base, "b": base}, Proximity().sent("a", twist, 0.0)
     for number in range(50):
         now = number * 0.04
         poses = [RawPose("b", CONTINUOUS, Pose(-1.5), now), RawPose("a", CONTINUOUS, seen_at(now), now)]

@@ -138,4 +138,4 @@ def test_calibration_changes_nothing_about_a_base_without_errors() -> None:
         pulling = replace(profile, left_right=0.98, linear_scale=1.1, angular_scale=1.1)
         assert motors_of(pulling, "r") == motors_of(profile, "r")
         assert motors_of(beside_robots(pulling), "r") == motors_of(beside_robots(profile), "r")
-    assert replace(TURTLEBOT4, left_right=0.98).told(Twist(x=0.2)).yaw < 0  # the command for the real one turns right
+    assert replace(TURTLEBOT4, left_right=0.98).command_for(Twist(x=0.2)).yaw < 0  # it compensates to the right

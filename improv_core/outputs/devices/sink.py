@@ -114,7 +114,7 @@ class DeviceSink(Sink):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         link, now = self._links[robot], self._now()
         stands = twist == STILL or self._is_held(link)
-        moved = link.command(STILL if stands else link.part.profile.told(twist), now)
+        moved = link.command(STILL if stands else link.part.profile.command_for(twist), now)
         if not stands:
             self._pending.pop(robot, None)
         elif moved:

@@ -144,7 +144,7 @@ class Recorder(Sink):
         topic = topic or own_topic
         if profile.message != "auto":
             is_stamped = profile.message == "TwistStamped"
-        self._held.setdefault(topic, []).append((twist_message(profile.told(twist)), frame, time))
+        self._held.setdefault(topic, []).append((twist_message(profile.command_for(twist)), frame, time))
         if is_stamped is not None:
             self._stamped.setdefault(topic, is_stamped)
         if topic in self._stamped:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 
 import click
@@ -73,7 +72,7 @@ def _published(topic: str) -> bytes:
         said = json.loads(
             output([found.python, str(FOLDER), "outputs.ros.graph", "text", topic], LIMIT, limited(found.env))
         )
-    except (OSError, subprocess.SubprocessError):
+    except OSError:
         raise CommandError("ROS 2 does not start: `improv doctor` says why") from None
     if said is None:
         raise CommandError(f"nobody publishes text on {topic}: start robot_state_publisher, or name another topic")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from improv_core.commands.finding import Finding, absent, good
+from improv_core.ipc.child import output
 from improv_core.storage.atomic_write import real
 
 VERSION_LIMIT = 10.0
@@ -61,12 +61,10 @@ def _version(program: str | None) -> tuple[int, ...]:
     if not program:
         return ()
     try:
-        done = subprocess.run(
-            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=VERSION_LIMIT, check=True
-        )
-    except (OSError, subprocess.SubprocessError):
+        printed = output([program, "--version"], VERSION_LIMIT)
+    except OSError:
         return ()
-    said = re.search(rb"\d+(\.\d+)+", done.stdout)
+    said = re.search(rb"\d+(\.\d+)+", printed)
     return tuple(map(int, said[0].split(b"."))) if said else ()
 
 

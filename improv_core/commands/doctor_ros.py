@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -111,8 +110,10 @@ def standby(found: Interpreter) -> Finding:
     """Report whether a standby process can start: its input is empty, so it ends as soon as it could watch a stage."""
     command = [found.python, str(FOLDER), "outputs.ros.standby.process", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
-    if isinstance(problem := _output(command, limited(found.env)), str):
-        return broken(f"{what}, does not start ({problem})", _repair(found))
+    try:
+        output(command, LOOK_LIMIT, limited(found.env))
+    except OSError as error:
+        return broken(f"{what}, does not start ({error})", _repair(found))
     return good(what)
 
 
@@ -233,22 +234,12 @@ OURS = "/improv"
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
-    done = _output([found.python, str(FOLDER), "outputs.ros.graph", "look", *topics], env)
-    if isinstance(done, str):
-        return broken(f"ROS 2 does not start ({done})", _repair(found))
-    graph: Graph = json.loads(done)
-    return graph
-
-
-def _output(command: Sequence[str], env: Mapping[str, str]) -> bytes | str:
-    """Return the output of a program, or why it fails."""
+    command = [found.python, str(FOLDER), "outputs.ros.graph", "look", *topics]
     try:
-        return output(command, LOOK_LIMIT, env)
-    except subprocess.TimeoutExpired:
-        return "it took too long: try again"
-    except subprocess.CalledProcessError as error:
-        lines = error.stderr.decode(errors="replace").strip().splitlines()
-        return lines[-1] if lines else "no error message"
+        graph: Graph = json.loads(output(command, LOOK_LIMIT, env))
+    except OSError as error:
+        return broken(f"ROS 2 does not start ({error})", _repair(found))
+    return graph
 
 
 def _repair(found: Interpreter) -> str:

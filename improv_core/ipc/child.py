@@ -208,12 +208,20 @@ class Child:
 
 
 def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.environ) -> bytes:
-    """Return the standard output of a program that runs `isolated`. Raises OSError or subprocess.SubprocessError if it
-    fails or takes longer than `limit` seconds."""
+    """Return the standard output of a program that runs `isolated`. Raises OSError if it fails or takes longer than
+    `limit` seconds; its text is the reason, in a few words."""
     nothing = subprocess.DEVNULL
-    return subprocess.run(
-        command, stdin=nothing, capture_output=True, timeout=limit, check=True, env=isolated(env), cwd=ROOT
-    ).stdout
+    try:
+        return subprocess.run(
+            command, stdin=nothing, capture_output=True, timeout=limit, check=True, env=isolated(env), cwd=ROOT
+        ).stdout
+    except subprocess.TimeoutExpired:
+        raise OSError("it took too long") from None
+    except subprocess.CalledProcessError as error:
+        lines = error.stderr.decode(errors="replace").strip().splitlines()
+        raise OSError(lines[-1] if lines else "no error message") from None
+    except OSError as error:
+        raise OSError((error.strerror or "it cannot be started").lower()) from None
 
 
 def isolated(env: Mapping[str, str]) -> dict[str, str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -83,7 +82,7 @@ def _sourced(setup: Path) -> dict[str, str] | None:
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
         said = output(command, PROBE_LIMIT)  # isolated: its scripts run Python
-    except (OSError, subprocess.SubprocessError):
+    except OSError:
         return None
     pairs = (entry.partition("=") for entry in os.fsdecode(said).split("\0") if entry)
     return unsourced({name: value for name, _, value in pairs}, os.environ)
@@ -93,11 +92,6 @@ def _problem(candidate: Interpreter) -> str | None:
     """The reason why an interpreter can't be used, or None if it can."""
     try:
         output([candidate.python, "-c", PROBE], PROBE_LIMIT, candidate.env)
-    except subprocess.TimeoutExpired:
-        return "it timed out"
-    except subprocess.CalledProcessError as error:
-        lines = error.stderr.decode(errors="replace").strip().splitlines()
-        return lines[-1] if lines else "it fails"
     except OSError as error:
-        return (error.strerror or "it cannot be started").lower()
+        return str(error)
     return None

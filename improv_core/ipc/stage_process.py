@@ -317,9 +317,9 @@ class Stage:
                         self._reported.append(command)
             stops = self._stops.arrive(message["command"])
         with suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._told, message, stops)
+            self._loop.call_soon_threadsafe(self._deliver, message, stops)
 
-    def _told(self, message: Heard, stops: int = 0) -> None:
+    def _deliver(self, message: Heard, stops: int = 0) -> None:
         if not self._first.done():
             if message["type"] != "request":  # pages of an earlier stage may reconnect before this one is ready
                 self._first.set_result(message)
@@ -334,7 +334,7 @@ class Stage:
         self._outbox.put(None)
         why = self._failure or self._child.last_error
         ended = f"the {self._kind} failed: {why}" if why else f"the {self._kind} exited unexpectedly"
-        self._told({"type": "gone", "message": self._hung or ended})
+        self._deliver({"type": "gone", "message": self._hung or ended})
 
 
 def _line(message: ToStage) -> bytes:

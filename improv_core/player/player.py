@@ -67,8 +67,8 @@ class Player:
         """True while something is left to send, robots are awaited, or simulated ones still move."""
         return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or _come_to_rest(self._tracks)
 
-    def deadline(self, now: float) -> float | None:
-        """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
+    def deadline(self, now: float) -> float:
+        """The time on the clock at which `advance` must be called next; infinite if nothing is left to do."""
         if self.run.mode == "waiting":
             if self.run.is_due:
                 return now
@@ -81,7 +81,7 @@ class Player:
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
-        return now + (self._sink.period or LOOK_AGAIN) if _come_to_rest(self._tracks) else None
+        return now + (self._sink.period or LOOK_AGAIN) if _come_to_rest(self._tracks) else math.inf
 
     def advance(self, now: float) -> None:
         if self.run.mode == "waiting":

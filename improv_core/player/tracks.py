@@ -304,20 +304,20 @@ class Tracks:
             places = {robot: each for robot, each in places.items() if robot not in self.listeners.returning}
         sees = self.sink.real and self.run.score.safety.sight
         return Facts(
-            now,
-            self.sink.real,
-            self.active_parts.over,
-            late,
-            frozenset(self.listeners.away),
-            frozenset(self.listeners.standing),
-            self.sensing.held,
-            poses,
-            places,
-            self.wall() if self.run.gate else 0.0,
-            self.separation.unseen(self.run, now) if sees else (),
-            self.faults.unreached if self.sink.real else (),
-            isinstance(event, Due) and self.sink.real and self.listeners.unheard,
-            self.paths,
+            now=now,
+            real=self.sink.real,
+            over=self.active_parts.over,
+            late=late,
+            away=frozenset(self.listeners.away),
+            standing=frozenset(self.listeners.standing),
+            held=self.sensing.held,
+            poses=poses,
+            places=places,
+            wall=self.wall() if self.run.gate else 0.0,
+            unseen=self.separation.unseen(self.run, now) if sees else (),
+            unreached=self.faults.unreached if self.sink.real else (),
+            unheard=isinstance(event, Due) and self.sink.real and self.listeners.unheard,
+            paths=self.paths,
         )
 
     def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:

@@ -23,7 +23,7 @@ StageRequest = Change | Resume | ProgramMessage | ProgramSource | Draft | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 ProblemFields = tuple[str, int, int, str, str]
 """The values of the fields of a `Problem`."""
-MOST_MISTAKES = 20
+MOST_ERRORS = 20
 """The most errors that pages list."""
 Request = PlayScore | StageRequest | PageRequest | PageOpened
 
@@ -61,19 +61,19 @@ def on_request(state: SessionState, request: Request, now: Now) -> StateAndActs:
 
 
 def program_message(
-    name: str, folder: str, mistakes: Sequence[ProblemFields], names: Mapping[str, str] | None = None
+    name: str, folder: str, errors: Sequence[ProblemFields], names: Mapping[str, str] | None = None
 ) -> ProgramMessage:
     """Return the program to play, and the errors that keep it from being played, for pages."""
     problems: list[Problem] = [
         {"file": file, "line": line, "column": column, "word": word, "message": message}
-        for file, line, column, word, message in mistakes[:MOST_MISTAKES]
+        for file, line, column, word, message in errors[:MOST_ERRORS]
     ]
     shown: ProgramMessage = {
         "type": "program",
         "name": name,
         "folder": folder,
         "problems": problems,
-        "count": len(mistakes),
+        "count": len(errors),
     }
     return {**shown, "names": names} if names else shown
 

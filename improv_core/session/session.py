@@ -101,10 +101,10 @@ class Playback:
         return f"{self.state.page}?ticket={issue(self._token, own=own)}" if self.state.page else None
 
     def present(
-        self, name: str, folder: str, mistakes: Iterable[ProblemFields] = (), names: Mapping[str, str] | None = None
+        self, name: str, folder: str, errors: Iterable[ProblemFields] = (), names: Mapping[str, str] | None = None
     ) -> None:
         """Have pages show the program to play, its errors, and its robots' other `names` there, if any."""
-        self.ask(program_message(name, folder, [*mistakes], names))
+        self.ask(program_message(name, folder, [*errors], names))
 
     async def open(self, hosts: frozenset[Host] = frozenset()) -> None:
         """Start the stages, also those of these hosts, unless they are running. Raises StageError."""

@@ -124,7 +124,7 @@ NOTHING = PlayScore(Score(Fraction(1), {}), "", 0)
 
 
 @dataclass(frozen=True, slots=True)
-class PartVersions:
+class PartEditions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them: a part that a save doesn't
     change keeps its number. Scenes are compared one by one, so it stays untouched no matter what comes later.
 
@@ -135,17 +135,17 @@ class PartVersions:
     latest: int = 0
     sent: Mapping[int, Score] = field(default_factory=dict)
 
-    def number(self, score: Score, generation: int) -> tuple[PartVersions, Score]:
-        """Return the next editions, and the score with the editions of its parts; `generation` counts scores."""
+    def number(self, score: Score, generation: int) -> tuple[PartEditions, Score]:
+        """Return the next value, and the score with the editions of its parts; `generation` counts scores."""
         new = count(self.latest + 1)
         parts = {robot: replace(part, editions=self._editions(part, new)) for robot, part in score.parts.items()}
         score = replace(score, parts=parts)
         sent = {**self.sent, generation: score}
         if len(sent) > MOST_SENT:
             del sent[list(sent)[1]]  # the first one plays
-        return PartVersions(next(new) - 1, sent), score
+        return PartEditions(next(new) - 1, sent), score
 
-    def plays(self, generation: int) -> PartVersions:
+    def plays(self, generation: int) -> PartEditions:
         """Return it after a stage has reported that a score plays: the scores before it no longer matter."""
         if next(iter(self.sent), generation) == generation or generation not in self.sent:
             return self
@@ -203,7 +203,7 @@ class SessionState:
     latest: PlayScore | None = None
     on_robots: PlayScore = NOTHING
     generation: int = 0
-    editions: PartVersions = field(default_factory=PartVersions)
+    editions: PartEditions = field(default_factory=PartEditions)
     entered: TransportMessage | None = None
     behind: float = 0.0
     waits_for: Sequence[str] = ()

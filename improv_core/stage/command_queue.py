@@ -59,7 +59,8 @@ class CommandQueue:
 
     def pause(self, pause: Pause) -> bool:
         """Keep a pause until its time, before all that came behind it. Returns False if its time has come."""
-        if not self._clock() < _time_of(pause, self._clock()):
+        now = self._clock()
+        if _time_of(pause, now) <= now:
             return False
         self._pause = pause
         return True
@@ -78,8 +79,9 @@ class CommandQueue:
         """Return the next arrival to handle; None if there is none or a slice of time has passed."""
         end = self._clock() + SLICE
         if self._pause:
-            pause = self._pause if self.due == math.inf else None
-            self._pause = None if pause else self._pause
+            if self.due < math.inf:
+                return None
+            pause, self._pause = self._pause, None
             return pause
         while self._preloading or self._waiting:
             if not self._preloading:

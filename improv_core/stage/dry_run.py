@@ -48,7 +48,7 @@ def perform(
     if senses is not None:
         load["senses"] = senses
     player.take(Play(load, replace(score, clock=None, count_in=False)), now)
-    while (deadline := player.deadline(now)) is not None:
+    while (deadline := player.deadline(now)) < math.inf:
         checkpoint()
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.run.mode == "playing":

@@ -134,8 +134,7 @@ class Loop:
         held = min(self._held.values(), default=math.inf)
         zeros = self._opened.sink.pending_zeros.due if self._opened.sink.pending_zeros else math.inf
         silent = self._parent.deadline if self._may_move else math.inf
-        playing = math.inf if deadline is None else deadline
-        return min(silent, held, zeros, self._commands.due, playing)
+        return min(silent, held, zeros, self._commands.due, deadline)
 
     def wake(self, now: float, asleep: float) -> None:
         """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
@@ -150,8 +149,7 @@ class Loop:
             self._hold(what, False, now)
         while self._commands.comes_now and (arrival := self._commands.next()):
             self._do(arrival, now)  # first, because setpoints that have been sent can't be taken back
-        due = self.player.deadline(now) if self._commands.is_busy else now
-        if due is not None and now >= due:
+        if not self._commands.is_busy or now >= self.player.deadline(now):
             self.player.advance(now)
         if (zeros := self._opened.sink.pending_zeros) and now >= zeros.due:
             zeros.retry(now)
@@ -243,7 +241,7 @@ class Loop:
         last = STOP if player.run.may_move and player.run.mode != "paused" else PAUSE
         with suppress(Exception):
             player.take(last, clock.now())
-        while player.sends and (deadline := player.deadline(clock.now())) is not None and deadline < end:
+        while player.sends and (deadline := player.deadline(clock.now())) < end:
             clock.wait_until(deadline)
             with suppress(Exception):
                 player.advance(clock.now())

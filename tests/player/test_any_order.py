@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import replace
 
@@ -118,7 +119,7 @@ class Walk:
         self.stop()
         self.run(1)
         for stage in self.both:
-            assert stage.player.deadline(stage.now) is None
+            assert stage.player.deadline(stage.now) == math.inf
             for robot in {robot for robot, _, _ in stage.sink.sent}:
                 last = [twist for _, _, twist in stage.sent_to(robot)[-LAST_ZEROS:]]
                 assert last == [STILL] * LAST_ZEROS, robot

@@ -15,7 +15,7 @@ from improv_core.safety.pending_zeros import LAST_ZEROS
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.score.takeover import Takeover
-from improv_core.session.state import PartVersions
+from improv_core.session.state import PartEditions
 from tests.player.test_player import QUARTER, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"
@@ -44,7 +44,7 @@ class Continuing(Stage):
     def __init__(self, start: float = 1000.0) -> None:
         super().__init__(start)
         self.sink: Topics = Topics()
-        self.editions = PartVersions()
+        self.editions = PartEditions()
         self.generation = 0
         self.player = type(self.player)(self.sink, self._hear, lambda: 0.0)
 

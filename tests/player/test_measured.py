@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -30,7 +31,7 @@ def test_the_last_two_reports_after_a_stop_are_of_one_pose(stall: float) -> None
     player.take({"type": "stop"}, now)
     now += stall  # the process gets no time to run
     looks = 0
-    while player.sends and (deadline := player.deadline(now)) is not None:
+    while player.sends and (deadline := player.deadline(now)) < math.inf:
         now = max(now, deadline)
         player.advance(now)
         looks += 1

@@ -112,7 +112,7 @@ class Stage:
 
     def run(self, seconds: float) -> None:
         end = self.now + seconds
-        while (deadline := self.player.deadline(self.now)) is not None and deadline <= end:
+        while (deadline := self.player.deadline(self.now)) <= end:
             self.now = max(deadline, self.now)
             self.player.advance(self.now)
         self.now = end
@@ -120,7 +120,7 @@ class Stage:
     def run_busy(self, seconds: float) -> None:
         """Run as before, but sending takes time too."""
         end = self.now + seconds
-        while (deadline := self.player.deadline(self.now)) is not None and max(deadline, self.now) <= end:
+        while max(deadline := self.player.deadline(self.now), self.now) <= end:
             self.now = max(deadline, self.now)
             self.player.advance(self.now)
 
@@ -165,7 +165,7 @@ def test_commands_are_repeated_at_20_hz_and_silent_after_three_zeros() -> None:
     times = [at for _, at, _ in stage.sink.sent]
     assert times == pytest.approx([step / 20 for step in range(23)])
     assert [twist for _, _, twist in stage.sink.sent[-3:]] == [Twist(), Twist(), Twist()]
-    assert stage.player.deadline(stage.now) is None
+    assert stage.player.deadline(stage.now) == math.inf
 
 
 def test_a_change_is_sent_before_the_repeats_that_are_due_too() -> None:

@@ -12,7 +12,7 @@ from improv_core.player.player import Player
 from improv_core.preview.begun_scores import BegunScores
 from improv_core.protocol.messages import FromStage, When
 from improv_core.score.score import Score
-from improv_core.session.state import PartVersions
+from improv_core.session.state import PartEditions
 from tests.player.test_player import Stage, score
 
 
@@ -25,7 +25,7 @@ class Followed(Stage):
         self.compared: list[int] = []
         """The scenes that played, at each report."""
         self._begun = BegunScores()
-        self._editions = PartVersions()
+        self._editions = PartEditions()
         self._generation = 0
 
     def load(self, program: str, when: When = "restart") -> None:

@@ -14,7 +14,7 @@ from improv_core.score import score_json
 from improv_core.score.score import Score
 from improv_core.score.score_json import LackingError, RowsRead, RowsWritten, from_json, to_json
 from improv_core.score.walk import walk
-from improv_core.session.state import MOST_SENT, PartVersions
+from improv_core.session.state import MOST_SENT, PartEditions
 
 PROGRAM = (
     "".join(f"x{line} = forward left {line + 1} right\n" for line in range(100)) + "anna $ x1 x2 x3\nbert $ x4 x5\n"
@@ -25,7 +25,7 @@ class Line:
     """A writer and a reader, with JSON in between."""
 
     def __init__(self) -> None:
-        self.editions, self.writer, self.reader, self.generation = PartVersions(), RowsWritten(), RowsRead(), 0
+        self.editions, self.writer, self.reader, self.generation = PartEditions(), RowsWritten(), RowsRead(), 0
 
     def write(self, analysis: Analysis) -> dict[str, Any]:
         self.generation += 1
@@ -113,9 +113,9 @@ def test_the_movements_that_are_kept_do_not_grow_forever(monkeypatch: pytest.Mon
     assert len(line.reader.movements) < 2 * most
 
 
-def numbered(programs: Sequence[str]) -> tuple[PartVersions, list[Score]]:
+def numbered(programs: Sequence[str]) -> tuple[PartEditions, list[Score]]:
     """The editions after these programs have been saved, and their scores with the editions of their parts."""
-    editions, scores = PartVersions(), []
+    editions, scores = PartEditions(), []
     for generation, program in enumerate(programs, 1):
         editions, score = editions.number(score_of(analyze(program)), generation)
         scores.append(score)

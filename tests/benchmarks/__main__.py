@@ -21,7 +21,7 @@ BENCHMARKS = {
     "show": "what is said of twelve robots in MuJoCo when something goes wrong, and where they end",
     "song": "how far the song that a page plays is from the beat",
     "stage": "from a save to what robots hear, and how punctual that is, beside plain rclpy",
-    "thymio": "twelve Thymios in their simulator: from a save to their motors, punctuality, and where they end",
+    "thymio": "a Thymio among twelve in their simulator: from a save to its motors, from a kill to zeros, its squares",
     "transcription": "how well programs come back from their own paths, clean and noisy",
     "typing_page": "from a key on the page to its letter, color, and path, and what a page at rest costs",
 }

@@ -1,4 +1,4 @@
-"""Thymios in their makers' simulator: from a save to the motors, punctuality, processor time, and where they end."""
+"""A Thymio among twelve in their makers' simulator: from a save to its motors, from a kill to zeros, its squares."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -24,7 +23,7 @@ from improv_core.outputs.thymio.thymio import advanced, targets
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import Pose, Twist
 from tests.benchmarks.documents import Edit
-from tests.benchmarks.servers import Server, processor_time
+from tests.benchmarks.servers import Server
 from tests.benchmarks.tables import machine, p99, print_head, print_row
 from tests.outputs.playground import LIMIT, Watch, playground
 from tests.processes import command_of, descendants, lines_until
@@ -33,27 +32,8 @@ STEP = 0.1
 """Meters of `forward`."""
 REPEATED = 5
 """The repeats of new motor targets before the next save, twenty a second."""
-SHARED = 2.0
-"""Seconds of a robot's own time in which the processor time of a dance is taken."""
 ROBOTS = {f"t{number}": (50 + 70 * (number % 4), 75 + 75 * (number // 4)) for number in range(12)}
 """Twelve robots, and their places in centimeters."""
-LOOP = """
-import sys, time
-from improv_core.outputs.thymio.bus import Bus, wire_to
-from improv_core.outputs.thymio.thymio import targets
-from improv_core.score.motion import Twist
-bus = Bus("loop", wire_to(sys.argv[1]))
-numbers = [bus.find("", number) for number in range(1, int(sys.argv[2]) + 1)]
-memories = [bus.describe(number) for number in numbers]
-begin = time.monotonic() + 0.5
-for tick in range(int(sys.argv[3]) * 20):
-    time.sleep(max(begin + tick / 20 - time.monotonic(), 0))
-    twist = Twist(yaw=1.5) if tick // 20 % 2 else Twist(0.1)
-    for number, memory in zip(numbers, memories):
-        bus.set(number, (memory.fed, (4,)), (memory.variables["motor.left.target"], targets(twist)))
-print(time.process_time())
-"""
-"""The plain loop: it sends twelve robots a velocity twenty times a second, and another one each second."""
 
 
 class Tap:
@@ -104,11 +84,6 @@ class Tap:
             assert self._changed.wait_for(lambda: len(times()) > REPEATED, LIMIT), f"{wanted} never came"
             return times()[0]
 
-    def changes(self, node: int) -> list[float]:
-        """Return when the targets of a robot changed."""
-        ours = [(at, both) for at, number, both in self.heard if number == node]
-        return [at for (_, before), (at, both) in pairwise(ours) if before != both]
-
 
 def run(quick: bool = False) -> None:
     """Print the figures."""
@@ -121,18 +96,9 @@ def run(quick: bool = False) -> None:
             approve(tap.address)
             _list(folder, tap.address)
             print_head("what", "p50", "p99", "max", "number")
-            _row("save → motor target, ms", _saves(folder, tap, 10 if quick else 60))
-            seconds = 10 if quick else 30
-            tap.heard.clear()
-            squares = f"{' '.join(ROBOTS)} $ repeat {4 * max(seconds // 8, 1)} (forward left)\n"
-            ends, share, pace = _dance(folder, address, squares)
-            print(f"twelve robots were simulated at {pace:.0%} of real time")
-            late = _late(tap)
-            loop, plain = _loop(tap, seconds)
-            _row("changes late, 12 robots, ms", late)
-            _row("the same, a plain loop, ms", loop)
-            print(f"CPU of 12 robots: {share:.1%} of a processor; of the plain loop {plain:.1%}")
-            _row("12 robots' squares, from the ideal, cm", [100 * math.hypot(each.x, each.y) for each in ends])
+            times = _saves(folder, tap, 10 if quick else 60)
+            figures = (f"{each:.1f}" for each in (median(times), p99(times), max(times)))
+            print_row("save → motor target, ms", *figures, str(len(times)))
             for what, took, looks in _kills(folder, address):
                 print(f"{what} killed: motors at 0 after {took:.2f} s, {looks * PERIOD} ms of the robot's own")
         with playground(folder, {"t0": (150, 150)}) as address:
@@ -140,10 +106,6 @@ def run(quick: bool = False) -> None:
             closed = [_calibrated(folder, address) for _ in range(5)]
             for what, index in (("open loop", 0), ("followed", 1)):
                 print(f"{what}: " + ", ".join(f"{100 * run[index][0]:.1f} ({run[index][1]:.0%})" for run in closed))
-
-
-def _row(what: str, values: Sequence[float]) -> None:
-    print_row(what, *(f"{each:.1f}" for each in (median(values), p99(values), max(values))), str(len(values)))
 
 
 def _saves(folder: Path, tap: Tap, count: int) -> list[float]:
@@ -183,22 +145,15 @@ def _list(folder: Path, address: str, follow: bool = False, **measured: float) -
     (folder / "improv.toml").write_text(text, encoding="utf-8")
 
 
-def _dance(folder: Path, address: str, program: str, count: int = len(ROBOTS)) -> tuple[list[Pose], float, float]:
-    """Play a program. Return the pose at which each robot ends, as its wheels report, the share of a processor that the
-    stage took, and that of real time in which the robots were simulated."""
+def _dance(folder: Path, address: str, program: str) -> tuple[Pose, float]:
+    """Play a program. Return the pose at which its robot ends, as its wheels report, and the share of real time."""
     bus = Bus("odometry", wire_to(address))
-    odometers = [Odometer(bus, node) for node in range(1, count + 1)]
-    at = time.monotonic()
+    odometer, began = Odometer(bus), time.monotonic()
     with _played(folder, program) as play:
-        stage = next(pid for pid in descendants(play.pid) if b"devices" in command_of(pid))
-        before, began = processor_time(stage), time.monotonic()
-        odometers[0].wait(since=odometers[0].seconds + SHARED)
-        share = (processor_time(stage) - before) / (time.monotonic() - began)
         play.communicate(timeout=3 * LIMIT)
-    for each in odometers:
-        each.wait(since=each.seconds, stands=True)
+    odometer.wait_until_it_stands()
     bus.close()
-    return [each.pose for each in odometers], share, odometers[0].seconds / (time.monotonic() - at)
+    return odometer.pose, odometer.seconds / (time.monotonic() - began)
 
 
 def _calibrated(folder: Path, address: str) -> list[tuple[float, float]]:
@@ -206,27 +161,27 @@ def _calibrated(folder: Path, address: str) -> list[tuple[float, float]]:
     share of real time; then the same if the robot also follows."""
     approve(address)
     _list(folder, address)
-    (ahead,), _, _ = _dance(folder, address, "t0 $ repeat 4 forward\n", 1)
-    (turned,), _, _ = _dance(folder, address, "t0 $ repeat 4 left\n", 1)
+    ahead, _ = _dance(folder, address, "t0 $ repeat 4 forward\n")
+    turned, _ = _dance(folder, address, "t0 $ repeat 4 left\n")
     step, turn = STEP * 4 * STEP / ahead.x, 90 * math.tau / turned.heading
     found = []
     for follow in (False, True):
         _list(folder, address, follow, commanded_step=step, commanded_quarter_turn=turn)
-        (end,), _, pace = _dance(folder, address, "t0 $ repeat 4 (forward left)\n", 1)
+        end, pace = _dance(folder, address, "t0 $ repeat 4 (forward left)\n")
         found.append((math.hypot(end.x, end.y), pace))
     return found
 
 
 class Odometer:
-    """The pose of a robot by its wheels, in its own time."""
+    """The pose of robot 1 by its wheels, in its own time."""
 
-    def __init__(self, bus: Bus, node: int) -> None:
+    def __init__(self, bus: Bus) -> None:
         self.pose = Pose()
         self.seconds = 0.0
         self._before: Sequence[int] | None = None
         self._stands = True
         self._changed = threading.Condition()
-        bus.listen(bus.find("", node), self._take)
+        bus.listen(bus.find("", 1), self._take)
 
     def _take(self, words: Sequence[int]) -> None:
         before, self._before = self._before or words, words
@@ -236,28 +191,10 @@ class Odometer:
             self._stands = [*before[2:6]] == [*words[2:4], 0, 0]
             self._changed.notify_all()
 
-    def wait(self, since: float, *, stands: bool = False) -> None:
-        """Wait until this time of its own has passed, and perhaps until its wheels stand."""
+    def wait_until_it_stands(self) -> None:
         with self._changed:
-            assert self._changed.wait_for(lambda: self.seconds > since and (self._stands or not stands), LIMIT), (
-                "it reports nothing"
-            )
-
-
-def _late(tap: Tap) -> list[float]:
-    """Return how many ms later than the earliest each change came, by the beats between them."""
-    found: list[float] = []
-    for node in range(1, len(ROBOTS) + 1):
-        changes = tap.changes(node)[1:-1]
-        found += [at - round(at - changes[0]) for at in changes]
-    return [1000 * (each - min(found)) for each in found]
-
-
-def _loop(tap: Tap, seconds: int) -> tuple[list[float], float]:
-    tap.heard.clear()
-    command = [sys.executable, "-c", LOOP, tap.address, str(len(ROBOTS)), str(seconds)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return _late(tap), float(done.stdout) / seconds
+            since = self.seconds
+            assert self._changed.wait_for(lambda: self.seconds > since and self._stands, LIMIT), "it reports nothing"
 
 
 def _kills(folder: Path, address: str) -> Iterator[tuple[str, float, int]]:

@@ -146,7 +146,7 @@ class TerminalSession:
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
-        self.refused = asyncio.Event()  # robots are misplaced or too near, and nobody can have them go on here
+        self.refused = asyncio.Event()  # robots are misplaced or too near, and nobody can have them continue here
         # If nobody can read the messages about the robots, the robots stop; `main` prints the reason.
         self.screen = Screen(quiet, self.interrupted.set, rings=settings.bell)
         self.keyboard = Keyboard(lambda: self.playback, self.screen)

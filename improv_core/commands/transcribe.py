@@ -29,7 +29,7 @@ from improv_core.transcription.transcribe import Tolerance, Transcription, trans
 
 _LENGTH = re.compile(r"([0-9]*\.?[0-9]+)(m|cm|mm)")
 _SLOW = 1.0
-"""Seconds after which a line says that the search goes on."""
+"""Seconds after which a line says that the search continues."""
 
 
 class _Length(click.ParamType):  # type: ignore[type-arg]

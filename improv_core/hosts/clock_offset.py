@@ -105,7 +105,7 @@ class RemoteClock:
 
 
 def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
-    """Return it with one more exchange. Forgets old ones, or all if a clock has jumped because a machine slept."""
+    """Return the exchanges with one more. Forgets old ones, or all if a clock has jumped because a machine slept."""
     if _contradicts(exchanges, new):
         exchanges = Exchanges()
     return Exchanges(

@@ -67,7 +67,7 @@ def answered(asking: Asking, answer: RemoteTimes, now: float) -> Asking:
 
 
 def estimated(asking: Asking, now: float) -> Asking:
-    """Return it with a new estimate, if the clock there is known, and it is time for one."""
+    """Return the queries with a new estimate, if the clock there is known, and it is time for one."""
     if asking.found and now < asking.found.at + LOOK_PERIOD:
         return asking
     found = estimate(asking.exchanges, now)

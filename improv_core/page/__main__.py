@@ -38,7 +38,7 @@ TOKEN = "IMPROV_PAGE_TOKEN"
 """The environment variable with the token that opens the page. The token is no option: all users of the machine can
 read the arguments of a process."""
 SIGNALED = "a signal has ended the process of the page"
-"""The problem after a signal. The performance goes on, so pages must not say that it is over."""
+"""The problem after a signal. The performance continues, so pages must not say that it is over."""
 
 
 def main() -> int:

@@ -125,8 +125,8 @@ def _play(run: Run, play: Play, facts: Facts) -> RunAndActs:
     if moves and not run.may_start(by):
         return run, [warning_line(STOPPED), Report()]
     run = run.started(by) if moves else run
-    goes_on = run.mode in ("playing", "paused") or (run.mode == "ended" and entry)
-    if load["when"] == "restart" or not goes_on:
+    continues = run.mode in ("playing", "paused") or (run.mode == "ended" and entry)
+    if load["when"] == "restart" or not continues:
         return run, [PrepareRestart(play), Then(events.Restarted(play))]
     if entry:
         at = entry["monotonic"] - run.transport.zero
@@ -242,10 +242,10 @@ def _take_over(run: Run, swap: PendingTakeover, facts: Facts) -> RunAndActs:
     before = OutgoingScore(old, run.scene, run.is_over(beat, facts.over), None if facts.real else facts.poses)
     score = edited(swap, beat, before)
     begin, leaving = entering(score, before), old.parts.keys() - score.parts.keys()
-    goes_on = run.mode == "playing" and _same_time(score, old) and not swap.shifts(run.transport)
-    replaced = events.Replaced(score, swap.generation, swap.at, beat, begin, leaving, goes_on, swap.entry)
+    keeps_playing = run.mode == "playing" and _same_time(score, old) and not swap.shifts(run.transport)
+    replaced = events.Replaced(score, swap.generation, swap.at, beat, begin, leaving, keeps_playing, swap.entry)
     return replace(run, next=None), [
-        Drop({*begin, *leaving} if goes_on else {*old.parts, *score.parts}),
+        Drop({*begin, *leaving} if keeps_playing else {*old.parts, *score.parts}),
         SendUntil(swap.at),
         Prepare(score, begin, swap.at),
         Then(replaced),
@@ -262,7 +262,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> RunAndActs:
     on_new_topics = [robot for robot in score.parts if robot in old and old[robot].topic != score.parts[robot].topic]
     run = replace(run, score=score, begun=score, scene=score.scene, generation=event.generation)
     run = in_time(run, event.entry, facts)
-    if event.goes_on and not waits(run, facts):
+    if event.keeps_playing and not waits(run, facts):
         acts = begin_parts(run, begin, event.beat, event.at)
         if others := [robot for robot in on_new_topics if robot not in begin]:  # their parts continue on other topics
             acts += [

@@ -50,7 +50,7 @@ class Listened:
 @dataclass(frozen=True, slots=True)
 class Replaced:
     """A score has been prepared to take over at a performance time. The parts of `entering` begin, and those of robots
-    that are `leaving` are over. With `goes_on`, the others play on untouched. `entry` has its time if
+    that are `leaving` are over. With `keeps_playing`, the others play on untouched. `entry` has its time if
     another stage has decided it."""
 
     score: Score
@@ -59,7 +59,7 @@ class Replaced:
     beat: Exact
     entering: Collection[str]
     leaving: Collection[str]
-    goes_on: bool
+    keeps_playing: bool
     entry: Takeover | None = None
 
 

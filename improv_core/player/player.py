@@ -65,7 +65,7 @@ class Player:
     @property
     def sends(self) -> bool:
         """True while something is left to send, robots are awaited, or simulated ones still move."""
-        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or _come_to_rest(self._tracks)
+        return self.run.mode == "waiting" or self._tracks.next_due().at < math.inf or _still_move(self._tracks)
 
     def deadline(self, now: float) -> float:
         """The time on the clock at which `advance` must be called next; infinite if nothing is left to do."""
@@ -81,7 +81,7 @@ class Player:
             return min(at, now + self._sink.period) if self._sink.period else at
         if self._looks_while_paused:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
-        return now + (self._sink.period or LOOK_AGAIN) if _come_to_rest(self._tracks) else math.inf
+        return now + (self._sink.period or LOOK_AGAIN) if _still_move(self._tracks) else math.inf
 
     def advance(self, now: float) -> None:
         if self.run.mode == "waiting":
@@ -260,7 +260,7 @@ class Player:
         return self.run.mode == "paused" and self._sink.real
 
 
-def _come_to_rest(tracks: Tracks) -> bool:
+def _still_move(tracks: Tracks) -> bool:
     """Return whether simulated robots still move after a stop, or no report has shown yet that they stand."""
     if tracks.sink.real:
         return False

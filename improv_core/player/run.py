@@ -43,7 +43,7 @@ class Run:
     scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
     number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
     `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
-    by itself once nothing has to be waited for; the latest pause for an unseen robot began at `blind`. A pause for
+    by itself once no condition is left; the latest pause for an unseen robot began at `blind`. A pause for
     robots that are `too_near` ends when a person resumes it. Unless `misplaced` is None, playing waits until these
     robots are in their places, and a person plays again; with `anyway`, robots need not be in their places. While beat
     0 waits, a `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and comes

@@ -108,11 +108,11 @@ class SetpointQueue:
         for mover in movers:
             self._next.pop(mover, None)
 
-    def add(self, mover: Mover, told: Iterator[Setpoint], offset: float) -> None:
+    def add(self, mover: Mover, planned: Iterator[Setpoint], offset: float) -> None:
         """Send a mover these setpoints, whose times count from `offset`."""
-        if following := next(told, None):
+        if following := next(planned, None):
             at, velocity, held = following
-            self._push(_Due(at + offset, mover, velocity, held, told, offset))
+            self._push(_Due(at + offset, mover, velocity, held, planned, offset))
 
     def begin_open(self, mover: Mover, at: float) -> None:
         """Begin an open part, and always send its first velocity."""

@@ -45,7 +45,7 @@ from improv_core.score.transport import Transport
 OPENS = 0.05
 """Seconds before robots come in with a clock from which on that moment stays as it is."""
 FEW = 10
-"""Robots that are looked at so fast that beat 0 can be before it."""
+"""The most robots that are checked so fast that beat 0 need not wait for that."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
 QUIET = 10.0
@@ -121,7 +121,7 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> RunAndActs:
         ready = start_gate.made_ready(run.gate, facts.now, facts.wall, run.beat_period)
         return replace(run, gate=ready), [*acts, Report()]
     if event.moving is None or len(run.score.parts) > FEW:
-        # To look at robots takes time: 0.2 s while the network finds them, 20 ms for a hundred. Beat 0 comes after it.
+        # Checking robots takes time: 0.2 s while the network finds them, 20 ms for a hundred. Beat 0 comes after it.
         return replace(run, is_due=True), acts
     run, more = _begin(run, facts)
     return run, [*acts, *more]
@@ -140,8 +140,8 @@ def _begin(run: Run, facts: Facts) -> RunAndActs:
 
 
 def resume(run: Run, facts: Facts, by: Automation | None = None, *, anyway: bool = False) -> RunAndActs:
-    """Begin an armed score, or continue a paused one, as soon as nothing has to be waited for. Robots must be in their
-    places, except with `anyway`."""
+    """Begin an armed score, or continue a paused one, as soon as no condition is left. Robots must be in their places,
+    except with `anyway`."""
     if run.mode == "waiting" and run.gate:
         if not run.gate.ready:
             return run, [warning_line(NOT_READY)]
@@ -189,7 +189,7 @@ def coming_in(run: Run, facts: Facts) -> Run:
 def play_from(
     run: Run, beat: Exact, performed: float, facts: Facts, places: Mapping[str, preflight.Standing] | None = None
 ) -> RunAndActs:
-    """Play the score from a beat on, starting at this performance time, or as soon as nothing has to be waited for.
+    """Play the score from a beat on, starting at this performance time, or as soon as no condition is left.
 
     Robots that stood have to be in their `places`.
     """
@@ -200,10 +200,10 @@ def play_from(
     if found := _displaced(run, places or {}):
         run, acts = leave(replace(run, mode="paused", misplaced=found), "paused", facts)
         return run, [*acts, Tell(preflight.message(found, run.generation)), error_line(preflight.refusal(found))]
-    return go_on(replace(run, mode="playing", continues=False, too_near=()), beat, performed, facts)
+    return keep_playing(replace(run, mode="playing", continues=False, too_near=()), beat, performed, facts)
 
 
-def go_on(run: Run, beat: Exact, performed: float, facts: Facts) -> RunAndActs:
+def keep_playing(run: Run, beat: Exact, performed: float, facts: Facts) -> RunAndActs:
     """Keep playing from a beat, at the tempo of the run, starting at this performance time."""
     run = replace(run, transport=Transport(run.transport.zero, performed, beat, run.tempo))
     if swap := run.next:
@@ -245,7 +245,7 @@ def _look_again(run: Run, facts: Facts) -> RunAndActs:
 
 
 def _wait(run: Run, facts: Facts) -> RunAndActs:
-    """Pause until nothing has to be waited for. After an emergency stop, somebody has to play again."""
+    """Pause until no condition is left. After an emergency stop, somebody has to play again."""
     if run.stops.on:
         line = refused_by(run.stops.on, run.score.safety.stop)
         run, acts = leave(run, "stopped", facts)

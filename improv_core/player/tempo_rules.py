@@ -16,7 +16,7 @@ from improv_core.player.acts import Act, Dismiss
 from improv_core.player.agenda import Due
 from improv_core.player.events import Facts
 from improv_core.player.run import Run
-from improv_core.player.start_rules import OPENS, changed, coming_in, go_on, waits
+from improv_core.player.start_rules import OPENS, changed, coming_in, keep_playing, waits
 from improv_core.player.stop_rules import RunAndActs, warning_line
 from improv_core.protocol.clock_messages import BendMessage
 from improv_core.protocol.fields import FASTEST, SLOWEST
@@ -81,7 +81,7 @@ def bend(run: Run, message: BendMessage, facts: Facts) -> RunAndActs:
     if run.mode != "playing" or waits(run, facts):
         return replace(run, transport=replace(run.transport, tempo=run.tempo)), []
     beat = message["beat"] + max(facts.now - message["at"], 0.0) / run.beat_period
-    return go_on(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
+    return keep_playing(run, near(min(beat, float(run.beats(facts.over)))), run.transport.performed(facts.now), facts)
 
 
 def _stood_still(run: Run, clock: Following, facts: Facts) -> RunAndActs:
@@ -109,7 +109,7 @@ def _bend(run: Run, performed: float, facts: Facts) -> RunAndActs:
     run, acts = _warned(replace(run, clock=replace(clock, looks=math.inf if rests else performed + LOOK)))
     if abs(pace / run.pace - 1) < NOTICED or waits(run, facts):
         return run, acts
-    run, more = go_on(replace(run, pace=pace), beat, performed, facts)
+    run, more = keep_playing(replace(run, pace=pace), beat, performed, facts)
     return run, [*acts, *more]
 
 

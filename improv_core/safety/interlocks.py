@@ -50,17 +50,17 @@ class EmergencyStops:
     count: int = 0
 
     def heard(self, topic: str, pressed: bool) -> EmergencyStops:
-        """Return it after one was pressed or released."""
+        """Return the stops after one was pressed or released."""
         if pressed == (topic in self.on):
             return self
         return EmergencyStops(self.on | {topic} if pressed else self.on - {topic}, self.count + pressed)
 
     def counted(self) -> EmergencyStops:
-        """Return it after a stop because the parent was silent."""
+        """Return the stops after the parent was silent, which counts as one."""
         return replace(self, count=self.count + 1)
 
     def merged(self, pressed: Pressed) -> EmergencyStops:
-        """Return it after the parent reports the stops that another stage counted, unless this one has counted more."""
+        """Return the stops that the parent reports from another stage, unless this stage has counted more."""
         return (
             EmergencyStops(self.on | {*pressed["topics"]}, pressed["count"]) if pressed["count"] > self.count else self
         )

@@ -62,14 +62,14 @@ def watched(
     if measured is not None:
         span = (span or _Span(measured, measured)).to(measured)
     watch = replace(watch, told=watch.told + seconds, program=program, measured=span, speed=abs(speed))
-    anew = replace(watch, told=0.0, program=_Span(position, position), measured=None)
+    renewed = replace(watch, told=0.0, program=_Span(position, position), measured=None)
     if measured is not None:
-        anew = replace(anew, measured=_Span(measured, measured))
+        renewed = replace(renewed, measured=_Span(measured, measured))
     if program.length < (NEAR_SLIDE if joint.slides else NEAR_TURN):
         return watch
     if span and span.length >= SHARE * program.length:
-        return replace(anew, has_followed=True, failing=0.0)
-    return replace(anew, failing=watch.failing + watch.told) if watch.told >= PATIENCE + lag else watch
+        return replace(renewed, has_followed=True, failing=0.0)
+    return replace(renewed, failing=watch.failing + watch.told) if watch.told >= PATIENCE + lag else watch
 
 
 def unfollowed(

@@ -60,7 +60,7 @@ class PendingZero:
     """True if another stage has moved the robot, so that nobody knows how many listeners there were."""
 
     def sent(self, now: float) -> PendingZero:
-        """Return it after a zero was sent for another reason."""
+        """Return the pending zero after one was sent for another reason."""
         return replace(self, due=now + PERIOD)
 
 

@@ -49,7 +49,7 @@ class Proximity:
     leaving: Mapping[tuple[str, str], Since] | None = None
 
     def heard(self, poses: Iterable[RawPose], bases: Mapping[str, Base]) -> Proximity:
-        """Return it after these poses have come."""
+        """Return the known tracks after these poses have come."""
         tracks = {**self.tracks}
         for raw in poses:
             base = bases.get(raw.robot)
@@ -57,7 +57,7 @@ class Proximity:
         return replace(self, tracks=tracks)
 
     def sent(self, robot: str, twist: Twist, at: float) -> Proximity:
-        """Return it after a robot was sent this velocity."""
+        """Return the known tracks after a robot was sent this velocity."""
         before = self.tracks.get(robot, Track())
         track = before.after(twist, at)
         return self if track is before else replace(self, tracks={**self.tracks, robot: track})

@@ -129,7 +129,7 @@ class Track:
         return max([*(each.velocity.size for each in self.sent), *(seen.size for seen in self._seen())], default=0.0)
 
     def heard(self, raw: RawPose, max_speed: float | None) -> Track:
-        """Return it after a pose. If the robot can't have moved there, the pose counts once the next one agrees."""
+        """Return the track after a pose. If the robot can't have moved there, it counts once the next one agrees."""
         track = self if raw.told is None else self.after(raw.told, raw.at)
         fastest = BEYOND * max_speed if max_speed else max(LEAST_SPEED, BEYOND * track.top_speed)
         last = track.poses[-1] if track.poses else None
@@ -143,7 +143,7 @@ class Track:
         return replace(track, doubted=raw)
 
     def after(self, twist: Twist, at: float) -> Track:
-        """Return it after the robot was sent this velocity."""
+        """Return the track after the robot was sent this velocity."""
         turned = 0.0
         if self.sent:
             last = self.sent[-1]

@@ -255,12 +255,12 @@ class StopFence:
     """The latest stops of that kind that the parent has sent."""
 
     def hear(self, kind: str, number: int) -> StopFence:
-        """Return it after another message has come."""
+        """Return the fence after another message has come."""
         heard = max(self.heard, number)
         return replace(self, heard=heard, void=self.void if kind == "ping" else max(self.void, number))
 
     def hear_direct(self, stop: str) -> StopFence:
-        """Return it after a stop has come straight here. In a flood, those that wait already keep the fence closed."""
+        """Return the fence after a stop has come straight here, unless so many wait already that it stays closed."""
         waits = stop not in self.known and len(self.direct) < MOST_DIRECT
         return replace(self, direct=self.direct | {stop}) if waits else self
 
@@ -269,11 +269,11 @@ class StopFence:
         return stop in self.direct or stop in self.known
 
     def settle(self, stop: str) -> StopFence:
-        """Return it after the parent has sent this stop, too: what it sends from now on was requested later."""
+        """Return the fence after the parent has sent this stop, too: what it sends from now on was requested later."""
         return replace(self, direct=self.direct - {stop}, known=(*self.known, stop)[-MOST_DIRECT:])
 
     def lose(self) -> StopFence:
-        """Return it after robots were stopped because nothing came for too long: no request until now may move them."""
+        """Return the fence after too long a silence has stopped robots: no request until now may move them."""
         return replace(self, void=self.heard + 1) if self.heard else self
 
     def voids(self, kind: str, after: int | None) -> bool:

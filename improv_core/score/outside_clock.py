@@ -108,7 +108,7 @@ class Following:
 
 def lost_line(clock: Following, tempo: float) -> str:
     """Return the line for people when a clock of music is lost. `tempo` is in beats per minute."""
-    return f"nothing is heard of {clock.name}: the dance goes on at {tempo:.1f} beats per minute"
+    return f"nothing is heard of {clock.name}: the dance continues at {tempo:.1f} beats per minute"
 
 
 def found_line(clock: Following) -> str:
@@ -118,7 +118,7 @@ def found_line(clock: Following) -> str:
 
 def waiting_line(clock: Following) -> str:
     """Return the line for people when robots pause because the clock stands."""
-    return f"paused until {clock.name} goes on"
+    return f"paused until {clock.name} continues"
 
 
 def followed(before: Following | None, wanted: OutsideClock | None, real: bool) -> Following | None:

@@ -301,7 +301,7 @@ def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
 
 
 def _extent(drawn: Sequence[Path], prediction: Prediction | None) -> str:
-    """Return which beats the paths show, if they go on after these."""
+    """Return which beats the paths show, if they continue after these."""
     if all(path.whole for path in drawn):
         return ""
     if prediction and prediction.cut is not None:

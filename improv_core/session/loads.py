@@ -15,7 +15,7 @@ from improv_core.session.state import HERE, SessionState, StageKey
 
 
 class Loads:
-    """Makes these messages. Each has only what its stage lacks, unless the whole score is to be sent."""
+    """Makes the messages. Each has only what its stage lacks, unless the whole score is to be sent."""
 
     def __init__(self) -> None:
         self._written: dict[StageKey, RowsWritten] = {}  # the movements that each stage has

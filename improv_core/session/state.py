@@ -146,7 +146,7 @@ class PartEditions:
         return PartEditions(next(new) - 1, sent), score
 
     def plays(self, generation: int) -> PartEditions:
-        """Return it after a stage has reported that a score plays: the scores before it no longer matter."""
+        """Return the editions after a stage has reported that a score plays: scores before it no longer matter."""
         if next(iter(self.sent), generation) == generation or generation not in self.sent:
             return self
         return replace(self, sent={number: score for number, score in self.sent.items() if number >= generation})
@@ -323,7 +323,7 @@ class SessionState:
         return frozenset(silence["muted"]), frozenset(silence["soloed"])
 
     def with_muted(self, robot: str) -> SessionState:
-        """Return it with a robot that stands because of a fault: the robot is muted until somebody unmutes it."""
+        """Return the state with a robot muted that stands because of a fault, until somebody unmutes it."""
         muted, soloed = self.silenced
         silence: Silence = {"type": "silence", "muted": sorted({*muted, robot}), "soloed": sorted(soloed)}
         return self.keeping(silence)
@@ -340,16 +340,16 @@ class SessionState:
         return replace(self, kept={**self.kept, message["type"]: message})
 
     def opening(self, hosts: Mapping[str, float]) -> SessionState:
-        """Return it before the stages start, those of hosts with a `lag` that counts until their links are measured."""
+        """Return the state before the stages start. The `lag` of each of `hosts` counts until its link is measured."""
         stages = {StageKey(host, "ros"): StageState(alive=False, lag=lag) for host, lag in hosts.items()}
         return replace(self, stages={**self.stages, **stages})
 
     def opened(self, outputs: Iterable[Output]) -> SessionState:
-        """Return it after all stages that could be started have been: the first one of these leads."""
+        """Return the state after all possible stages have started: the first of these outputs that has one leads."""
         return replace(self, leader=next(output for output in outputs if not self.is_gone(output)))
 
     def closed(self) -> SessionState:
-        """Return it after all stages have ended. People's settings stay."""
+        """Return the state after all stages have ended. People's settings stay."""
         return SessionState(played=self.played, generation=self.generation, editions=self.editions, kept=self.kept)
 
     def with_stage(self, key: StageKey, **changes: Any) -> SessionState:

@@ -185,7 +185,7 @@ def resume_at(
 
 
 def playing_from(state: SessionState, at: float) -> SessionState:
-    """Return it with all that are paused playing from this time on."""
+    """Return the state in which all that are paused play from this time on."""
     # The pause may have made void what stages that are about to enter were sent: they join again.
     joining = state.joining | state.entering.keys()
     state = replace(without_entry(state), mode="playing", joining=joining, entering={})
@@ -207,6 +207,6 @@ def instant(state: SessionState, now: Now) -> float:
 
 
 def settling(state: SessionState, now: Now) -> SessionState:
-    """Return it after a request to all: no stage gets the others' position until the result of that is known."""
+    """Return the state after a request to all: no stage gets the others' position until the result of that is known."""
     known = now.at + 2 * ahead(state) + SPARE
     return replace(state, settles=known, drifts=max(state.drifts, known), looks=max(state.looks, known))

@@ -15,7 +15,7 @@ from improv_core.transcription.wording import REST, Node, Rounding, is_rest
 @dataclass(frozen=True, slots=True)
 class SharedLine:
     """Robots and all that they perform together. With `apart`, each begins that many beats after the one before: a
-    canon of the first `voices` nodes, after which all go on together."""
+    canon of the first `voices` nodes, after which all continue together."""
 
     robots: tuple[str, ...]
     items: tuple[Node, ...]

@@ -217,7 +217,7 @@ def _driven(points: Sequence[complex], seconds: float) -> list[TimedPlace]:
     heading, lead = ways[0], 0.0
     for (a, b), bend in zip(legs, [*bends, 0.0], strict=True):
         corner = abs(bend) > _CORNER
-        half = 0.0 if corner else bend / 2  # where a curve goes on, a leg's own direction is that of its middle
+        half = 0.0 if corner else bend / 2  # where a curve continues, a leg's own direction is that of its middle
         moves.append((abs(b - a), a, b, heading - lead, heading + half))
         if corner:
             moves.append((abs(bend) / _TURN, b, b, heading, heading + bend))

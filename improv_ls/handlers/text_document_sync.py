@@ -24,7 +24,8 @@ from improv_ls.session import Session
 
 
 def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
-    given, _ = params.text_document, ls.settling  # that reads URDFs in slices from now on
+    given = params.text_document
+    _ = ls.settling  # made before anything reads a URDF, so that it is read in slices
     if is_robots_file(given.uri):
         _keep_robots(ls, RobotsFile(given.uri, given.version, LineIndex(given.text)))
     elif is_program(given.uri, given.language_id):

@@ -76,7 +76,7 @@ STAGE = (
         "score/takeover.py",
         "if not before.is_over and _is_alike(part, scene, before) else beat",
         "if not before.is_over else beat",
-        "a part that was edited does not begin anew, but continues in the middle",
+        "a part that was edited does not start over, but continues in the middle",
     ),
     Fault(
         "safety/interlocks.py",
@@ -88,7 +88,7 @@ STAGE = (
         "stage/loop.py",
         "if slept > SLEPT and self._may_move:",
         "if slept > SLEPT and not self._may_move:",
-        "robots that move go on after the machine has slept",
+        "robots that move keep moving after the machine has slept",
     ),
     Fault(
         "stage/loop.py",
@@ -274,7 +274,7 @@ SCORE = (
         "score/performing.py",
         "return not self._voices or (bool(over) and not self._begins)",
         "return not self._voices or (len(over) == len(self._voices) and not self._begins)",
-        "voices that senses decide go on after the first has ended",
+        "voices that senses decide continue after the first has ended",
     ),
     Fault(
         "score/performing.py",

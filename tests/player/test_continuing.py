@@ -106,7 +106,7 @@ def with_part(program: str, robot: str, **different: object) -> Score:
     return replace(whole, parts={**whole.parts, robot: replace(whole.parts[robot], **different)})  # type: ignore[arg-type]
 
 
-def test_a_robot_on_another_topic_goes_on_with_the_part_and_the_one_on_the_old_topic_stops() -> None:
+def test_a_part_continues_on_its_new_topic_and_the_robot_on_the_old_one_stops() -> None:
     stage = played(ANNA + BERT, 2.5)
     stage.save(with_part(ANNA + BERT, "bert", topic="/other/cmd_vel"))
     stage.run(4)

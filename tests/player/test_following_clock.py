@@ -116,7 +116,7 @@ def test_robots_are_as_fast_as_the_music() -> None:
 def test_a_clock_that_is_lost_leaves_its_tempo_and_a_line() -> None:
     stage = stage_following("midi")
     play(stage, anchors(steady(90), 10, 1 / 48, jitter=0.0), 30)
-    assert lines(stage) == ["nothing is heard of the MIDI clock: the dance goes on at 90.0 beats per minute"]
+    assert lines(stage) == ["nothing is heard of the MIDI clock: the dance continues at 90.0 beats per minute"]
     assert errors(stage, steady(90))[-1] < 0.01
     stage.player.take(Anchor(START + 30, 45.0, 1.5, 0.02), stage.now)
     assert lines(stage)[1:] == ["the MIDI clock is heard again"]
@@ -229,7 +229,7 @@ def test_a_paused_simulator_pauses_and_what_a_person_has_stopped_stays() -> None
     told = clock_of(lambda now: 0.0 if 5 <= now < 8 else 1.0, 12)
     play(stage, [each for each in told if each.at < START + 6], 7)
     assert (stage.states[-1], stage.transports[-1].get("waits_for")) == ("paused", ["/clock"])
-    assert lines(stage)[-1] == "paused until /clock goes on"
+    assert lines(stage)[-1] == "paused until /clock continues"
     began = beats_of(stage)[0]
     assert stage.transports[-1]["beat"] == pytest.approx((5 - began) * 2, abs=0.05), "where the time stood still"
     play(stage, [each for each in told if each.at >= START + 6], 12)

@@ -165,7 +165,7 @@ NARROWER = TOML.replace("min = -90\nmax = 90", "min = -40\nmax = 40").replace("l
     ],
     ids=["a changed part", "a body part that left", "another body"],
 )
-def test_after_a_save_joints_go_on_from_where_they_are(
+def test_after_a_save_joints_continue_from_where_they_are(
     program: str, seconds: float, saved: str, toml: str, turns: list[Turn]
 ) -> None:
     stage = Bodies(program)

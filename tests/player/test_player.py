@@ -253,7 +253,7 @@ def test_what_is_due_is_sent_before_a_message_unless_that_is_void_or_makes_it_vo
     assert ((1, 0, QUARTER) in stage.sink.changes("r")) == is_sent
 
 
-def test_a_muted_robot_stands_while_its_part_goes_on_and_a_solo_lasts_for_the_next_score() -> None:
+def test_a_muted_robot_stands_while_its_part_continues_and_a_solo_lasts_for_the_next_score() -> None:
     stage = played("r s $ repeat (forward left)", 0.5)
     stage.ask("silence", muted=["r"], soloed=[])
     stage.run(1.0)

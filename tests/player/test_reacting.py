@@ -162,7 +162,7 @@ def test_a_key_and_osc_change_no_sense_that_is_forced_or_announced(follows: bool
     assert (stage.told, stage.moves("anna"), stage.moves("bert")) == (known, *moves)
 
 
-def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_on() -> None:
+def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_continue() -> None:
     stage = playing(anna=series([until(series([FORWARD, LEFT] * 3), NEAR), LEFT]), near=None)
     stage.act(1.5, "far", 1, "silence", 2.25, "far", 5)
     assert stage.moves() == [(0, STANDS), (1.5, TURNS), (2, GOES), (2.5, STANDS), (4.75, GOES), (5, TURNS), (7, STANDS)]

@@ -471,7 +471,7 @@ def test_a_pause_that_is_reported_after_a_person_resumes_pauses_no_stage() -> No
     assert story.state.mode == "playing"
     story.now += SPARE
     held = {"waits_for": ["button 4 on /joy"]}
-    assert story.is_at(PAD, "paused", 2.0, **held)[-1] == "say paused", "it can't go on: a button must be held"
+    assert story.is_at(PAD, "paused", 2.0, **held)[-1] == "say paused", "it can't continue: a button must be held"
 
 
 def test_a_robot_that_is_not_in_its_place_holds_all_back_until_people_play_again() -> None:

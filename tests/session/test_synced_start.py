@@ -113,7 +113,7 @@ def test_all_bend_at_one_instant_and_alike() -> None:
 def test_a_clock_that_stands_pauses_all_and_they_come_in_when_it_is_at_their_beat_again() -> None:
     story = playing(beat=20.0)
     story.now += 1
-    assert hear(story, 22.0, tempo=0.0) == [*both("pause"), "say paused until the MIDI clock goes on"]
+    assert hear(story, 22.0, tempo=0.0) == [*both("pause"), "say paused until the MIDI clock continues"]
     assert instants(story) == {story.now + SPARE}
     for host in (HERE, PI):
         story.is_at(host, "paused", 22.5)
@@ -242,7 +242,7 @@ def test_a_lost_clock_leaves_its_tempo_and_is_reported_once() -> None:
     hear(story, 20.0)
     said = [*story.waits(), *story.waits(), *story.waits()]
     assert [each for each in said if "say" in each] == [
-        "say nothing is heard of the MIDI clock: the dance goes on at 120.0 beats per minute"
+        "say nothing is heard of the MIDI clock: the dance continues at 120.0 beats per minute"
     ]
     story.now += 1
     assert hear(story, 26.0)[0] == "say the MIDI clock is heard again"

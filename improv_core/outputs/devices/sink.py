@@ -295,7 +295,7 @@ class DeviceLink:
             self.problem = None
 
     def _serve(self, device: Device) -> bool:
-        """Drive the latest velocity, or look after the device. Returns whether to go on."""
+        """Drive the latest velocity, or look after the device. Returns whether to continue."""
         with self._changed:
             if self._wanted is None and not self._closing:
                 self._changed.wait(LOOK)

@@ -1,4 +1,4 @@
-// Where a grain of a song joins the one before: where the sound goes on as if nothing had been left out.
+// Where a grain of a song joins the one before: where the sound continues as if nothing had been left out.
 
 import assert from "node:assert/strict"
 import test from "node:test"
@@ -15,7 +15,7 @@ function apart(hertz, one, two) {
 }
 
 for (const hertz of [110, 440, 1000]) {
-  test(`a tone of ${hertz} Hz goes on in phase, within 5 ms of where it should be`, () => {
+  test(`a tone of ${hertz} Hz continues in phase, within 5 ms of where it should be`, () => {
     const samples = tone(hertz)
     for (const [from, wanted] of [[0.2, 0.203], [0.3, 0.2811], [0.5, 0.5071]]) {
       const found = align(samples, RATE, from, wanted)

@@ -160,7 +160,7 @@ test("a tempo that an outside clock bends by 5%, a bit every tenth of a second, 
   assert.ok(Math.min(...loud(10.1, 20)) > 0.98)
 })
 
-test("it ends with the song, also if the dance goes on", () => {
+test("it ends with the song, also if the dance continues", () => {
   const { acts, loud } = played(() => lineFrom(), { length: 3 })
   assert.equal(names(acts).join(), "start,end")
   assert.ok(Math.max(...loud(13, 20)) === 0)

@@ -32,7 +32,7 @@ export function applyEdits(text, edits) {
 const LETTERS = /^[\p{L}\p{M}\p{N}_]+$/u
 
 /**
- * Marks after an edit: they move along, words go on with letters behind them, and marks that it touches in part are gone.
+ * Marks after an edit: they move along, words continue with letters behind them, and marks that it touches in part are gone.
  * @template {Span} T
  * @param {T[]} marks
  * @param {Edit} edit

@@ -20,7 +20,7 @@ from improv_core.text import difference
         ("left", "left", (4, 4, "")),
     ],
 )
-def test_the_difference(before: str, after: str, edit: tuple[int, int, str]) -> None:
+def test_the_difference_of_two_texts_is_one_edit(before: str, after: str, edit: tuple[int, int, str]) -> None:
     assert difference(before, after) == edit
 
 

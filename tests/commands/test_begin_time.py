@@ -22,7 +22,7 @@ NOW = datetime(2026, 11, 24, 20, 0, 30)
         ("2026-12-01 20:15:00", datetime(2026, 12, 1, 20, 15), "20:15:00 on 2026-12-01"),
     ],
 )
-def test_local_times(text: str, begins: datetime, words: str) -> None:
+def test_local_times_are_read(text: str, begins: datetime, words: str) -> None:
     found = moment(text, NOW)
     assert found.replace(tzinfo=None) == begins
     assert in_words(found, NOW) == words

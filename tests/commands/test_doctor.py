@@ -335,7 +335,7 @@ def test_editors_and_how_old_they_are(tmp_path: Path) -> None:
     ]
 
 
-def test_the_server_that_editors_find(tmp_path: Path) -> None:
+def test_doctor_names_the_server_that_editors_find(tmp_path: Path) -> None:
     own = program(tmp_path / "own" / "improv-ls", "").parent
     other = program(tmp_path / "other" / "improv-ls", "").parent
     (tmp_path / "links").mkdir()
@@ -387,7 +387,7 @@ def test_addresses_of_robots_are_reported(tmp_path: Path, monkeypatch: pytest.Mo
     ]
 
 
-def test_a_machine_without_ros(without_ros: Callable[..., Ended]) -> None:
+def test_doctor_works_without_ros(without_ros: Callable[..., Ended]) -> None:
     done = without_ros()
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()

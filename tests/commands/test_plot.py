@@ -17,7 +17,7 @@ def draw(folder: Path, program: str, output: str, *options: str) -> tuple[int, s
     return done.returncode, (done.stdout + done.stderr).replace(str(folder), "…")
 
 
-def test_svg_and_png(tmp_path: Path) -> None:
+def test_plot_writes_svg_and_png(tmp_path: Path) -> None:
     assert draw(tmp_path, "r $ forward left\n", "dance.svg") == (0, "")
     ElementTree.parse(tmp_path / "dance.svg")
     assert draw(tmp_path, "r $ forward left\n", "dance.PNG", "--timeline") == (0, "")

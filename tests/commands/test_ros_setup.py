@@ -56,7 +56,7 @@ def environment_maker(folder: Path, pip: str) -> str:
     return python(folder / "python", make)
 
 
-def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path) -> None:
+def test_a_python_without_venv_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path) -> None:
     bare = python(
         tmp_path / "python", "echo 'not created successfully because ensurepip is not'; echo available.; exit 1"
     )
@@ -121,7 +121,7 @@ def test_the_list_pins_what_the_extra_asks_for(minor: int) -> None:
     assert {"ros-rclpy", "ros-geometry-msgs", "ros-std-srvs", "ros-rmw-fastrtps-cpp", "numpy"} <= pinned.keys()
 
 
-def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machines_without_wheels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(platform, "libc_ver", lambda: ("glibc", "2.39"))
@@ -157,7 +157,7 @@ def test_an_interrupt_while_an_installer_starts_ends_it(
 
 @pytest.mark.slow("makes an environment")
 @pytest.mark.skipif(unsuited() is not None, reason="ROS 2 has no wheels for this machine")
-def test_interrupted_nothing_is_left(tmp_path: Path, place: Path) -> None:
+def test_an_interrupted_setup_leaves_nothing(tmp_path: Path, place: Path) -> None:
     started = tmp_path / "started"
     os.mkfifo(started)
     own = environment_maker(tmp_path, f"echo > {started}; exec sleep {LIMIT}")

@@ -214,6 +214,6 @@ def test_doctor_names_its_folder(runtime: Path) -> None:
     assert list(runtime.iterdir()) == []
 
 
-def test_a_system_without_unix_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stop_reports_a_system_without_unix_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stop_socket, "SUPPORTED", False)
     check("improv: `improv stop` does not work here: this system has no Unix sockets", code=2)

@@ -64,7 +64,7 @@ def test_ctrl_c_stops_robots_at_once_and_ends_while_a_long_program_is_understood
     assert watch.end() == (130, [])
 
 
-def test_written_in_place_and_replaced_by_rename(watch: Running, program: Path) -> None:
+def test_files_play_whether_written_in_place_or_replaced(watch: Running, program: Path) -> None:
     program.write_text("r $ left\n")
     assert watch.next() == "▶ r 1 beat, 1.0 s at beat 60, simulator\n"
     for beats in (2, 3):
@@ -111,14 +111,14 @@ def test_a_save_of_the_robots_plays_again(watch: Running, program: Path) -> None
     watch.wait("▶ r ∞")
 
 
-def test_wrong_from_the_beginning(program: Path) -> None:
+def test_a_program_with_errors_from_the_start_plays_nothing(program: Path) -> None:
     program.write_text("r $ lft\n")
     with watching(program) as watch:
         watch.wait("`lft` is not defined")
         assert watch.next() == "✗ nothing is playing: fix the program and save\n"
 
 
-def test_saved_only_later(program: Path) -> None:
+def test_a_file_that_is_created_later_plays(program: Path) -> None:
     program.unlink()
     with watching(program) as watch:
         watch.wait("waiting for dance.improv: save it to play it")

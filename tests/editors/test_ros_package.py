@@ -50,7 +50,7 @@ def test_the_command_runs_the_one_on_the_path() -> None:
     assert done.stdout == f"improv, version {__version__}\n"
 
 
-def test_the_launch_file() -> None:
+def test_the_launch_file_starts_improv_with_its_arguments() -> None:
     launch = FOLDER / "launch" / "dance.launch.py"
     assert any(
         isinstance(node, ast.FunctionDef) and node.name == "generate_launch_description"

@@ -185,7 +185,7 @@ def test_items_that_words_count_are_left_alone() -> None:
         inline(f"x = up left\nr $ {word} (|>x slow 2 up)", f"r $ {word} ((up left) slow 2 up)")
 
 
-def test_other_dice() -> None:
+def test_another_seed_throws_other_dice() -> None:
     check("Other dice: seed 1", "r $ up |>choose (up left)", "r $ up seed 1 choose (up left)")
     check("Other dice: seed 4", "r $ seed 3 repeat 2 sh|>uffle (up left)", "r $ seed 4 repeat 2 shuffle (up left)")
     check("Other dice: seed 4", "r $ se|>ed 3 chance 1/2 up", "r $ seed 4 chance 1/2 up")

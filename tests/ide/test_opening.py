@@ -105,7 +105,7 @@ def test_placed_robots_are_offered_too() -> None:
         ("--- b|>ow\nr $ left", "bow", ["the name of the first scene"]),
     ],
 )  # fmt: skip
-def test_hovers(program: str, marked: str, said: list[str]) -> None:
+def test_lines_of_the_opening_have_hovers(program: str, marked: str, said: list[str]) -> None:
     check_hover(program, marked, *said)
 
 
@@ -199,7 +199,7 @@ def test_scenes_are_called_by_their_names() -> None:
     ]
 
 
-def test_colors() -> None:
+def test_lines_of_the_opening_have_colors() -> None:
     check_colors(
         "room 6 4\nbar 3\nin at at circle 1.5 facing in around -1 0\nada is nao-v6\n---bow\nada $ forward",
         *("room:keyword", "6:number", "4:number", "bar:keyword", "3:number"),

@@ -31,7 +31,7 @@ def check_definition(program: str, expected: str | None) -> None:
     assert found == expected
 
 
-def test_a_name_and_its_uses() -> None:
+def test_a_name_has_its_definition_and_its_uses() -> None:
     marked = "{x} = left # x\nr $ <x> [<x> up]\ns $ right\nx2 = <x>"
     check("|>x = left # x\nr $ x [x up]\ns $ right\nx2 = x", marked)
     check("x = left # x\nr $ x [x| up]\ns $ right\nx2 = x".replace("|", "|>"), marked)
@@ -78,7 +78,7 @@ def test_definition_is_the_one_above() -> None:
     check_definition("r $ |>left", None)
 
 
-def test_sections_of_a_robot() -> None:
+def test_a_robot_has_its_sections_in_improv_toml() -> None:
     text = '[robots.a]\nprofile = "x"\n[robots."a".start]\nx = 1\n[robots.b]\n'
     found = sections(read_robots(text), "a")
     assert [text[span.start : span.end] for span in found] == ["a", '"a"']

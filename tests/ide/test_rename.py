@@ -53,7 +53,7 @@ def test_a_robot_that_keeps_its_name_changes_nothing() -> None:
     assert rename_robot(analyze("r $ up"), "r", "r") == []
 
 
-def test_a_parameter() -> None:
+def test_a_parameter_is_renamed_in_its_definition_only() -> None:
     check("f n (m) = repeat |>n m x m\nr $ f 2 up", "k", "f k (m) = repeat k m x m\nr $ f 2 up")
     check("f n (|>m) = scale 4/n m", "x", "f n (x) = scale 4/n x")
     check("f n n2 = fast n*n2|>/n up", "m", "f n m = fast n*m/n up")
@@ -85,7 +85,7 @@ def test_only_names_and_robots() -> None:
     check_refused("r $ |>x", "y", "`x` is not defined above this line: define it first")
 
 
-def test_a_robot() -> None:
+def test_a_robot_is_renamed_in_all_lines() -> None:
     check("r s $ left\nr = up\ns |>r $ r", "anna", "anna s $ left\nr = up\ns anna $ r")
     check("my-ro|>bot $ left", "my_robot", "my_robot $ left")
     check_refused("s $ up\n|>r $ left", "s", "`s` is already a robot, on line 1: choose another name")

@@ -25,7 +25,7 @@ def check(program: str | Analysis, *words: str) -> None:
     assert found == list(words)
 
 
-def test_all_kinds() -> None:
+def test_each_kind_of_word_has_its_color() -> None:
     check(
         "beat 3/2 # slow\n# all\nx = fast 2 up\nr $ x || reflect YZ [x]",
         *("beat:modifier", "3:number", "/:operator", "2:number", "# slow:comment", "# all:comment"),
@@ -58,7 +58,7 @@ def test_units_and_radius_have_colors_only_in_measures() -> None:
 FAST_M = ("fast:keyword", "2:number", "m:variable")
 
 
-def test_senses() -> None:
+def test_senses_are_colored_as_properties() -> None:
     check(
         "near = up\nr $ until near near if not cue near else up pause fire up",
         *("near:variable.definition", "=:operator", UP, "r:class", "$:operator"),

@@ -36,13 +36,13 @@ def test_a_signature_marks_the_argument_at_the_cursor() -> None:
     check("r $ repeat 2 (left) slow 2 [up |>", "slow k <movement>")
 
 
-def test_measures() -> None:
+def test_measures_are_parameters_of_movements() -> None:
     check("r $ forward 1.5|>", "forward <length>")
     check("r $ scale 2 left 90|>", "left <angle> radius length")
     check("r $ left 90deg radius |>", "left angle radius <length>")
 
 
-def test_nothing_outside() -> None:
+def test_there_is_no_signature_outside_arguments() -> None:
     for program in ("r $ |>", "r $ repeat 4 left |>", "repeat |>", "r $ repeat 4 (left) |>", "r $ repeat # |>", "|>"):
         check_nothing(program)
     check_nothing("r $ repeat 4 left || |>")

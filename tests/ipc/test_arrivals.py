@@ -45,7 +45,7 @@ def order(*kinds: str) -> str:
         ("seek END", "seek END"),
     ],
 )
-def test_order(put: str, got: str) -> None:
+def test_urgent_messages_overtake_the_others(put: str, got: str) -> None:
     assert order(*put.split()) == got
 
 

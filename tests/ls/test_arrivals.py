@@ -36,7 +36,7 @@ def test_bytes_can_be_split_anywhere(bodies: list[bytes], cuts: list[int]) -> No
         (b"Content-Length: 9\r\n\r\n{}", []),
     ],
 )
-def test_headers(stream: bytes, bodies: list[bytes]) -> None:
+def test_headers_give_the_length_in_any_valid_form(stream: bytes, bodies: list[bytes]) -> None:
     check([stream], *bodies)
 
 

@@ -178,7 +178,7 @@ def test_a_message_arrives_whole_if_the_server_is_halted_while_writing_it() -> N
     assert [each["id"] for each in told(output) if "result" in each] == [1, 2]
 
 
-def test_the_command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_arguments_are_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def answer(*arguments: str) -> tuple[object, str, str]:
         monkeypatch.setattr(sys, "argv", ["improv-ls", *arguments])
         with pytest.raises(SystemExit) as ended:

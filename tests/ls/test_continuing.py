@@ -75,7 +75,7 @@ def actions(client: Client) -> list[Any]:
     return [each for each in client.actions(URI, 1, 0) if each["kind"] == "improv.onSave"]
 
 
-def test_a_person_has_saves_continue_the_dance_and_the_next_session_knows(state: Path) -> None:
+def test_the_choice_that_saves_continue_the_dance_outlasts_the_session(state: Path) -> None:
     with Client(QUIET, TOLD) as client:
         client.open(URI, BEFORE)
         assert actions(client) == []

@@ -104,7 +104,7 @@ def test_the_button_of_a_message_begins_anyway(stages: Stages, client: Client) -
     assert stages.asked(client) == ["anyway"]
 
 
-def test_a_message_that_is_closed_begins_nothing(stages: Stages, client: Client) -> None:
+def test_closing_a_message_begins_nothing(stages: Stages, client: Client) -> None:
     stages.say(misplaced("r", "s"))
     assert client.wait("window/showMessageRequest")["message"] == TWO
     assert stages.asked(client) == []

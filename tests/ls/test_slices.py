@@ -227,7 +227,7 @@ def test_a_fixed_error_goes_before_the_lines_that_use_the_name_are_read_again(mo
     assert published == [(False, [])]
 
 
-def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -> None:
+def test_requests_get_the_error_of_a_text_that_fails_and_the_next_text_works() -> None:
     turns, told = Turns(), list[str]()
     urdfs = Urdfs(turns.slices, ignore)
     settling = Settling(turns.slices, urdfs, {}, ignore, ignore, ignore, lambda error: told.append(str(error)))

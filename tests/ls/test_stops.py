@@ -83,7 +83,7 @@ def client() -> Iterator[Dancer]:
 
 
 @pytest.mark.parametrize("stop", [STOP, HUSH, PAUSE])
-def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
+def test_a_stop_in_the_same_read_as_a_save_wins(client: Dancer, stop: Message) -> None:
     client.write(SAVE, stop)
     assert client.wait_for_line("dance.improv") == "■ dance.improv was stopped before it began: save to play it"
     client._write(client.retype("s $ repeat left\n"), SAVE)

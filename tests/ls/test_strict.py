@@ -84,7 +84,7 @@ def test_answers_of_the_server_need_a_capability(method: str, answer: Any, need:
         answered("textDocument/foldingRange", [{"startLine": 0, "endLine": 1, "unheardOf": 1}]),
     ],
 )
-def test_unexpected_messages(log: list[Spoken]) -> None:
+def test_an_unexpected_message_is_one_complaint(log: list[Spoken]) -> None:
     assert len(complaints({}, log)) == 1
 
 

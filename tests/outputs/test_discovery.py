@@ -40,7 +40,7 @@ RELEASES = ("foxy", "humble", "iron", "jazzy", "kilted", "rolling")
         (None, "SUBNET", "1", HERE),  # the wheels from PyPI are Jazzy's
     ],
 )
-def test_the_reach_of_a_stage(release: str | None, given: str | None, only: str | None, reach: str) -> None:
+def test_a_stage_describes_its_reach(release: str | None, given: str | None, only: str | None, reach: str) -> None:
     assert described(limited(environment(release, given, only))) == f"domain 0, {reach}"
 
 

@@ -38,7 +38,7 @@ def test_without_ros_nothing_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found() is None
 
 
-def test_order(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_requested_python_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     own = fake(tmp_path / "data/improv/ros/bin/python")
     assert found() is None  # `improv ros setup` was interrupted
     (tmp_path / "data/improv/ros/proven").touch()

@@ -67,7 +67,7 @@ def test_a_page_with_its_token_gets_the_song(playing: PageServer) -> None:
     assert (answer.status, answer.headers["Content-Type"], answer.read()) == (200, "audio/wav", SONG)
 
 
-def test_nobody_else_does(playing: PageServer) -> None:
+def test_nobody_gets_the_song_without_the_token(playing: PageServer) -> None:
     assert ask(playing, token="another").status == 403
     assert ask(playing, Origin="http://example.org").status == 403
     assert ask(playing, Host="example.org").status == 403

@@ -869,11 +869,11 @@ def test_each_event_has_its_rule() -> None:
         *((run(mode, 3), 8, NEVER) for mode in MODES if mode != "playing"),
     ],
 )
-def test_the_next_decision(before: Run, over: Duration, due: Due) -> None:
+def test_the_earliest_decision_is_next(before: Run, over: Duration, due: Due) -> None:
     assert next_decision(before, over) == due
 
 
-def test_the_order_at_one_instant() -> None:
+def test_what_is_due_at_one_instant_has_an_order() -> None:
     assert [*Rank] == [Rank.SCENE, Rank.TAKEOVER, Rank.EDGES, Rank.CHANGES, Rank.END, Rank.BEND, Rank.REPEATS]
     assert Due(2.0, Rank.END).last_before(Rank.CHANGES) == 2.0  # zeros that end a score come before it has ended
     assert Due(2.0, Rank.SCENE).last_before(Rank.CHANGES) < 2.0  # the next scene decides what is due then

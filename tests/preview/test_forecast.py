@@ -80,7 +80,7 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
     ("program", "length"),
     [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],
 )
-def test_the_length_of_a_path(program: str, length: int) -> None:
+def test_a_path_has_a_limited_number_of_poses(program: str, length: int) -> None:
     stage = PageOpened(program)
     assert len(stage.path()) == length
 
@@ -131,7 +131,7 @@ def test_the_forecast_follows_decisions_of_senses() -> None:
     assert stage.see() == (1, 0, 0, "forward")
 
 
-def test_in_the_frame_of_odometry() -> None:
+def test_the_path_is_in_the_frame_of_odometry() -> None:
     """Once that frame is known, and as long as the robot has one."""
     stage = PageOpened("r $ repeat forward\n")
     stage.see()

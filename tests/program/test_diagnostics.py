@@ -265,7 +265,7 @@ def test_brackets_that_are_not_a_beat_report_their_length() -> None:
     """)
 
 
-def test_a_side_of_many_is_not_compared_with_every_other_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_time_to_find_cut_off_sides_grows_only_with_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
     looked, look = list[Node](), Reader.movement_made
 
     def note(reader: Reader, node: Node) -> Movement:

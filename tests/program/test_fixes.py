@@ -80,7 +80,7 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("short-reach", "r $ until near forward left", "r $ until near repeat forward left"),
     ],
 )
-def test_fix(code: str, before: str, after: str) -> None:
+def test_the_fix_of_an_error_is_offered(code: str, before: str, after: str) -> None:
     check(code, before, after)
 
 

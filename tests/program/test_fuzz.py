@@ -217,7 +217,7 @@ def test_the_worst_inputs_have_errors_and_nothing_worse(text: str) -> None:
     assert not use(text, len(text) // 2).ok
 
 
-def test_a_line_of_ten_megabytes() -> None:
+def test_a_line_of_ten_megabytes_is_one_error() -> None:
     text = "r $ " + "left " * 1_999_999
     analysis = analyze(text)
     assert hover(analysis, len(text) // 2) is None

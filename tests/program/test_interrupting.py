@@ -65,7 +65,7 @@ def understood(text: str) -> Analysis:
     return analysis
 
 
-def test_every_program_of_the_suite() -> None:
+def test_every_program_of_the_suite_is_understood_in_slices() -> None:
     expected = {text: seen(analyze(text)) for text in TEXTS}
     for text, other, every in zip(TEXTS, [*TEXTS[1:], TEXTS[0]], cycle([1, 2, 7]), strict=False):
         texts = [text, other, text]
@@ -91,7 +91,7 @@ def test_a_definition_costs_as_much_however_many_open_ones_it_rests_on(link: str
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join), st.integers(1, 5))
-def test_any_text(text: str, every: int) -> None:
+def test_any_text_is_understood_in_slices(text: str, every: int) -> None:
     texts = [f"r $ left up\n{text}", f"{text}\nr $ left up"]
     with nothing_parsed_yet():
         found = in_turns([lambda text=text: understood(text) for text in texts], every)  # type: ignore[misc]

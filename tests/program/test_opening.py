@@ -272,7 +272,7 @@ def test_a_change_of_kind_checks_movements_again() -> None:
     assert changed.edited(0, 18, "").ok
 
 
-def test_a_definition_that_becomes_a_line_of_the_opening_ends() -> None:
+def test_a_definition_edited_into_a_line_of_the_opening_defines_nothing() -> None:
     analysis = analyze("bar = forward\nr $ bar\n")
     assert [each.code for each in analysis.edited(4, 13, "3").diagnostics] == ["unknown-name"]
 
@@ -325,7 +325,7 @@ def test_the_last_name_above_all_lines_that_play_names_the_first_scene() -> None
     )
 
 
-def test_these_lines_may_stand_anywhere() -> None:
+def test_lines_of_the_opening_may_stand_anywhere() -> None:
     lines = ["room 6 4", "bar 3", "ada at 1 2", "ada is quadrotor"]
     for at in range(4):
         mixed = ["ada $ forward", "---", "ada $ left"]
@@ -334,7 +334,7 @@ def test_these_lines_may_stand_anywhere() -> None:
         assert (found["bar"], found["room"], found["robots"]["ada"]["start"]) == (3, (6, 4), [1, 2, 0])
 
 
-def test_the_layout_of_the_opening() -> None:
+def test_lines_of_the_opening_are_formatted() -> None:
     before = (
         "room   6  4 # wide\nada  at  -1   .5   facing  -90\nada is   nao-v6\nbo cy at circle 3 / 2 around 1-2\n---x\n"
     )

@@ -186,7 +186,7 @@ def test_an_error_names_its_cause_in_a_phrase() -> None:
     """)
 
 
-def test_heads() -> None:
+def test_errors_in_heads_are_marked() -> None:
     check("""
         f n n (n) = fast n left
             ^ duplicate-parameter: another parameter is called `n` too: choose another name

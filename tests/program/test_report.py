@@ -11,7 +11,7 @@ from improv_core.program.report import as_annotation, summary
 from improv_core.text import LineIndex, Span
 
 
-def test_summary() -> None:
+def test_the_summary_has_the_length_of_each_part() -> None:
     program = "beat 30\nturtle1 $ repeat 8 forward\nturtle2 $ slow 4 left\n"
     assert summary(analyze(program)) == "turtle1 8 beats · turtle2 4 beats, 16.0 s at beat 30"
     assert summary(analyze("r1 $ left\nr2 $ repeat left")) == "r1 1 beat · r2 ∞, endless at beat 60"

@@ -66,7 +66,7 @@ def test_canon_stands_in_lines_of_several_robots() -> None:
     """)
 
 
-def test_numbers_of_the_new_words() -> None:
+def test_numbers_out_of_range_are_marked() -> None:
     check("""
         r $ chance 3/2 left chance 0 left chance 1 left
                    ^^^ bad-number: write the number after `chance` as a number above 0 and at most 1
@@ -95,7 +95,7 @@ def test_an_endless_movement_has_no_length_to_change() -> None:
     """)
 
 
-def test_words_that_change_nothing() -> None:
+def test_words_without_effect_are_marked() -> None:
     check_all("""
         p = left right
         r $ fast 1 left slow 2/2 left scale 1 left repeat 1 left

@@ -67,7 +67,7 @@ def test_a_profile_inherits_from_its_base() -> None:
     assert found.robots["a"].message == profile.message == "Twist"
 
 
-def test_robots_that_follow() -> None:
+def test_robots_that_follow_need_odometry() -> None:
     found = check("""
         [robots.anna]
         profile = "turtlebot4"
@@ -170,7 +170,7 @@ def test_noise_is_of_motors() -> None:
     """)
 
 
-def test_unknown_profiles() -> None:
+def test_an_unknown_profile_is_marked_and_limits_nothing() -> None:
     found = check("""
         [profiles.lab_burger]
         base = "turtlebot3_burgr"
@@ -182,7 +182,7 @@ def test_unknown_profiles() -> None:
     assert found.robots["a"].profile == DEFAULT, "one mistake is one message: nothing limits it now"
 
 
-def test_profiles_in_a_circle() -> None:
+def test_profiles_based_on_each_other_are_marked() -> None:
     found = check("""
         [profiles.self]
         base = "self"
@@ -198,7 +198,7 @@ def test_profiles_in_a_circle() -> None:
     assert set(found.profiles) == {*BUILT_IN, "self", "a", "b", "c"}
 
 
-def test_a_long_chain_of_profiles() -> None:
+def test_a_long_chain_of_profiles_is_read() -> None:
     links = [f'[profiles.p{place}]\nbase = "p{place + 1}"' for place in range(3000)]
     found = read_robots("\n".join([*links, "[profiles.p3000]\nstep = 3"]))
     assert found.diagnostics == ()

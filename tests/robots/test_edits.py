@@ -54,7 +54,7 @@ def test_a_robot_gets_its_start_and_the_rest_stays(before: str, after: str) -> N
     check(before, after, anna=ANNA)
 
 
-def test_several_at_once() -> None:
+def test_several_robots_are_placed_at_once() -> None:
     check(
         "[robots.bert]\nstart = { x = 3 }\n[robots.carl]",
         "[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n[robots.carl]\nstart = { x = 4, y = 5, heading = 6 }\n"
@@ -134,7 +134,7 @@ def test_a_profile_that_others_use_stays_as_it_is(other: str) -> None:
     check_calibrated(text, f'{changed}\n[profiles.anna]\nbase = "lab"\n{LINES}')
 
 
-def test_a_name_that_is_taken() -> None:
+def test_a_calibrated_profile_gets_a_name_that_is_free() -> None:
     text = '[profiles.anna]\nstep = 0.2\n[robots.bert]\nprofile = "anna"\n[robots.anna]\nprofile = "{}"\n'
     check_calibrated(
         text.format("anna"), text.format("anna_calibrated") + f'\n[profiles.anna_calibrated]\nbase = "anna"\n{LINES}'

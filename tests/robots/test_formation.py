@@ -62,7 +62,7 @@ def test_robots_of_a_program_stay_inside_the_walls() -> None:
     assert all(abs(x) < 3 and abs(y) < 3 for x, y, _ in starts(toml))
 
 
-def test_errors_in_a_formation() -> None:
+def test_errors_in_a_formation_are_marked() -> None:
     check("""
         [formation]
          ^^^^^^^^^ robots: add `shape`: `line`, `circle`, `grid`

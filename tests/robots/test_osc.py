@@ -40,7 +40,7 @@ def test_peers_on_other_machines_are_recognized(osc: Osc, away: Peer | None) -> 
     assert osc.away == away
 
 
-def test_wrong_values() -> None:
+def test_wrong_values_are_marked() -> None:
     check("""
         [osc]
         listen = 7000

@@ -12,7 +12,7 @@ from improv_core.score.senses import Topic
 from tests.robots.drawing import check
 
 
-def test_a_name_for_the_node() -> None:
+def test_the_name_of_the_node_must_be_valid() -> None:
     assert check('[ros]\nnode = "conductor_1"').node == "conductor_1"
     assert check("").node is None
     found = check("""
@@ -23,7 +23,7 @@ def test_a_name_for_the_node() -> None:
     assert found.node is None
 
 
-def test_names_that_robots_cannot_have() -> None:
+def test_invalid_names_of_robots_are_marked() -> None:
     found = check("""
         [robots.forward]
                 ^^^^^^^ robots: `forward` is a reserved word: choose another name

@@ -40,14 +40,14 @@ ROBOTS = (
         ('osc = "kick-1"', OscName("kick-1")),
     ],
 )
-def test_declared_senses(declared: str, expected: Source) -> None:
+def test_a_declared_sense_is_read(declared: str, expected: Source) -> None:
     robots = check(f"{ROBOTS}[senses.drop]\n{declared}\n")
     assert robots.sense("anna", "drop") == expected
     assert robots.sense_names == ("bump", "near", "cue", "drop")
     assert not robots.lacks("anna", "drop")
 
 
-def test_built_in_senses() -> None:
+def test_each_robot_has_the_built_in_senses() -> None:
     robots = check(ROBOTS)
     assert robots.sense("anna", "near") == BuiltIn("near")
     with pytest.raises(KeyError):

@@ -82,7 +82,7 @@ from tests.robots.drawing import check
         """,
     ],
 )
-def test_syntax_errors(drawn: str) -> None:
+def test_syntax_errors_are_marked_and_leave_no_robots(drawn: str) -> None:
     assert check(drawn).robots == {}
 
 

@@ -8,7 +8,7 @@ from improv_core.score.world import Box, Circle, Wall, World
 from tests.robots.drawing import check
 
 
-def test_a_world() -> None:
+def test_a_world_has_its_size_walls_circles_and_boxes() -> None:
     found = check("""
         [world]
         size = [6, 4]

@@ -86,7 +86,7 @@ def test_one_line_names_three_robots_and_counts_the_others(robots: str, who: str
         ),
     ],
 )
-def test_one_line_about_two_robots(fault: Fault, begins: str, ends: str) -> None:
+def test_one_line_reports_two_robots(fault: Fault, begins: str, ends: str) -> None:
     """The worst of them counts."""
     mild = Worst(0.26, BAD.turn, 1.0)
     assert lines(("a", FaultBegan(fault, mild)), ("b", FaultBegan(fault, BAD))) == [f"beat 3: {begins}", ""]

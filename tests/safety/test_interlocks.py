@@ -93,5 +93,5 @@ STILL_ON = (
         (EmergencyStops(frozenset({"/a"}), 2), None, 2, STILL_ON),
     ],
 )
-def test_refusals_of_scores(stops: EmergencyStops, named: str | None, known: int | None, line: str | None) -> None:
+def test_stops_refuse_scores(stops: EmergencyStops, named: str | None, known: int | None, line: str | None) -> None:
     assert stops.refusal(Safety(stop=named), known) == line

@@ -37,7 +37,7 @@ MAYBE = if_else(FORWARD, series(()), NEAR)
         (parallel([MAYBE, pause(FORWARD, BUMP)]), 0, ENDLESS),
     ],
 )
-def test_lengths(movement: Movement, shortest: Duration, longest: Duration) -> None:
+def test_the_shortest_and_the_longest_length(movement: Movement, shortest: Duration, longest: Duration) -> None:
     found = lengths(movement)
     assert (found.shortest, found.longest) == (shortest, longest)
 

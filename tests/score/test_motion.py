@@ -47,7 +47,7 @@ def test_no_limit_is_exceeded_and_no_shape_changed(asked: Twist, linear: float |
 
 
 @pytest.mark.parametrize("speed", [1e308, 5e-324])
-def test_the_ends_of_the_floats(speed: float) -> None:
+def test_the_largest_and_smallest_floats_stay_within_limits(speed: float) -> None:
     told = Twist(speed, speed, speed, speed).within(0.22, 2.84)
     assert math.hypot(told.x, told.y, told.z) <= 0.22
 

@@ -252,7 +252,7 @@ def test_series_and_parallel_are_associative(a: Movement, b: Movement, c: Moveme
 
 @pytest.mark.slow("tries many movements")
 @given(movements)
-def test_nothing_is_the_identity(m: Movement) -> None:
+def test_the_empty_movement_is_an_identity(m: Movement) -> None:
     for together in (algebra.series, algebra.parallel):
         assert same(together([m, NOTHING]), m)
         assert same(together([NOTHING, m]), m)

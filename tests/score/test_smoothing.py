@@ -120,7 +120,7 @@ def close(one: Pose | None, other: Pose | None) -> None:
         assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-9)
 
 
-def test_a_long_chain_of_names() -> None:
+def test_a_long_chain_of_names_is_smoothed() -> None:
     lines = ["a0 = forward left"] + [f"a{n} = a{n - 1} fast {n % 3 + 2} a{n - 1}" for n in range(1, 60)]
     whole = movement("\n".join([*lines, "r $ a59"]))
     eased = smoothed(whole, lambda velocity: abs(largest(velocity.x)) < 1e9)

@@ -52,7 +52,7 @@ def test_a_circle_is_three_arcs_and_leads_back() -> None:
     assert (strokes[-1].end.x, strokes[-1].end.y) == pytest.approx((0, 0), abs=1e-9)
 
 
-def test_nothing_moves() -> None:
+def test_a_robot_that_only_turns_is_drawn() -> None:
     check("r $ left rest right")
     ElementTree.fromstring(picture(score_of(analyze("r $ left"))))
 

@@ -78,7 +78,7 @@ async def test_the_leading_stage_gets_news_of_the_clock_that_its_score_follows(f
 
 
 @performed
-async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
+async def test_improv_stop_says_which_program_it_stopped(fakes: Fakes) -> None:
     reached = StopSocket(fakes.playback.stop)
     fakes.held = {"ros", "simulator"}
     beginning = asyncio.ensure_future(fakes.begin())

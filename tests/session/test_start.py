@@ -36,7 +36,7 @@ def start_and_stop_a_stage() -> None:
 
 
 @pytest.mark.parametrize("pythonpath", PYTHONPATHS)
-def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str) -> None:
+def test_a_stage_imports_nothing_from_a_project(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str) -> None:
     traps.enter(monkeypatch, pythonpath)
     start_and_stop_a_stage()
     assert traps.imported == []

@@ -157,6 +157,6 @@ def test_sequences_with_a_change_are_read_or_refused_alike(kinds: list[str], dat
 
 
 @pytest.mark.parametrize("kinds", [("BEAT", "NUMBER"), ("BEAT",), ("BEAT", "NUMBER", "OPERATOR", "NUMBER")])
-def test_tempos(kinds: Sequence[str]) -> None:
+def test_tempos_are_read_as_the_grammar_reads_them(kinds: Sequence[str]) -> None:
     number, expected = descend_tempo(_tokens(kinds)), _by_grammar(_tokens(kinds))
     assert (number and number.span) == (expected and expected[1])

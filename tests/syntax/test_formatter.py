@@ -234,7 +234,7 @@ x = {curve} {curve} {curve} (
     )
 
 
-def test_width() -> None:
+def test_only_statements_that_are_too_wide_are_broken() -> None:
     inside = "left " * 18
     check(f"x = ({inside}rest)", f"x = ({inside}rest)\n")  # exactly the longest line
     check(f"x = ({inside}rest) # and more", f"x = ({inside}rest)  # and more\n")

@@ -38,7 +38,7 @@ from improv_core.syntax.statements import split
         ("--\n--- a", ["--", "--- a"]),
     ],
 )
-def test_split(text: str, statements: list[str]) -> None:
+def test_a_text_is_split_into_statements(text: str, statements: list[str]) -> None:
     found = list(split(text))
     assert [piece for _, piece in found] == statements
     assert all(text[start : start + len(piece)] == piece for start, piece in found)

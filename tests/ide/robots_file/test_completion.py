@@ -76,7 +76,7 @@ def test_keys_that_are_not_there() -> None:
     check("[profiles.a]\nba|\n[profiles.b]\nstep = 1", *(name for name, key in keys.items() if not key.named))
 
 
-def test_values() -> None:
+def test_values_that_fit_a_key_are_offered() -> None:
     check("[robots.anna]\nprofile = |\n[profiles.rover]\nstep = 1", '"rover"', *PROFILES)
     check('[robots.anna]\nprofile = "turt|"', *PROFILES)
     check("[profiles.rover]\nbase = |", *PROFILES)
@@ -128,7 +128,7 @@ def test_a_value_replaces_its_quotes() -> None:
         ("|", "[world]", "[world]"),
     ],
 )
-def test_snippets(marked: str, label: str, snippet: str) -> None:
+def test_a_key_brings_its_value_as_a_snippet(marked: str, label: str, snippet: str) -> None:
     _, found = completed(marked)
     assert found
     assert [item.snippet for item in found.items if item.label == label] == [snippet]

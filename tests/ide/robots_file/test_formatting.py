@@ -40,7 +40,7 @@ def test_a_file_with_a_syntax_error_is_left_as_it_is(text: str) -> None:
     check(text, text)
 
 
-def test_a_selection() -> None:
+def test_formatting_a_selection_leaves_other_lines_alone() -> None:
     text = "[ros]\nstop=1\nnode=2\n"
     assert applied(text, format_span(text, Span(8, 9))) == "[ros]\nstop = 1\nnode=2\n"
 

@@ -15,7 +15,7 @@ def check(marked: str, expected: str) -> None:
     assert (found.plain if found else "") == dedent(expected).strip("\n")
 
 
-def test_keys() -> None:
+def test_keys_are_described_with_their_units() -> None:
     check(
         "[profiles.rover]\nst|ep = 0.5",
         """
@@ -66,7 +66,7 @@ def test_profiles_and_robots() -> None:
     )
 
 
-def test_nothing() -> None:
+def test_comments_and_invalid_keys_have_no_hover() -> None:
     check("# a com|ment", "")
     check("[rooms.bi|g]", "")
     check("[robots.anna]\nwings = tr|ue", "")

@@ -64,7 +64,7 @@ def test_a_profile_is_renamed_with_its_uses() -> None:
         (TEXT + "[", "rover", "a", "improv.toml can't be read: fix it first"),
     ],
 )
-def test_a_rename_that_is_refused(text: str, word: str, new: str, why: str) -> None:
+def test_a_refused_rename_says_why(text: str, word: str, new: str, why: str) -> None:
     with pytest.raises(RefusalError) as refusal:
         renamed(text, word, new)
     assert str(refusal.value) == why

@@ -17,7 +17,7 @@ def check_outline(text: str, *lines: str) -> None:
     assert [line for entry in outline(text) for line in drawn(entry, "")] == list(lines)
 
 
-def test_sections_and_their_keys() -> None:
+def test_the_outline_has_sections_with_their_keys() -> None:
     check_outline(
         "[profiles.rover] # mine\nstep = 0.5\n\n[robots.anna]\nprofile = 'rover'\nstart = { x = 1,\ty = 2 }\n[world]\n",
         "profiles.rover: profile",
@@ -29,7 +29,7 @@ def test_sections_and_their_keys() -> None:
     )
 
 
-def test_keys_above_all_sections_and_keys_with_dots() -> None:
+def test_the_outline_has_keys_above_all_sections_and_keys_with_dots() -> None:
     check_outline(
         "world.size = [\n  6,\n  4,\n]\n[robots]\nanna.profile = 'husky'\n",
         "world.size: key [ 6, 4, ]",

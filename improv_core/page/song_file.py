@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 128 * 1024 * 1024
 """The largest file. As browsers decode it, a song takes several times as much memory."""
-CHUNK = 256 * 1024
-"""Bytes that are read at once."""
 
 
 class SongError(Exception):
@@ -27,10 +25,9 @@ class SongError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Song:
-    """An open file, its size in bytes, its type, and a tag that changes whenever the file does."""
+    """An open file, its type, and a tag that changes whenever the file does."""
 
     file: BinaryIO
-    size: int
     content_type: str
     tag: str
 
@@ -66,7 +63,7 @@ def open_song(music: Music | None) -> Song:
         os.close(opened)
         raise
     tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
-    return Song(file, about.st_size, CONTENT_TYPES[path.suffix.lower()], tag)
+    return Song(file, CONTENT_TYPES[path.suffix.lower()], tag)
 
 
 def _opened(folder: Path, inside: Path) -> int:
@@ -100,13 +97,8 @@ async def serve(request: web.Request, music: Music | None) -> web.StreamResponse
         headers = {"ETag": song.tag}
         if request.headers.get("If-None-Match") == song.tag:
             return web.Response(status=304, headers=headers)
-        answer = web.StreamResponse(headers=headers)
-        answer.content_type = song.content_type
-        answer.content_length = left = song.size
+        answer = web.Response(body=song.file, headers=headers, content_type=song.content_type)
+        answer.force_close()  # so that an incomplete song, if the file becomes shorter, doesn't look complete
         await answer.prepare(request)
-        while left and (chunk := await asyncio.to_thread(song.file.read, min(left, CHUNK))):
-            await answer.write(chunk)
-            left -= len(chunk)
-        if left and request.transport:  # the file has become shorter: an incomplete song must not look complete
-            request.transport.abort()
+        await answer.write_eof()
         return answer

@@ -23,6 +23,7 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
 from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import (
+    MOST_PAGES,
     Analyze,
     Analyzed,
     AskHandle,
@@ -49,8 +50,6 @@ from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
 
 T = TypeVar("T")
-MOST_PAGES = 64
-"""Pages whose texts are kept: as many as there can be."""
 MOST_PREVIEWS = 10
 """Texts of a page whose paths are kept: somebody may type this many keys before the page has the paths of the first."""
 MOST_PROBLEMS = 100

@@ -23,6 +23,7 @@ from improv_core.page.own_machine import HOST
 from improv_core.page.song_file import serve
 from improv_core.page.web_server import HEADERS, Access, abort, add_files, receive, serving
 from improv_core.protocol.commands import PageOpened, PageRequest, Stop
+from improv_core.protocol.editing import MOST_PAGES
 from improv_core.safety.stage_stops import stop_stages
 
 if TYPE_CHECKING:
@@ -36,8 +37,7 @@ if TYPE_CHECKING:
 
 PARTING = 0.25
 """Seconds that pages have at the end to receive the reason."""
-MAX_PAGES = 64
-MAX_MESSAGE = 1024 * 1024
+MOST_BYTES = 1024 * 1024
 """Bytes of a message from a page: enough for the longest text, in any JSON encoding."""
 CONFIRM_LIMIT = 1.0
 """Seconds for which a stop may wait for its confirmation. Then the page learns that the stop has only arrived."""
@@ -222,10 +222,10 @@ class Application:
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)
-        if len(self._pages) >= MAX_PAGES:
+        if len(self._pages) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable
         # Nothing is buffered beyond what the system takes, so that a slow page sees the present.
-        page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_MESSAGE, writer_limit=0)
+        page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MOST_BYTES, writer_limit=0)
         outbox = self._pages.join()
         self._open[outbox] = request
         name, framed = _page_of(request), "framed" in request.query

@@ -25,6 +25,9 @@ from improv_core.protocol.fields import (
 from improv_core.protocol.robot_messages import RobotLook
 from improv_core.score.fits import NotRequired
 
+MOST_PAGES = 64
+"""The most pages that can be open. The text of each is kept."""
+
 
 class ProgramSource(TypedDict):
     """The program as it is in its file at `path`, which pages may edit. `revision` names this version of it. Its lines

@@ -25,12 +25,13 @@ import pytest
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import connections, own_machine, routes
 from improv_core.page.answers import MOST_BEATS
-from improv_core.page.routes import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
+from improv_core.page.routes import MOST_BYTES, NO_TOKEN
 from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.drawn import Bump, Snapshot
+from improv_core.protocol.editing import MOST_PAGES
 from improv_core.protocol.page_messages import AskWindow
 from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.protocol.tickets import Tickets, issue
@@ -392,7 +393,7 @@ def test_only_known_commands_are_passed_on(viewer: PageServer, commands: Command
             await socket.send_str(json.dumps({"type": "stop", "more": 1}))
             assert await asyncio.to_thread(asked, commands) == {"type": "stop"}
             with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
-                await socket.send_str("x" * (MAX_MESSAGE + 1))
+                await socket.send_str("x" * (MOST_BYTES + 1))
             async for _ in socket:
                 pass
             assert socket.close_code in {aiohttp.WSCloseCode.MESSAGE_TOO_BIG, aiohttp.WSCloseCode.ABNORMAL_CLOSURE}
@@ -609,7 +610,7 @@ def test_a_page_that_does_not_read_delays_nobody(viewer: PageServer) -> None:
 def test_the_number_of_pages_is_bounded(viewer: PageServer) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as session:
-            sockets = [await connected(viewer, session) for _ in range(MAX_PAGES)]
+            sockets = [await connected(viewer, session) for _ in range(MOST_PAGES)]
             with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
                 await connected(viewer, session)
             assert refused.value.status == 503

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -45,25 +45,21 @@ def read_csv(path: Path) -> Recording:
     if not rows:
         raise SourceError(f"{path}: it is empty")
     columns = _columns(path, rows[0][1])
-    tables: dict[str, list[tuple[int, list[str]]]] = {}
-    robot = columns.get("robot")
+    robot = columns.pop("robot", None)
+    tables: dict[str, dict[int, dict[str, float]]] = {}
     for number, row in rows[1:]:
         name = row[robot.place].strip() if robot and robot.place < len(row) else path.stem
-        tables.setdefault(name, []).append((number, row))
-    numbers = {name: _numbers(path, table, columns) for name, table in tables.items()}
+        tables.setdefault(name, {})[number] = {
+            meaning: _number(path, number, row, column) for meaning, column in columns.items()
+        }
     guesses: list[str] = []
-    units = _units(columns, [row for table in numbers.values() for row in table.values()], guesses)
+    units = _units(columns, [row for table in tables.values() for row in table.values()], guesses)
     places: dict[str, Sequence[TimedPlace]] = {}
-    for name, table in numbers.items():
+    for name, table in tables.items():
         made = robot_name(name, list(places))
-        all_places = {number: _place(row, units) for number, row in table.items()}
-        pairs = zip(all_places.items(), [None, *all_places.values()], strict=False)
-        kept = {number: place for (number, place), before in pairs if place != before}
-        found = list(kept.values())
-        _check_times(path, list(kept), found)
-        if len(found) < 2:
+        places[made] = list(_places(path, table, units))
+        if len(places[made]) < 2:
             raise SourceError(f"{path}, {name}: it has fewer than two places, so nothing moves")
-        places[made] = found
         if made != name:
             guesses.append(f"`{name}` is called {made}")
     if "heading" not in columns:
@@ -87,7 +83,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
         raise SourceError(f"{path}: {error}") from None
 
 
-def _columns(path: Path, head: Sequence[str]) -> Mapping[str, _Column]:
+def _columns(path: Path, head: Sequence[str]) -> dict[str, _Column]:
     found: dict[str, _Column] = {}
     for place, title in enumerate(head):
         name, unit = _HEAD.fullmatch(title.lower().strip()).groups()  # type: ignore[union-attr]
@@ -110,24 +106,15 @@ def _columns(path: Path, head: Sequence[str]) -> Mapping[str, _Column]:
     return found
 
 
-def _numbers(
-    path: Path, table: Sequence[tuple[int, list[str]]], columns: Mapping[str, _Column]
-) -> dict[int, dict[str, float]]:
-    found = {}
-    for number, row in table:
-        values = {}
-        for meaning, column in columns.items():
-            if meaning != "robot":
-                text = row[column.place].strip() if column.place < len(row) else ""
-                try:
-                    value = float(text.replace(",", "."))
-                except ValueError:
-                    value = math.nan
-                if not math.isfinite(value):
-                    raise SourceError(f"{path}, row {number}, column {column.title}: `{text}` is no number")
-                values[meaning] = value
-        found[number] = values
-    return found
+def _number(path: Path, number: int, row: Sequence[str], column: _Column) -> float:
+    text = row[column.place].strip() if column.place < len(row) else ""
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise SourceError(f"{path}, row {number}, column {column.title}: `{text}` is no number")
+    return value
 
 
 def _units(columns: Mapping[str, _Column], rows: Sequence[Mapping[str, float]], guesses: list[str]) -> dict[str, float]:
@@ -143,8 +130,6 @@ def _units(columns: Mapping[str, _Column], rows: Sequence[Mapping[str, float]], 
         "heading": (math.pi / 180, "degrees") if turned else (1.0, "radians"),
     }
     for meaning, column in columns.items():
-        if meaning == "robot":
-            continue
         factor, name = likely.get(meaning, (0.001, "millimeters") if far else (1.0, "meters"))
         units[meaning] = factor if column.unit is None else column.unit
         if column.unit is None:
@@ -152,15 +137,16 @@ def _units(columns: Mapping[str, _Column], rows: Sequence[Mapping[str, float]], 
     return units
 
 
-def _place(row: Mapping[str, float], units: Mapping[str, float]) -> TimedPlace:
-    values = {meaning: value * units[meaning] for meaning, value in row.items()}
-    return TimedPlace(values["time"], values["x"], values["y"], values.get("z", 0.0), values.get("heading"))
-
-
-def _check_times(path: Path, numbers: Sequence[int], places: Sequence[TimedPlace]) -> None:
-    for number, place in zip(numbers, places, strict=True):
+def _places(path: Path, table: Mapping[int, Mapping[str, float]], units: Mapping[str, float]) -> Iterator[TimedPlace]:
+    """Yield the places in numbered rows, except those that only repeat the one before."""
+    before = None
+    for number, row in table.items():
+        values = {meaning: value * units[meaning] for meaning, value in row.items()}
+        place = TimedPlace(values["time"], values["x"], values["y"], values.get("z", 0.0), values.get("heading"))
         if max(map(abs, place[:4])) > LARGEST:
             raise SourceError(f"{path}, row {number}: a number is too large")
-    for number, (before, here) in zip(numbers[1:], pairwise(places), strict=False):
-        if here.time <= before.time:
+        if before and before != place and place.time <= before.time:
             raise SourceError(f"{path}, row {number}: its time is not after that of the row before")
+        if place != before:
+            yield place
+        before = place

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.transcription.sources import Recording, SourceError, robot_name
-from improv_core.transcription.track import TimedPlace
+from improv_core.transcription.track import TimedPlace, driven
 
 _TOKENS = re.compile(r"([MmLlHhVvCcSsQqTtAaZz])|([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 _COUNTS = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "a": 7, "z": 0}
 _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate)\s*\(([^)]*)\)")
 _POINTS = 64
 """The number of points that replace each curve."""
-_RATE = 20.0
-"""Places per second, as a recording has them."""
+_NEAR = 1e-3
+"""Meters: points that are nearer to each other have no direction."""
 _CORNER = math.radians(20)
 """A drawing that bends by more at one point has a corner, where the robot turns on the spot."""
 _TURN = 2.0
@@ -126,42 +126,25 @@ def _path(text: str) -> list[complex]:
             numbers.append(float(number))
         if letter:
             command, numbers = letter, []
-        need = _COUNTS.get(command.lower(), -1)
+        kind = command.lower()
+        need = _COUNTS.get(kind, -1)
         if not command or len(numbers) < need or (need == 0 and not letter) or (need and not number):
             continue
-        kind, base = command.lower(), here if command.islower() else 0j
-        pairs = (
-            [complex(x, y) + base for x, y in zip(numbers[::2], numbers[1::2], strict=False)]
-            if kind not in "hvaz"
-            else []
-        )
-        before, here, bend = here, here, None
+        base = here if command.islower() else 0j
+        if kind in "hv":
+            numbers = [numbers[0], here.imag - base.imag] if kind == "h" else [here.real - base.real, numbers[0]]
+        first = len(numbers) % 2  # of an arc's, the last two are its end
+        bends = [complex(x, y) + base for x, y in zip(numbers[first::2], numbers[first + 1 :: 2], strict=True)]
+        if kind == "a":
+            points += _elliptic(here, bends[-1], *numbers[:5])
+            bends = bends[-1:]
+        else:  # a line is a curve that bends nowhere
+            bends = [start] if kind == "z" else [2 * here - control, *bends] if kind in "st" else bends
+            parts = _POINTS if len(bends) > 1 else 1
+            points += (_bezier([here, *bends], part / parts) for part in range(1, parts + 1))
+        here, control = bends[-1], bends[-2:][0]
         if kind == "m":
-            start = here = pairs[0]
-            points.append(here)
-            command = "l" if command == "m" else "L"
-        elif kind == "z":
-            here = start
-            points.append(here)
-        elif kind == "l":
-            here = pairs[0]
-            points.append(here)
-        elif kind == "h":
-            here = complex(numbers[0] + base.real, here.imag)
-            points.append(here)
-        elif kind == "v":
-            here = complex(here.real, numbers[0] + base.imag)
-            points.append(here)
-        elif kind == "a":
-            end = complex(numbers[5], numbers[6]) + base
-            points.extend(_elliptic(before, end, *numbers[:5]))
-            here = end
-        else:
-            mirrored = 2 * before - control
-            bends = {"c": pairs, "s": [mirrored, *pairs], "q": pairs, "t": [mirrored, *pairs]}[kind]
-            points.extend(_bezier([before, *bends], part / _POINTS) for part in range(1, _POINTS + 1))
-            bend, here = bends[-2], bends[-1]
-        control = bend if bend is not None else here
+            start, command = here, "l" if command == "m" else "L"
         numbers = []
     if command == "" and text.strip():
         raise ValueError("its path is not understood")
@@ -195,45 +178,26 @@ def _elliptic(
     away = 1j * (b - a) / abs(b - a) * math.sqrt(max(1 - half * half, 0.0))
     center = (a + b) / 2 + (away if bool(large) != bool(sweep) else -away)
     begin, swept = cmath.phase(a - center), cmath.phase((b - center) / (a - center))
-    if sweep and swept < 0:
-        swept += math.tau
-    if not sweep and swept > 0:
-        swept -= math.tau
+    swept = swept % math.tau if sweep else -(-swept % math.tau)
     circle = [center + cmath.exp(1j * (begin + swept * part / _POINTS)) for part in range(1, _POINTS + 1)]
     return [complex(p.real * rx, p.imag * ry) * turn for p in circle]
 
 
 def _driven(points: Sequence[complex], seconds: float) -> list[TimedPlace]:
     """Return the places of a robot that drives along points evenly, and turns on the spot at corners."""
-    legs = [(a, b) for a, b in pairwise(points) if abs(b - a) > 1e-9]
-    if not legs:
-        return [
-            TimedPlace(0.0, points[0].real, points[0].imag, 0.0, 0.0),
-            TimedPlace(seconds, points[0].real, points[0].imag, 0.0, 0.0),
-        ]
-    ways = [cmath.phase(b - a) for a, b in legs]
-    bends = [math.remainder(after - here, math.tau) for here, after in pairwise(ways)]
-    moves: list[tuple[float, complex, complex, float, float]] = []  # how long, from, to, headings
-    heading, lead = ways[0], 0.0
-    for (a, b), bend in zip(legs, [*bends, 0.0], strict=True):
-        corner = abs(bend) > _CORNER
-        half = 0.0 if corner else bend / 2  # where a curve continues, a leg's own direction is that of its middle
-        moves.append((abs(b - a), a, b, heading - lead, heading + half))
-        if corner:
-            moves.append((abs(bend) / _TURN, b, b, heading, heading + bend))
-        heading, lead = heading + bend, half
-    total = math.fsum(move[0] for move in moves)
-    places, passed, at = [], 0.0, 0
-    count = max(2, round(seconds * _RATE) + 1)
-    for number in range(count):
-        wanted = total * number / (count - 1)
-        while at < len(moves) - 1 and passed + moves[at][0] < wanted:
-            passed += moves[at][0]
-            at += 1
-        length, a, b, before, after = moves[at]
-        share = min(max((wanted - passed) / length, 0.0), 1.0) if length else 1.0
-        place = a + (b - a) * share
-        places.append(
-            TimedPlace(seconds * number / (count - 1), place.real, place.imag, 0.0, before + (after - before) * share)
-        )
-    return places
+    kept = [points[0]]
+    for point in points:
+        if abs(point - kept[-1]) > _NEAR:
+            kept.append(point)
+    legs = [b - a for a, b in pairwise(kept)]
+    bends = [abs(cmath.phase(after / here)) for here, after in pairwise(legs)]
+    waypoints, passed = [(0.0, kept[0])], 0.0
+    for point, leg, bend in zip(kept[1:], legs, [*bends, 0.0], strict=True):
+        passed += abs(leg)
+        waypoints.append((passed, point))
+        if bend > _CORNER:
+            passed += bend / _TURN
+            waypoints.append((passed, point))
+    waypoints += [] if legs else [(1.0, kept[0])]
+    share = seconds / waypoints[-1][0]
+    return [TimedPlace(*each) for each in driven([TimedPlace(at * share, p.real, p.imag) for at, p in waypoints])]

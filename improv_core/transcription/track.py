@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import cmath
 import math
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from statistics import median_low
 from typing import NamedTuple, TypeAlias
 
 from improv_core.score.motion import Pose
@@ -67,35 +70,38 @@ def track_of(places: Sequence[TimedPlace]) -> Track:
     Without headings, the robot looks along its path, and goes backward where the path turns back on itself.
     """
     headings = [place.heading for place in places]
-    if None in headings and _are_waypoints(places):
-        return list(_between(places))
-    looked = _along(places) if None in headings else _continuous([heading or 0.0 for heading in headings])
+    if None not in headings:
+        looked = _continuous([heading or 0.0 for heading in headings])
+    elif median_low(after.time - here.time for here, after in pairwise(places)) > _SPARSE:
+        return driven(list(_turning(places)))
+    else:
+        looked = _along(places)
     return [Sample(*place[:4], heading) for place, heading in zip(places, looked, strict=True)]
 
 
-def _are_waypoints(places: Sequence[TimedPlace]) -> bool:
-    steps = sorted(after.time - here.time for here, after in pairwise(places))
-    return steps[len(steps) // 2] > _SPARSE
+def driven(places: Sequence[TimedPlace]) -> list[Sample]:
+    """Return samples at an even rate between waypoints: a robot drives forward from one to the next, and turns where it
+    waits."""
+    nodes = [Sample(*place[:4], heading) for place, heading in zip(places, _along(places, False), strict=True)]
+    begin, seconds = nodes[0].time, nodes[-1].time - nodes[0].time
+    count = max(round(seconds * _RATE), 1)
+    found = []
+    for number in range(count + 1):
+        time = begin + seconds * number / count
+        place = min(bisect_right(nodes, time, key=lambda each: each.time), len(nodes) - 1)
+        one, other = nodes[place - 1 : place + 1]
+        share = (time - one.time) / (other.time - one.time)
+        found.append(Sample(time, *(a + (b - a) * share for a, b in zip(one[1:], other[1:], strict=True))))
+    return found
 
 
-def _between(places: Sequence[TimedPlace]) -> Iterator[Sample]:
-    """Yield samples between waypoints: a robot turns to the next one, if it has to, and then drives straight to it."""
-    heading = _along(places[:2])[0]
-    for one, other in pairwise(places):
-        seconds = other.time - one.time
-        way = math.atan2(other.y - one.y, other.x - one.x)
-        far = math.hypot(other.x - one.x, other.y - one.y) >= _STILL
-        turn = math.remainder(way - heading, math.tau) if far else 0.0
-        turning = _TURNING * seconds if abs(turn) > _BEND else 0.0
-        count = math.ceil(seconds * _RATE)
-        for number in range(count):
-            passed = seconds * number / count
-            turned = min(passed / turning, 1.0) if turning else 1.0
-            moved = max(passed - turning, 0.0) / (seconds - turning)
-            x, y, z = (a + (b - a) * moved for a, b in zip(one[1:4], other[1:4], strict=True))
-            yield Sample(one.time + passed, x, y, z, heading + turn * turned)
-        heading += turn
-    yield Sample(*places[-1][:4], heading)
+def _turning(places: Sequence[TimedPlace]) -> Iterator[TimedPlace]:
+    """Yield waypoints, and those again where a robot turns before it drives to the next one."""
+    for place, before, after in zip(places, [places[0], *places], [*places[1:], places[-1]], strict=False):
+        yield place
+        ways = [complex(b.x - a.x, b.y - a.y) for a, b in ((before, place), (place, after))]
+        if min(map(abs, ways)) >= _STILL and abs(cmath.phase(ways[1] / ways[0])) > _BEND:
+            yield place._replace(time=place.time + _TURNING * (after.time - place.time))
 
 
 def _continuous(headings: Sequence[float]) -> list[float]:
@@ -105,15 +111,16 @@ def _continuous(headings: Sequence[float]) -> list[float]:
     return found
 
 
-def _along(places: Sequence[TimedPlace]) -> list[float]:
-    """Return headings along the path: at each place, the mean of the ways to it and from it."""
+def _along(places: Sequence[TimedPlace], goes_back: bool = True) -> list[float]:
+    """Return headings along the path: at each place, the mean of the ways to it and from it, or one of them if the
+    robot waits there. Where the path turns back on itself, it turns around, too, unless it `goes_back`."""
     ways: list[float | None] = []
     last, backward = None, 0.0
     for one, other in pairwise(places):
         way = None
         if math.hypot(other.x - one.x, other.y - one.y) >= _STILL:
             way = math.atan2(other.y - one.y, other.x - one.x) + backward
-            if last is not None and abs(math.remainder(way - last, math.tau)) > _BACKWARD:
+            if goes_back and last is not None and abs(math.remainder(way - last, math.tau)) > _BACKWARD:
                 backward, way = math.pi - backward, way + math.pi
             last = way
         ways.append(way)

@@ -19,7 +19,7 @@ sys.path.insert(0, str(EDITORS.parent))
 from improv_core.robots.schema import SCHEMA  # noqa: E402
 from improv_core.robots.schema_key import Key  # noqa: E402
 from improv_core.syntax.vocabulary import TRANSFORMERS, UNITS, of_kind  # noqa: E402
-from improv_core.syntax.words import Kind  # noqa: E402
+from improv_core.syntax.word import Kind  # noqa: E402
 
 GROUPS = {
     "beat": of_kind(Kind.BEAT),

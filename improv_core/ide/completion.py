@@ -28,7 +28,7 @@ from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.vocabulary import RADIUS, UNITS, WORDS
-from improv_core.syntax.words import A_NUMBER, Kind, Word
+from improv_core.syntax.word import A_NUMBER, Kind, Word
 from improv_core.text import Span, has_in_order
 
 MOST_NAMES = 300

@@ -16,7 +16,7 @@ from improv_core.syntax.lexer import NUMBER
 from improv_core.syntax.nodes import OfKind, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, of_kind
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 
 _COMMENT = re.compile(COMMENT)
 _HASH = re.compile(rf"[{HASHES}]")

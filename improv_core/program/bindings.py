@@ -13,7 +13,7 @@ from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.slips import closest
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MOST_NAMES, MOST_COMPARED = 2_000, 20

@@ -18,7 +18,7 @@ from improv_core.syntax.slips import FEWEST_DEGREES, OPPOSITES, nearest_word
 from improv_core.syntax.tried_words import DURATIONS, TRIED, is_count
 from improv_core.syntax.units import misplaced_unit, unit_meant
 from improv_core.syntax.vocabulary import UNITS
-from improv_core.syntax.words import Word
+from improv_core.syntax.word import Word
 from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
 

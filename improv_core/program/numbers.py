@@ -10,7 +10,7 @@ from functools import lru_cache
 from improv_core.score.bounds import is_too_fast
 from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_THROWS, Movement, bits
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.words import above_zero
+from improv_core.syntax.word import above_zero
 
 LONGEST_NUMBER = 30
 """The most characters of one number."""

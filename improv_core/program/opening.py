@@ -17,7 +17,7 @@ from improv_core.score.motion import Pose
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, Statement
 from improv_core.syntax.vocabulary import UNITS
-from improv_core.syntax.words import above_zero
+from improv_core.syntax.word import above_zero
 from improv_core.text import Span
 
 OPENING = frozenset({"AT", "IS", "ROOM", "BAR_LENGTH", "SCENE"})

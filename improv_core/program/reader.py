@@ -28,7 +28,7 @@ from improv_core.syntax import nodes
 from improv_core.syntax.descent import DEEPEST
 from improv_core.syntax.nodes import Bracket, Call, MeasuredWord, Name, Node, Number, Primitive
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Applied, Needs, Word
+from improv_core.syntax.word import Applied, Needs, Word
 from improv_core.text import Span
 
 MOST_EXPANDED = 10_000

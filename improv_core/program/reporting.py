@@ -13,7 +13,7 @@ from improv_core.score.movement import ENDLESS, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Number
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Rule, above_zero, any_number
+from improv_core.syntax.word import Rule, above_zero, any_number
 
 
 class Items(NamedTuple):

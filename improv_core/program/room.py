@@ -30,7 +30,7 @@ from improv_core.score.walk import walk
 from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import InFormation
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from improv_core.text import Span
 
 MOST_MARKED = 100

@@ -15,7 +15,7 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.slips import closest, has_more, number_first
 from improv_core.syntax.tried_words import figure, instead
 from improv_core.syntax.vocabulary import UNITS, WORDS
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
 

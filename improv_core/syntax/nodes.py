@@ -9,7 +9,7 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.score.movement import Movement
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Word
+from improv_core.syntax.word import Word
 from improv_core.text import Span
 from improv_core.values import value
 

@@ -18,7 +18,7 @@ from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation,
 from improv_core.syntax.slips import closest, value_of
 from improv_core.syntax.units import misplaced_unit, unit_meant
 from improv_core.syntax.vocabulary import UNITS
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from improv_core.text import Span
 
 SHAPES = ("circle", "line", "grid")

@@ -18,7 +18,7 @@ from improv_core.syntax.characters import SEPARATORS, is_name
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.tried_words import TURNING
 from improv_core.syntax.vocabulary import TRANSFORMERS, UNITS, of_kind
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from improv_core.text import Span
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)

@@ -9,7 +9,7 @@ from improv_core.score import algebra, dice, ramps, reactions
 from improv_core.score.bounds import swaps_sides
 from improv_core.score.movement import Factors, Movement, all_by, exact
 from improv_core.score.primitives import PRIMITIVES
-from improv_core.syntax.words import (
+from improv_core.syntax.word import (
     Applied,
     Argument,
     Kind,

@@ -26,7 +26,6 @@ from improv_core.transcription.wording import (
     Rounding,
     cost,
     is_rest,
-    number_text,
     series_text,
     term_text,
 )
@@ -284,7 +283,7 @@ def _line_text(line: SharedLine, bodies: Sequence[Node]) -> str:
         return series_text(bodies[0])
     theme, *after = bodies
     words = [series_text(folded(line.items[: line.rests]))] if line.rests else []
-    words += [f"canon {number_text(line.apart)} {term_text(theme)}", *map(series_text, after)]
+    words += [f"canon {line.apart} {term_text(theme)}", *map(series_text, after)]
     return " ".join(words)
 
 

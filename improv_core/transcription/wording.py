@@ -111,7 +111,7 @@ def term_text(node: Node) -> str:
         case NodeSeries():
             return f"({series_text(node)})"
         case Shaped(by, numbers, body):
-            return " ".join([by, *map(number_text, numbers), term_text(body)])
+            return " ".join([by, *map(str, numbers), term_text(body)])
         case Move(beats, voices):
             together = " || ".join(voice.text for voice in voices)
             one = f"({together})" if len(voices) > 1 else together
@@ -124,11 +124,7 @@ def _in_bracket(node: Node) -> Node:
 
 def pace_text(beats: Fraction) -> str:
     """Return the transformer that makes a movement of one beat last this many."""
-    return f"slow {number_text(beats)}" if beats > 1 else f"fast {number_text(1 / beats)}"
-
-
-def number_text(number: Fraction) -> str:
-    return str(number)
+    return f"slow {beats}" if beats > 1 else f"fast {1 / beats}"
 
 
 def _decimal(number: Fraction) -> str:

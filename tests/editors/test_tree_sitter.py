@@ -36,7 +36,7 @@ from improv_core.syntax.opening import FACINGS, SHAPES
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from tests.editors.editors import ROOT, find, follow
 from tests.needs import lacking
 

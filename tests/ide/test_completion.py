@@ -6,7 +6,7 @@ from improv_core.ide.completion import Completion, complete, document
 from improv_core.ide.completion_item import Item
 from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 from tests.ide.cursor import at_cursor
 
 MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)

@@ -304,7 +304,7 @@ SCORE = (
 
 PROGRAM = (
     Fault(
-        "syntax/words.py",
+        "syntax/word.py",
         "return None if 0 < value <= 1 else",
         "return None if 0 < value < 1 else",
         "`chance 1` is an error",

@@ -20,7 +20,7 @@ from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.syntax.words import Kind, Word
+from improv_core.syntax.word import Kind, Word
 
 every_word = pytest.mark.parametrize("word", WORDS.values(), ids=lambda word: word.text)
 words_that_take_movements = pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.walk import walk
 from improv_core.syntax.vocabulary import of_kind
-from improv_core.syntax.words import Kind
+from improv_core.syntax.word import Kind
 
 
 def test_every_primitive_of_the_language_moves_as_the_table_says() -> None:

@@ -8,7 +8,7 @@ import io
 import json
 import secrets
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,8 @@ from improv_core.protocol.tickets import Tickets, issue
 if TYPE_CHECKING:
     import socket
 
+    from improv_core.classroom.desk import Desk
+
 FOLDER = Path(__file__).parent / "static"
 MOST_MESSAGE = 10_000
 MOST_PAGES = 8
@@ -42,26 +44,22 @@ class TeacherPage:
     """Serves the page on a socket. It calls all that it is given on the thread of its server, so a stop goes straight
     to the stages even if the event loop of `improv class` hangs.
 
-    `take` gets each command, and `stop` stops everything at once. `stage` makes a new address of the simulator's page,
-    and `messages` returns the first messages for a page. `text` returns a child's dance, given the child's number and
-    the number of dances it had sent, and `files` the names and texts of all. `offer` gets a new address of this page if
-    somebody has tried one that was used.
+    It shows what the `desk` has. `take` gets each command, and `stop` stops everything at once. `stage` makes a new
+    address of the simulator's page, and `offer` gets a new address of this page if somebody has tried one that was
+    used.
     """
 
     def __init__(
         self,
         listening: socket.socket,
+        desk: Desk,
         take: Callable[[Command], None],
         stop: Callable[[], None],
         stage: Callable[[], str | None],
-        messages: Callable[[], Sequence[FromDesk]],
-        text: Callable[[int, int], str | None],
-        files: Callable[[], Sequence[tuple[str, str]]],
         offer: Callable[[str], None],
     ) -> None:
-        self._socket = listening
-        self._take, self._stop, self._stage, self._messages = take, stop, stage, messages
-        self._text, self._files, self._offer = text, files, offer
+        self._socket, self._desk = listening, desk
+        self._take, self._stop, self._stage, self._offer = take, stop, stage, offer
         self._is_offered = True  # an address in the terminal that nobody has used
         self._token = secrets.token_urlsafe()
         self._access = Access(self._token, Tickets(self._token))
@@ -131,7 +129,7 @@ class TeacherPage:
 
     async def _show_dance(self, request: web.Request) -> web.Response:
         self._access.check(request)
-        text = self._text(int(request.match_info["number"]), int(request.match_info["count"]))
+        text = self._desk.text(int(request.match_info["number"]), int(request.match_info["count"]))
         if text is None:
             raise web.HTTPNotFound
         return web.Response(text=text, content_type="text/plain", charset="utf-8")
@@ -140,7 +138,7 @@ class TeacherPage:
         self._access.check(request)
         archive = io.BytesIO()
         with zipfile.ZipFile(archive, "w") as file:  # not compressed, because a stop may arrive meanwhile
-            for name, text in self._files():
+            for name, text in self._desk.files():
                 file.writestr(name, text)
         return web.Response(body=archive.getvalue(), content_type="application/zip")
 
@@ -151,7 +149,7 @@ class TeacherPage:
         page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE, compress=False)
         await page.prepare(request)
         outbox = PageOutbox(0)
-        for each in self._messages():
+        for each in self._desk.messages():
             _put(outbox, each)
         self._outboxes.append(outbox)
         telling = asyncio.create_task(outbox.empty_into(page.send_str))

@@ -137,15 +137,12 @@ class Class:
         self._ended: asyncio.Future[str] = self._loop.create_future()
         self.desk = Desk(performing.playback, lambda message: self.teacher.publish(message), children.remove, robots)
         performing.follow = self.desk.follow
-        own = _served_at(port)
         self.teacher = TeacherPage(
-            own,
+            _served_at(port),
+            self.desk,
             lambda command: self._soon(self.desk.take, command, performing.stops.count),
             self._stop,
             performing.playback.link,
-            self.desk.messages,
-            self.desk.text,
-            self.desk.files,
             lambda link: self._soon(self._offer, link),
         )
 

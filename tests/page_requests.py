@@ -12,7 +12,7 @@ from improv_core.protocol.decoding import by_type
 from improv_core.protocol.editing import ProgramChange
 from improv_core.protocol.fields import LAST_BEAT
 from improv_core.protocol.page_messages import FromPage, Press, ToPage, fields_of
-from improv_core.score.fits import Between, hints_of, required_of
+from improv_core.score.json_types import Between, hints_of, required_of
 
 TYPES = Path(__file__).parent / "page" / "messages.d.ts"
 LIMITS = Path(__file__).parent.parent / "improv_core" / "page" / "static" / "net" / "limits.js"

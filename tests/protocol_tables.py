@@ -12,7 +12,7 @@ from improv_core.protocol.commands import COMMANDS, Conduct
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
 from improv_core.protocol.page_messages import ForPages
-from improv_core.score.fits import hints_of, required_of
+from improv_core.score.json_types import hints_of, required_of
 
 FILE = Path(__file__).parent.parent / "docs" / "protocol.md"
 TABLES: dict[str, Any] = {"To the stage": ToStage, "Messages for pages": ForPages, "From the stage": FromStage}

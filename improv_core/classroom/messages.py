@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypedDict, cast
 
 from improv_core.classroom.roster import MOST_SHOWN
 from improv_core.protocol.decoding import ProtocolError, read_as
-from improv_core.score.fits import Long
+from improv_core.score.json_types import Long
 
 Chosen = Annotated[Sequence[int], Long(1, MOST_SHOWN)]
 

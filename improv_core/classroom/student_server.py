@@ -39,7 +39,7 @@ from improv_core.page.connections import LOOK_PERIOD, Connections
 from improv_core.page.web_server import runner_of
 from improv_core.protocol.fields import Text
 from improv_core.protocol.json_lines import own_output
-from improv_core.score.fits import fits
+from improv_core.score.json_types import fits
 from improv_core.score.music import CONTENT_TYPES
 from improv_core.storage.atomic_write import why
 from improv_core.website.build import HEAD, MARK

@@ -1,7 +1,7 @@
 """Translates times between two machines, and checks the messages of a stage over there.
 
 No other module knows that its clock is another one. A stage there gets its own monotonic and Unix times, and its parent
-here gets times of this machine. The types of messages mark the times in them (`score/fits.py`).
+here gets times of this machine. The types of messages mark the times in them (`score/json_types.py`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from improv_core.hosts.clock_offset import RemoteClock
 from improv_core.protocol.commands import COMMANDS
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
-from improv_core.score.fits import Clock, TimeOn, hints_of
+from improv_core.score.json_types import Clock, TimeOn, hints_of
 
 SECOND = 1_000_000_000
 """Nanoseconds."""

@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from improv_core.protocol.page_messages import RobotWindow, ShownBone, ShownScore
 from improv_core.protocol.robot_messages import RobotLook, ShownBodyPart, ShownJoint
-from improv_core.score.fits import as_json
 from improv_core.score.joints import limbs_of
+from improv_core.score.json_types import as_json
 from improv_core.score.measured import in_si
 from improv_core.score.movement import ENDLESS, near
 from improv_core.score.primitives import PRIMITIVES

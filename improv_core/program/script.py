@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, TypedDict
 
-from improv_core.score.fits import Between, NotRequired, fits, hints_of
+from improv_core.score.json_types import Between, NotRequired, fits, hints_of
 from improv_core.score.movement import ENDLESS, near
 from improv_core.score.performance import SenseSpan
 

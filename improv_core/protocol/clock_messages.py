@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal, TypedDict
 
 from improv_core.protocol.fields import Factor
-from improv_core.score.fits import Between, Monotonic
+from improv_core.score.json_types import Between, Monotonic
 
 Tempo = Annotated[float, Between(0, 100_000)]
 """Beats per minute, as a clock may report them."""

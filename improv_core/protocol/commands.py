@@ -14,7 +14,7 @@ from typing import Any, Literal, TypedDict, TypeGuard, get_args
 from improv_core.protocol.decoding import type_of
 from improv_core.protocol.editing import AskEditor
 from improv_core.protocol.fields import Beat, Factor, Name, Names
-from improv_core.score.fits import Monotonic, NotRequired
+from improv_core.score.json_types import Monotonic, NotRequired
 
 
 class _Timed(TypedDict, total=False):

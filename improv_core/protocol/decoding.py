@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import Any, get_args
 
 from improv_core.plain import message as in_plain_text
-from improv_core.score.fits import fits, hints_of, required_of
+from improv_core.score.json_types import fits, hints_of, required_of
 
 
 class ProtocolError(Exception):

@@ -23,7 +23,7 @@ from improv_core.protocol.fields import (
     Text,
 )
 from improv_core.protocol.robot_messages import RobotLook
-from improv_core.score.fits import NotRequired
+from improv_core.score.json_types import NotRequired
 
 MOST_PAGES = 64
 """The most pages that can be open. The text of each is kept."""

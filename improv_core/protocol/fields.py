@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Annotated, Literal, TypedDict
 
-from improv_core.score.fits import Between, Long
+from improv_core.score.json_types import Between, Long
 from improv_core.score.motion import Pose
 
 SLOWEST, FASTEST = 0.1, 4.0

@@ -24,7 +24,7 @@ from improv_core.protocol.robot_messages import (
     Unreached,
     Vitals,
 )
-from improv_core.score.fits import Asleep, Between, Long, Monotonic, NotRequired, UnixNanoseconds, UnixTime
+from improv_core.score.json_types import Asleep, Between, Long, Monotonic, NotRequired, UnixNanoseconds, UnixTime
 from improv_core.score.score import Score
 from improv_core.score.takeover import Begins, Paced, Takeover, Trailing
 from improv_core.score.transport import BEATS_PER_BAR

@@ -27,7 +27,7 @@ from improv_core.protocol.messages import (
     TransportMessage,
 )
 from improv_core.protocol.robot_messages import FaultMessage, JointPositions, Measured, RobotLook, Vitals, WhyStill
-from improv_core.score.fits import fits, hints_of
+from improv_core.score.json_types import fits, hints_of
 
 
 class ServerTime(TypedDict):

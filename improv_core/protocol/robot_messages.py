@@ -8,7 +8,7 @@ from typing import Literal, TypedDict
 
 from improv_core.protocol.fields import PoseJson
 from improv_core.score.faults import Fault, Response
-from improv_core.score.fits import NotRequired, UnixNanoseconds
+from improv_core.score.json_types import NotRequired, UnixNanoseconds
 
 
 class Instant(TypedDict):

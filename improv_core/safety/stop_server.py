@@ -16,7 +16,7 @@ from typing import cast
 
 from improv_core.protocol.commands import Stop
 from improv_core.safety.stop_request import ASK, MOST_BYTES
-from improv_core.score.fits import fits
+from improv_core.score.json_types import fits
 
 with suppress(ImportError):  # on Windows, where nothing listens
     import fcntl

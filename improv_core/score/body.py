@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
-from improv_core.score.fits import Long
+from improv_core.score.json_types import Long
 from improv_core.score.movement import Asked
 
 Interface = Literal["trajectory", "position", "velocity"]

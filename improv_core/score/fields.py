@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from improv_core.score.fits import read
+from improv_core.score.json_types import read
 from improv_core.score.measured import Component, Measure
 from improv_core.score.movement import MOST_THROWS, Exact, Factors, JsonForm, Velocity, exact
 from improv_core.text import Span

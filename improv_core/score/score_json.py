@@ -14,7 +14,7 @@ from improv_core.score.bounds import is_too_fast
 from improv_core.score.by_part import ByPart, ToPose
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
 from improv_core.score.fields import above_zero
-from improv_core.score.fits import as_json, hints_of, read
+from improv_core.score.json_types import as_json, hints_of, read
 from improv_core.score.movement import (
     LARGEST,
     MOST_BITS,

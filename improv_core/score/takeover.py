@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import TypedDict
 
-from improv_core.score.fits import Monotonic
+from improv_core.score.json_types import Monotonic
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Exact, Movement, near

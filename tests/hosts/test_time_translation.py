@@ -11,7 +11,7 @@ from improv_core.hosts.clock_offset import RemoteClock
 from improv_core.hosts.time_translation import SECOND, TimeTranslation, to_local, to_remote
 from improv_core.protocol.decoding import by_type
 from improv_core.protocol.messages import FromStage, ToStage
-from improv_core.score.fits import hints_of
+from improv_core.score.json_types import hints_of
 
 AHEAD, WALL_AHEAD, ASLEEP = 1_000.0, 50.0, 20.0
 """Seconds by which the monotonic and the Unix clock there are ahead, and for which that machine slept longer."""

@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.ipc.arrivals import End, Unreadable
 from improv_core.protocol.messages import Load, Play
-from improv_core.score.fits import as_json
+from improv_core.score.json_types import as_json
 from improv_core.score.motion import STILL
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic

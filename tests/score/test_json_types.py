@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import pytest
 
-from improv_core.score.fits import Between, as_json, read
+from improv_core.score.json_types import Between, as_json, read
 
 
 class Point(NamedTuple):

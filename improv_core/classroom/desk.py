@@ -17,7 +17,6 @@ from improv_core.classroom.messages import (
     FromChildren,
     FromDesk,
     Handed,
-    Keeping,
     Perform,
 )
 from improv_core.ipc.stage_process import StageError
@@ -58,7 +57,7 @@ def read_through(known: Known, found: DanceRead) -> Known:
 
 
 class Desk:
-    """Keeps the dances, and plays them. Use it from one event loop only, except `messages`, `text`, and `files`.
+    """Keeps the dances, and plays them. Use it from one event loop only, except `text` and `files`.
 
     `publish` gets messages for the teacher's pages. `remove` removes children from the class. A real robot of `robots`
     moves only when the teacher has it perform a dance that is shown in front.
@@ -78,14 +77,17 @@ class Desk:
         self._plays: asyncio.Task[None] | None = None
         self._line = ""
         self._begun = math.inf, ""  # the generation from which on the chosen dances play, and the line for them
-        self._keeping: Keeping | None = None
+
+    def open(self) -> None:
+        """Show the real robots, and that nothing plays."""
+        self._publish({"type": "robots", "names": [*self._robots.robots]})
+        self._say("")
 
     def hear(self, news: FromChildren) -> None:
         """Take a message about a child: it has joined or left, or its dance was sent or read. Or one about the folder
         in which dances are kept."""
         if news["type"] == "keeping":
-            self._keeping = {**news, "folder": message(news["folder"]), "problem": message(news["problem"])}
-            self._publish(self._keeping)
+            self._publish({**news, "folder": message(news["folder"]), "problem": message(news["problem"])})
             return
         number = news["number"]
         known = self._children.get(number)
@@ -114,15 +116,6 @@ class Desk:
             if latest and latest != good:
                 found.append((f"{name}-latest{ENDING}", texts[latest["count"]]))
         return found
-
-    def messages(self) -> Sequence[FromDesk]:
-        """The messages for a page that was just opened."""
-        return [
-            {"type": "robots", "names": [*self._robots.robots]},
-            *(known.child for known in [*self._children.values()]),
-            *([self._keeping] if self._keeping else []),
-            {"type": "playing", "line": self._line},
-        ]
 
     def take(self, command: Command, asked: int) -> None:
         """Obey a command of the teacher, which arrived when the count of stops was `asked`."""

@@ -19,7 +19,7 @@ from aiohttp import web
 from improv_core.classroom.messages import Command, FromDesk, read
 from improv_core.page.files import FOLDER as PAGE_FOLDER
 from improv_core.page.loop_thread import LoopThread
-from improv_core.page.outbox import PageOutbox
+from improv_core.page.outbox import Audience
 from improv_core.page.own_machine import HOST
 from improv_core.page.web_server import HEADERS, Access, add_files, receive, serving
 from improv_core.protocol.tickets import Tickets, issue
@@ -63,7 +63,7 @@ class TeacherPage:
         self._is_offered = True  # an address in the terminal that nobody has used
         self._token = secrets.token_urlsafe()
         self._access = Access(self._token, Tickets(self._token))
-        self._outboxes: list[PageOutbox] = []
+        self._pages = Audience()
         self._thread = LoopThread("improv-teacher")
         self._page = ""
 
@@ -72,8 +72,9 @@ class TeacherPage:
         return f"http://{HOST}:{self._socket.getsockname()[1]}/?ticket={issue(self._token)}"
 
     def publish(self, message: FromDesk) -> None:
-        """Send a message to all pages, from any thread."""
-        self._thread.soon(self._put, message)
+        """Send a message to all pages, and to later ones, from any thread. About each child, the latest one counts."""
+        about = str(message["number"]) if message["type"] in ("child", "gone") else message["type"]
+        self._thread.soon(self._pages.put, about, json.dumps(message))
 
     def open(self, address: str, code: str) -> None:
         """Begin to serve the page, which shows the class's address and its code."""
@@ -101,10 +102,6 @@ class TeacherPage:
         headers = {**HEADERS, "Content-Security-Policy": CONTENT_POLICY}
         async with serving(application, self._socket, headers, END_LIMIT):
             await stop.wait()
-
-    def _put(self, message: FromDesk) -> None:
-        for outbox in self._outboxes:
-            _put(outbox, message)
 
     async def _obey_stop(self, request: web.Request) -> web.Response:
         self._access.check(request, needs_origin=True)
@@ -144,28 +141,19 @@ class TeacherPage:
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)
-        if len(self._outboxes) >= MOST_PAGES:
+        if len(self._pages) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable
         page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE, compress=False)
         await page.prepare(request)
-        outbox = PageOutbox(0)
-        for each in self._desk.messages():
-            _put(outbox, each)
-        self._outboxes.append(outbox)
+        outbox = self._pages.join()
         telling = asyncio.create_task(outbox.empty_into(page.send_str))
         try:
             await receive(page, request, self._obey)
         finally:
             telling.cancel()
-            self._outboxes.remove(outbox)
+            self._pages.leave(outbox)
         return page
 
     def _obey(self, text: str) -> None:
         if command := read(text):
             self._take(command)
-
-
-def _put(outbox: PageOutbox, message: FromDesk) -> None:
-    """Queue a message for a page: of each child, only the latest waits."""
-    about = str(message["number"]) if message["type"] in ("child", "gone") else message["type"]
-    outbox.put(about, json.dumps(message))

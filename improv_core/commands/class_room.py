@@ -151,6 +151,7 @@ class Class:
         performing, children = self._performing, self.children
         performing.screen.say(f"children: {children.address}, code {children.code}")
         self._offer(self.teacher.link())
+        self.desk.open()
         children.listen(
             lambda news: self._soon(self.desk.hear, news),
             lambda why: self._soon(self._end, why),

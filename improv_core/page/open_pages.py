@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from improv_core.page.outbox import PageOutbox, bumps_message
+from improv_core.page.outbox import Audience, PageOutbox, bumps_message
 from improv_core.protocol.drawn import Bump, Lengthening, Snapshot
 from improv_core.protocol.fields import PoseJson
 from improv_core.protocol.messages import SIMULATED
@@ -21,15 +21,14 @@ MOST_PLACES = 20_000
 """Places kept for each robot: a quarter of an hour."""
 
 
-class Pages:
-    """An outbox for each open page. Everything here runs on the server's thread."""
+class Pages(Audience):
+    """The pages that show a performance."""
 
     def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
+        super().__init__()
+        self._latest["time"] = ""  # pages get it first; `join` writes it
         self._snapshot = snapshot
-        self._outboxes: set[PageOutbox] = set()
-        self._joined = 0  # pages so far
         self._watched = asyncio.Event()
-        self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
         self._trails: dict[str, tuple[Lengthening, int]] = {}  # with their lengths
@@ -37,39 +36,25 @@ class Pages:
         self._measured: dict[str, _MeasuredTrail] = {}
         self._problem = ""
 
-    def __len__(self) -> int:
-        return len(self._outboxes)
-
     def join(self) -> PageOutbox:
         """Return a new page's outbox, filled with everything that the other pages know."""
         self._draw()
-        self._joined += 1
-        outbox = PageOutbox(self._joined)
         now: ServerTime = {"type": "time", "wall": time.time()}
-        outbox.put("time", json.dumps(now))
-        for kind, text in self._latest.items():
-            outbox.put(kind, text)
+        self._latest["time"] = json.dumps(now)
+        outbox = super().join()
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
         if self._trails:
             outbox.lengthen("trails", {name: trail for name, (trail, _) in self._trails.items()}, self._placed)
         if self._measured:
             outbox.lengthen("measured", self._measured)
-        self._outboxes.add(outbox)
         self._watched.set()
         return outbox
 
     def leave(self, outbox: PageOutbox) -> None:
-        """Forget a page that was closed."""
-        self._outboxes.remove(outbox)
+        super().leave(outbox)
         if not self._outboxes:
             self._watched.clear()
-
-    def put(self, kind: str, text: str) -> None:
-        """Send a message to every page, and to later ones until another of its kind replaces it."""
-        self._latest[kind] = text
-        for outbox in self._outboxes:
-            outbox.put(kind, text)
 
     def measure(self, message: Measured) -> None:
         """Show measured places of robots. Measured poses of a robot replace simulated ones."""

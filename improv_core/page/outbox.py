@@ -103,6 +103,37 @@ class PageOutbox:
         return bumps_message(bumps, past=False)
 
 
+class Audience:
+    """An outbox for each open page, and the latest message of each kind. All of it runs on the server's thread."""
+
+    def __init__(self) -> None:
+        self._outboxes: set[PageOutbox] = set()
+        self._joined = 0  # pages so far
+        self._latest: dict[str, str] = {}
+
+    def __len__(self) -> int:
+        return len(self._outboxes)
+
+    def join(self) -> PageOutbox:
+        """Return a new page's outbox, filled with the messages that the other pages have."""
+        self._joined += 1
+        outbox = PageOutbox(self._joined)
+        for kind, text in self._latest.items():
+            outbox.put(kind, text)
+        self._outboxes.add(outbox)
+        return outbox
+
+    def leave(self, outbox: PageOutbox) -> None:
+        """Forget a page that was closed."""
+        self._outboxes.remove(outbox)
+
+    def put(self, kind: str, text: str) -> None:
+        """Send a message to every page, and to later ones until another of its kind replaces it."""
+        self._latest[kind] = text
+        for outbox in self._outboxes:
+            outbox.put(kind, text)
+
+
 def bumps_message(bumps: Iterable[Bump], past: bool) -> str:
     """Build the `bumps` message; `past` is for bumps from before the page was opened."""
     rows: list[BumpJson] = [

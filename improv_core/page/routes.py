@@ -92,7 +92,6 @@ class Application:
         self._music = music
         self._throttle = Throttle(command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._open: dict[PageOutbox, web.Request] = {}
-        self._framed = 0  # the number of these in a frame
         self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
         assert self._index.count(NO_TOKEN) == 1
 
@@ -229,7 +228,6 @@ class Application:
         outbox = self._pages.join()
         self._open[outbox] = request
         name, framed = _page_of(request), "framed" in request.query
-        self._framed += framed
         stop = partial(self._pass_stop, name)
         connection = PageConnection(name, outbox, self._answers, self._stops, stop, self._throttle.take)
         sending: asyncio.Task[None] | None = None
@@ -243,13 +241,13 @@ class Application:
                 sending.cancel()
             del self._open[outbox]
             self._pages.leave(outbox)
-            self._framed -= framed
             if framed:
                 self._command(self._watched(framed))
         return page
 
     def _watched(self, framed: bool) -> PageOpened:
-        return {"type": "page_opened", "framed": self._framed} if framed else {"type": "page_opened"}
+        count = sum("framed" in request.query for request in self._open.values())
+        return {"type": "page_opened", "framed": count} if framed else {"type": "page_opened"}
 
 
 def _page_of(request: web.Request) -> str:

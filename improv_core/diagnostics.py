@@ -178,8 +178,8 @@ class Diagnostic:
 
 
 def joining_nothing(text: str, problem: Diagnostic) -> Diagnostic:
-    """Return a problem of a text, with fixes that join no names or numbers: they leave a space between two of them if
-    they remove all that was visible between them."""
+    """Return a problem of a text, with fixes that join no names or numbers: a fix that removes everything visible
+    between two of them leaves a space."""
     if all(_apart(text, each) is each for fix in problem.fixes for each in fix.edits):
         return problem  # true of most
     fixes = tuple([fix.with_edits([_apart(text, each) for each in fix.edits]) for fix in problem.fixes])

@@ -30,7 +30,7 @@ _here = _Here()
 
 
 def checkpoint() -> None:
-    """Let other work interrupt this one, which may never continue."""
+    """Let other work interrupt the caller's, which may never continue."""
     if _here.interrupt:
         _here.interrupt()
 

@@ -85,7 +85,7 @@ class Session(StdioServer):
         self.scenes_with_lenses: dict[str, frozenset[int]] = {}
         """The scenes that each program had when it was opened or saved, by the IDs of their statements.
 
-        Without an entry, it will be those that it has once it has been read."""
+        A program without an entry gets the scenes that it has once it has been read."""
         self._reached: StopSocket | None = None
         self.saving: dict[str, int | None] = {}
         """The documents that are being saved, each with the number of stops before a person asked for the save, or None

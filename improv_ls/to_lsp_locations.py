@@ -54,7 +54,7 @@ def workspace_edit(
     changes: Changes, editor: Editor, new: Sequence[str] = (), *, asks: bool = False
 ) -> types.WorkspaceEdit:
     """Return edits for an editor, with the versions of documents if it takes versions, and of `new` files, which it
-    must be able to create. If it can, it `asks` before it changes files that aren't open."""
+    must be able to create. With `asks`, an editor that can asks before it changes files that aren't open."""
     texts = [(each, text_edits(each, edits, editor.encoding)) for each, edits in changes if edits]
     closed = [each.uri for each, _ in texts if each.version is None]
     asks = bool(asks and closed and editor.can("workspace.workspace_edit.change_annotation_support"))

@@ -1,7 +1,7 @@
 """Translates times between two machines, and checks the messages of a stage over there.
 
-No other module knows that its clock is another one. A stage there gets its own monotonic and Unix times, and its parent
-here gets times of this machine. The types of messages mark the times in them (`score/json_types.py`).
+No other module knows that their clocks differ. A stage there gets its own monotonic and Unix times, and its parent here
+gets times of this machine. The types of messages mark the times in them (`score/json_types.py`).
 """
 
 from __future__ import annotations

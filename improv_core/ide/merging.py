@@ -64,8 +64,8 @@ class Merged:
 def merge(sources: Sequence[Dance]) -> Merged:
     """Return one program in which the robots of all sources play their own parts, placed side by side.
 
-    The tempo is that of the first one; the others are slowed down or sped up, so that all keep their speed. Scenes
-    become rests. A bar or a floor is kept if all agree. Raises MergeError.
+    The tempo is the first program's; the parts of the others are slowed down or sped up, so that robots keep their
+    speeds. Scenes become rests. A bar or a floor is kept if all agree. Raises MergeError.
     """
     for each in sources:
         _check(each)

@@ -27,8 +27,8 @@ _SAME = 1e-6
 def placed(analysis: Analysis, starts: Mapping[str, Start]) -> tuple[Edit, ...] | None:
     """Return the edits that give these robots these starts, rounded to thousandths; all others keep theirs.
 
-    A robot that leaves a formation gets a line of its own. The others keep theirs if it stays one without it; otherwise
-    they get lines of their own, too. None if a line with `at` has an error.
+    A robot that leaves a formation gets a line of its own. If the other robots no longer form that formation, so do
+    they. None if a line with `at` has an error.
     """
     lines = _Lines(analysis)
     if not lines.right:

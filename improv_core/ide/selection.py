@@ -162,7 +162,7 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
 def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | None, robot: int) -> Movement:
     """Return the movement of a statement or a fragment of it, with its arguments and throws in the whole program.
 
-    `using` has the statement, then those that give it its arguments.
+    `using` has the statement, then those through whose uses it gets its arguments, the outermost last.
     """
     *phrases, top = using
     reader, body = analysis.reader(top, robot), analysis.meanings[top].body

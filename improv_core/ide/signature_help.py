@@ -115,7 +115,7 @@ def _settle(waiting: list[_Use]) -> None:
 
 
 def _take_movement(waiting: list[_Use]) -> None:
-    """Give a movement to the innermost use. One that has all its movements is a movement itself."""
+    """Give a movement to the innermost use. A use with all its movements is a movement, too."""
     while waiting:
         use = waiting[-1]
         use.given += 1

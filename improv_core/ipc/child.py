@@ -193,7 +193,7 @@ class Child:
         return self.wait()
 
     def kill(self) -> None:
-        """Kill it if it still runs and, if it leads, all that it has started: it may hang because of one of these."""
+        """Kill the process if it still runs and, if it leads, all that it has started, which may be why it hangs."""
         if sys.platform == "win32" or not self._policy.leads:
             self._process.kill()
         elif self._process.poll() is None:

@@ -36,8 +36,8 @@ class PageOutbox:
         self._asked = asyncio.Event()
 
     def put(self, kind: str, text: str | Callable[[], str]) -> None:
-        """Queue a message behind all others, or a function that writes it when it is sent. It replaces one of its kind
-        that still waits."""
+        """Queue a message behind all others, or a function that writes it when it is sent. It replaces a waiting
+        message of its kind."""
         self._waiting.pop(kind, None)
         self._waiting[kind] = text
         self._empty.clear()

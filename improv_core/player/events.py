@@ -120,8 +120,9 @@ class Returning:
 Message = Stop | Pause | Resume | Seek | Speed | Silence | Pressed | BendMessage | FaultMessage
 """The messages to a stage that its player decides about."""
 AHEAD_OF_DUE = frozenset({"stop", "resume", "seek", "pressed"})
-"""The messages that are decided ahead of what is due. Before all others, that is sent, so that robots don't miss it;
-but a stop must not wait for it, a seek makes it void, and the others find nothing due."""
+"""The messages that are decided before the setpoints that are due. Other messages wait until these setpoints have been
+sent, so that robots don't miss them. But a stop must not wait, a seek makes them void, and with the other two of these
+messages nothing is due."""
 Internal = (
     Play | Restarted | Awaited | Listened | Replaced | EmergencyStop | Halted | Changed | Stalled | Overloaded
     | Faults | TooNear | Returning | Anchor | Due

@@ -289,7 +289,8 @@ class Tracks:
         return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)
 
     def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        """Take a velocity that a standing robot isn't sent: if it drives back, it joins its part where this leads."""
+        """Take a velocity that a standing robot isn't sent. If the robot drives back, it joins its part where this
+        velocity leads."""
         if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
             self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
 

@@ -56,8 +56,8 @@ def diagnose_statement(
 ) -> Iterator[Diagnostic]:
     """Yield the diagnostics of one statement of a program. Spans count from its start.
 
-    If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote. So may those
-    of all statements if the form of another one `hides` something from them.
+    If the statement has the wrong form, its other diagnostics may be about a statement that nobody wrote. The same
+    holds for all statements if the wrong form of one `hides` something from them.
     """
     statement = program.meanings[index].statement
     form = statement.diagnostics

@@ -173,8 +173,8 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
 def _too_sudden(
     robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
-    """Report the velocity for which a robot has the least time: another one follows before its accelerations get it
-    there. Then it goes elsewhere; otherwise, it only lags."""
+    """Report the velocity that a robot has the least time to reach: the next one follows before its accelerations allow
+    it. Such a robot leaves its path; others only lag."""
     performed = base_of(part)
     if profile.smooth:
         performed = smoothed(performed, lambda velocity: excess(velocity, profile, tempo) is None)

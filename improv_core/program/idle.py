@@ -74,7 +74,7 @@ class Alone(NamedTuple):
 def find_alone(program: Program) -> Alone | None:
     """Return the only robot of a program, if it reads `near` and nothing else can be near it.
 
-    A robot whose profile in `improv.toml` sets `near` is not returned: it may be a real one that senses it.
+    A robot whose profile in `improv.toml` sets `near` is not returned: it may be a real robot with a sensor.
     """
     config = program.opening.config
     if config.world.has_obstacles or NEAR in config.senses:

@@ -213,7 +213,7 @@ class Program:
 
     @cached_property
     def alike(self) -> Mapping[int, Mapping[str, str]]:
-        """Names that look like others above, by the first statements that have them, each with that other."""
+        """Names that look like names above, each with that name, by the first statements that have them."""
         first: dict[str, str] = {}
         found: dict[int, dict[str, str]] = {}
         spellings = self.bindings.spellings

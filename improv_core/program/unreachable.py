@@ -32,7 +32,7 @@ class _Window(NamedTuple):
 
 
 _Windows = Mapping[int, _Window]
-"""The window of each movement that plays, by `id`. If it plays in several places, it has all of them."""
+"""The windows of each movement that plays, by `id`: one for each place in which it plays."""
 
 
 def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:

@@ -1,4 +1,4 @@
-"""The commands that people may send: a row for each, with all that depends on which one it is. Standard library only.
+"""The commands that people may send: a row for each, with all properties in which they differ. Standard library only.
 
 From these rows follow the requests of a page, ROS 2, and OSC, the messages that overtake others and make them void, the
 ones that are kept for stages that start later, and the ones for the simulator beside real robots. A new command is a
@@ -48,7 +48,7 @@ class Added(_Timed, _Asked, total=False):
 
 class Stop(Added):
     """Stop every robot at once, on the channel of stops. `direct` identifies a stop that may also go straight to
-    stages; one that has it only from its parent answers `obeyed`."""
+    stages; a stage that gets it only from its parent answers `obeyed`."""
 
     type: Literal["stop"]
 

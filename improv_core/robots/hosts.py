@@ -1,4 +1,4 @@
-"""Reads from an `improv.toml` the stages that move robots: those on other machines, and those of other outputs."""
+"""Reads from an `improv.toml` the stages on other machines and the stages of other outputs."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ class TomlReading:
         return None if key.count and len(right) < key.count else right
 
     def entries(self, keys: Keys, value: Any) -> dict[str, Any] | None:
-        """Read the values in a table that the schema has; None if it lacks one that it must have."""
+        """Read the values of the keys in a table that are in the schema; None if a required key is missing."""
         key = known(keys)
         if not isinstance(value, dict):
             self._refuse_form(keys, key, "a table")

@@ -80,7 +80,7 @@ class RobotFacts:
     `poses` have come since the last check, and all poses that were sent by `heard` have come; None if nothing measures
     the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
     since the last check left `late` by at most this many seconds. Joints of it are `unfollowed`. It was `rushed` if its
-    part changed its velocity before its accelerations let it get there. `lost` is why its output can't reach it.
+    part changed its velocity faster than its accelerations allow. `lost` is why its output can't reach it.
     """
 
     now: float

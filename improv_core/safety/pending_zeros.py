@@ -31,7 +31,7 @@ class TopicFacts:
 
     listeners: int
     confirms: bool = True
-    """True if all of them are reliable, so that they confirm what they receive."""
+    """True if all listeners are reliable: they confirm what they receive."""
     confirmed: bool = False
     """True if those that are reliable have confirmed all that was sent."""
     others: frozenset[str] = frozenset()

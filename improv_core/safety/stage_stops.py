@@ -79,8 +79,8 @@ def forget(show: Path, stage: str | None = None) -> None:
 class StageSocket:
     """The stop socket of a stage, on which `take` gets each stop, and answers `OBEYED` once the stage has obeyed it.
 
-    If a stage has died there, its robots may still move, and this one can't stop robots that it doesn't know. So it
-    listens only once it reports that it moves them or has stopped them. Raises OSError.
+    If an earlier stage of this name has died, its robots may still move, and the new stage doesn't know them yet. So it
+    listens only once it reports that it moves those robots or has stopped them. Raises OSError.
     """
 
     def __init__(self, show: Path, stage: str, take: Take) -> None:

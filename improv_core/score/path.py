@@ -157,7 +157,7 @@ class _Flight(NamedTuple):
         return _Flight(self.moved.then(other.moved), min(self.lowest, self.moved.z + other.lowest))
 
     def landing(self, start: Pose) -> Pose:
-        """Return the pose that it reaches from another one if the ground stops it: higher by what it would sink."""
+        """Return the pose after the flight from a pose, if the ground stops the robot: higher by what it would sink."""
         end = start.then(self.moved)
         return replace(end, z=end.z - min(start.z + self.lowest, 0.0))
 

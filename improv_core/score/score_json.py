@@ -61,7 +61,7 @@ class RowsWritten:
 
     rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
     numbers: dict[int, int] = field(default_factory=dict)
-    """The numbers of movements by their id(). Movements are kept, so that their id() stays their own."""
+    """The numbers of movements by their id(). Movements are kept, so that no other object gets their id()."""
     movements: list[Movement] = field(default_factory=list)
     parts: dict[str, _Written] = field(default_factory=dict)
     whole: int = 0

@@ -116,7 +116,7 @@ def joined(score: Score, entry: Begins) -> Score:
 
 
 def amid(score: Score, before: Score) -> Score:
-    """Return a score with all that robots perform in another one, except in the scenes for which it has their parts."""
+    """Return a score with the parts of another one added, except for robots and scenes that it already has."""
     both = (replace(part, scenes=_filled(part, before.parts.get(name))) for name, part in score.parts.items())
     return replace(score, parts={**before.parts, **{part.robot: part for part in both}})
 

@@ -110,7 +110,7 @@ class Failed(TypedDict):
 
 
 Report = Heard | Loaded | Failed
-"""The messages about a stage: those that it sends, and those about its start, its scores, and its end."""
+"""The messages about a stage: its own, and the session's about its start, its scores, and its end."""
 
 
 def warning(line: str) -> Announce:

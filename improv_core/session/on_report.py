@@ -241,7 +241,7 @@ def _shown(play: PlayScore) -> PlayScore:
 
 
 def _send_again(state: SessionState, stage: StageKey, generation: int, now: Now) -> StateAndActs:
-    """Send a stage the whole score: it did not get the one on which this score builds."""
+    """Send a stage the whole score: it lacks the score on which this one builds."""
     latest = state.latest
     if latest and latest.generation == generation:
         if stage.output == state.leader:

@@ -116,7 +116,8 @@ def _play(state: SessionState, play: PlayScore, now: Now) -> StateAndActs:
 
 
 def _joined(state: SessionState, play: PlayScore, now: Now) -> PlayScore:
-    """Return a request with all that dances, if it joins that; after a stop, nothing does. Raises StageError."""
+    """Return a request that joins the dance with the dancing robots added; unchanged after a stop. Raises
+    StageError."""
     before = state.played
     if not (play.joins and before and state.is_on and before.stopped == now.stopped):
         return play

@@ -37,7 +37,7 @@ from improv_core.session.state import HERE, Output, PlayScore, SessionState, Sta
 from improv_core.session.together import HANDED, SPARE, host_of
 
 LOST = "the stage ended before it had stopped its robots"
-"""The reason why another one has to stop them."""
+"""The reason why another stage has to stop its robots."""
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 Edit = Callable[[Editing, int], None]

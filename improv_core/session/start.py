@@ -162,7 +162,7 @@ async def keep_reaching(
 async def _start_here(options: Options, hear: HearStage, stops: Stops) -> Stage | None:
     """Return the stage of the robots that this machine moves.
 
-    That it starts shows best that its Python has rclpy. Only if it doesn't, a proof finds the reason or another Python.
+    If it starts, its Python has rclpy. Only if it doesn't, a proof finds the reason or another Python.
     """
     find = options.find_python
     likely = await asyncio.to_thread(find, options.ros_python, proves=False) if find else None

@@ -126,7 +126,8 @@ NOTHING = PlayScore(Score(Fraction(1), {}), "", 0)
 @dataclass(frozen=True, slots=True)
 class PartEditions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them: a part that a save doesn't
-    change keeps its number. Scenes are compared one by one, so it stays untouched no matter what comes later.
+    change keeps its number. Scenes are compared one by one, so a scene keeps its number no matter which scenes come
+    later.
 
     `latest` is the highest number. `sent` has the scores that may play when another takes over, by generation, oldest
     first: the last score that a stage reported to play, and all later ones.
@@ -283,7 +284,7 @@ class SessionState:
 
     @property
     def obeys(self) -> bool:
-        """True if real robots stand once their stage reports it: it isn't one that still stops those of a dead one."""
+        """True if reports that real robots stand can be trusted: no stage still stops those of a dead one."""
         return bool(self.alive) and self.still
 
     @property

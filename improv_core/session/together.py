@@ -156,7 +156,7 @@ def beat_at(transport: TransportMessage, at: float) -> float:
 
 
 def entry_at(transport: TransportMessage, beat: float, monotonic: float) -> Takeover:
-    """Return the takeover of a stage that joins another one, which is at this beat at that time."""
+    """Return the takeover of a stage that joins one that is at this beat at that time."""
     entry: Takeover = {"beat": beat, "monotonic": monotonic}
     if "begins" in transport:
         entry["begins"] = transport["begins"]

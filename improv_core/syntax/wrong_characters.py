@@ -37,7 +37,8 @@ _PARTS = frozenset({"NUMBER", "NAME", "STRAY"})
 _SIGNS = frozenset({"BAR", "EQUAL", "DOLLAR", "OPERATOR", "STRAY", *BRACKETS})
 _QUOTES_AND_PICTURES = ("Pi", "Pf", "So")
 _NOTHING = "\"'`.!?…"
-"""Characters that mean nothing in a movement. Others may, such as `&` and `^`, so no fix removes them."""
+"""Characters that mean nothing in a movement. No fix removes other characters, such as `&` and `^`, since people may
+mean something by them."""
 
 IsRight = Callable[[str], bool]
 """Returns whether a text is a statement without errors."""

@@ -274,7 +274,7 @@ def _misfit(off: Sequence[float], tremor: float) -> float:
 
 
 def _joined(curves: Sequence[_Curve]) -> list[_Curve]:
-    """Return curves, those one after another that are parts of one circle as one."""
+    """Return the curves, with successive arcs of one circle joined."""
     found: list[_Curve] = []
     for curve in curves:
         if found and _are_one(found[-1], curve):

@@ -23,7 +23,7 @@ _NEAR = 1e-3
 _CORNER = math.radians(20)
 """A drawing that bends by more at one point has a corner, where the robot turns on the spot."""
 _TURN = 2.0
-"""Radians that it turns there in the time that it takes for one unit of the drawing."""
+"""The radians that it turns there in the time in which it drives one unit of the drawing."""
 _WIDTH = 4.0
 """The width of a drawing without a scale, in meters."""
 _MOST_POINTS = 100_000

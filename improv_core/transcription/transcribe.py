@@ -122,7 +122,7 @@ class _Draft:
     excesses: Mapping[str, float]
 
     def nearer(self, other: _Draft) -> _Draft:
-        """Return a draft with those robots of another one that are nearer to their tracks there."""
+        """Return a draft that takes from another one the robots that are nearer to their tracks there."""
         nearer = {robot for robot, excess in other.excesses.items() if excess < self.excesses[robot]}
 
         def merged(ours: Mapping[str, _T], theirs: Mapping[str, _T]) -> Mapping[str, _T]:

@@ -55,7 +55,7 @@ class WordedVoice(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Voices that move a robot together for a number of beats. In them, they move it as if in one beat."""
+    """Voices that move a robot together for a number of beats: in all of these, as far as otherwise in one."""
 
     beats: Fraction
     voices: tuple[WordedVoice, ...]

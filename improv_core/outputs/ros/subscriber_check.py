@@ -2,8 +2,8 @@
 clock.
 
 A listener that we have found may not have found us yet: in half of the starts of twelve robots, some received nothing
-of the first 0.15 to 0.28 s. So we send it zeros until it confirms them. Fast DDS asks for a confirmation only when ten
-messages wait for one, or every 3 s. So zeros are sent in bursts.
+of the first 0.15 to 0.28 s. So each listener gets zeros until it confirms them. Fast DDS asks for a confirmation only
+when ten messages are unconfirmed, or every 3 s. So zeros are sent in bursts.
 """
 
 from __future__ import annotations

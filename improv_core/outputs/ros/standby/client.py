@@ -173,7 +173,7 @@ class Standby:
         self._tell({"type": "pending", "topic": topic, "frame": frame})
 
     def note_confirmed(self, topic: str) -> None:
-        """Note that a topic needs no more zeros: its robot has confirmed them, or there is another reason."""
+        """Note that a topic needs no more zeros, usually because its robot has confirmed them."""
         self._pending.pop(topic, None)
         self._tell({"type": "confirmed", "topic": topic})
 

@@ -211,7 +211,7 @@ class Protocol(LanguageServerProtocol):
             self.handle_message(message)
 
     def notify(self, method: str, params: Any | None = None) -> None:
-        """Send a notification. pygls would check again that it is one."""
+        """Send a notification. pygls would validate it again."""
         self._send_data({"jsonrpc": self.VERSION, "method": method, **({} if params is None else {"params": params})})
 
     def _send_data(self, data: Any) -> None:
@@ -295,8 +295,8 @@ def _json(value: object) -> Iterator[str]:
 
 
 def _usual_change(params: Any) -> types.DidChangeTextDocumentParams | None:
-    """Read the change that a key makes, in a third of the time that the converter takes; None if it is another one, or
-    malformed."""
+    """Read the change that a key makes, in a third of the time that the converter takes; None for any other change, or
+    a malformed one."""
     try:
         document, (change,) = params["textDocument"], params["contentChanges"]
         uri, version, range_, text = document["uri"], document["version"], range_of(change["range"]), change["text"]

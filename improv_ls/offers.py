@@ -95,7 +95,8 @@ class Offers:
             self._ask({"type": "resume", "beat": resumes["scene" if pressed == scene else "beat"]}, stops)
 
     def to_edit(self, uri: str, asked: ProgramChange, only: Selection) -> None:
-        """Have the editor change the program, as a page asks; what `only` plays of it may lack what is to change."""
+        """Have the editor change the program, as a page asks. The part of it that plays, `only`, may lack the place to
+        change."""
         if only.moved:
             is_music = asked["type"] == "tune"
             begin, change = ("beat 1", "change its song") if is_music else ("the starts", "move them")

@@ -97,9 +97,9 @@ class Performance:
         """Play a program, or what `choose` selects of it, and print one line about it, or print why not. If that
         `joins`, all other robots keep dancing.
 
-        With another `text`, it was saved with that. `asked` is the count of stops when somebody asked for it: after a
-        stop since then, it does not begin. With `keep`, the history gets it; `before` is the version in the history
-        that this is.
+        A `text` is the text with which the editor saved it. `asked` is the count of stops when somebody asked for it:
+        after a stop since then, it does not begin. With `keep`, the history gets it; `before` is the version in the
+        history that this is.
         """
         if not choose:
             self._before = before

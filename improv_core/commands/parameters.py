@@ -91,8 +91,8 @@ class LiveOptions:
 
 
 def live(command: Callable[..., None]) -> Callable[..., None]:
-    """Add `--backend`, `--port`, and `--no-browser` to a command, which gets their values as `live`; also that of
-    `--osc-network`, if it has it."""
+    """Add `--backend`, `--port`, and `--no-browser` to a command, which gets their values as `live`; also the value of
+    `--osc-network`, if the command has that option."""
 
     @backend
     @port

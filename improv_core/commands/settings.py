@@ -62,7 +62,7 @@ _OPTIONS = (
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
     """Add options about scenes and the count to a command, which gets its settings; also those of `--continue` and
-    `--force`, if it has these."""
+    `--force`, if it has these options."""
 
     @wraps(command)
     def with_settings(

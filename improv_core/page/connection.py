@@ -34,7 +34,7 @@ class PageConnection:
         self._pass_on = pass_on
 
     def receive(self, text: str) -> None:
-        """Take a request. An invalid one is dropped, and so is one that a stop has overtaken and that it voids."""
+        """Take a request. An invalid request is dropped, and so is one that a stop has overtaken and voids."""
         request = read(text)
         if request is None or (self._order.lags and request["type"] in COMMANDS["stop"].voids):
             return

@@ -43,8 +43,8 @@ class OpenConnection:
 def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | None:
     """Return the connection to close for a new one from this address; None if there is room, or all must stay.
 
-    It belongs to this address if that has too many connections, and otherwise to the address with the most. Among
-    those, it is the one without progress for longest.
+    It belongs to this address if that has too many connections, and otherwise to the address with the most. Of that
+    address, it is the connection without progress for longest.
     """
     counts = Counter(each.address for each in connections.values())
     if counts[address] >= MOST_OF_ONE:

@@ -175,7 +175,7 @@ class _Command(NamedTuple):
 class JointCommands:
     """Commands to joints, sent by `send`, which may raise any exception.
 
-    Those to one robot for the same time are one: a controller of several body parts gets one message for all.
+    Commands to one robot for the same time are merged: a controller of several body parts gets one message.
     """
 
     def __init__(self, send: Callable[[str, Mapping[str, JointMotion], float], None]) -> None:

@@ -203,7 +203,7 @@ def _near_named(program: Program, head: Token, others: Sequence[str]) -> Diagnos
 
 
 def _alike(statement: Statement, name: str, other: str) -> Diagnostic:
-    """Return the diagnostic about a name that looks like another one."""
+    """Return the diagnostic about a name that looks like a name above."""
     token = next(each for each in statement.tokens if each.text == name)
     strange = next((char for char in name + other if unicodedata.normalize("NFC", char) != char), name[0])
     message = f"`{name}` is another name than the `{other}` above, which looks alike: one has {in_words(strange)}"

@@ -207,7 +207,7 @@ class TextProblem(TypedDict):
 
 
 class ColorChange(TypedDict):
-    """The numbers of the colors: the `first` and `last` ones of those that the page has, and `new` ones between them.
+    """The numbers of the colors: the page keeps its `first` and `last` ones, with the `new` ones between them.
 
     A colored word has three: characters since the end of the last one, length, and kind.
     """

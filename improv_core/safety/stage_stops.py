@@ -91,7 +91,7 @@ class StageSocket:
             self._listen()
 
     def hear(self, message: TransportMessage) -> None:
-        """Take a report of the stage: perhaps the robots of one that has died obey it now."""
+        """Take a report of the stage: perhaps it moves the robots of a dead stage now."""
         if message["generation"] and message["state"] != "waiting" and self._server is None:
             with suppress(OSError, RuntimeError):  # it counts as one that has not answered
                 self._listen()

@@ -63,7 +63,7 @@ def _unknown_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, 
     """Return the open movements directly inside one that is played at a rate, with their own rates, if their lengths
     aren't known yet: in a chain of definitions, that is at most the one before.
 
-    Before that of another rate comes the usual one, from which nearly all others follow.
+    The length at the normal rate comes first: the lengths at nearly all other rates follow from it.
     """
     part, rate = at_rate
     if rate != NORMAL:

@@ -223,7 +223,8 @@ class Outcomes(Generic[M]):
         return [each for each in _inside(played) if not self._is_known(each)]
 
     def _is_known(self, played: PlayedPart) -> bool:
-        """Return whether the effect of a part is known. That of one that is walked is from now on: most are a word."""
+        """Return whether the effect of a part is known. If the part is walked, which is usually one word, this computes
+        it."""
         key = _key(played)
         if key in self._known:
             return True

@@ -16,7 +16,8 @@ FADING = 2.0
 STRAY = 0.1
 """Seconds by which a sighting may be off. Beyond that, it is a hiccup of this machine, or the clock has jumped."""
 USUAL = 0.01
-"""Seconds by which a sighting may usually be off. One that is off by more counts no more than that: it was held up."""
+"""Seconds by which a sighting may usually be off. A sighting that is off by more was delayed, and counts as off by
+this."""
 JUMPED = 0.25
 """Seconds of nothing but strays after which the clock has jumped."""
 GAP = 0.5

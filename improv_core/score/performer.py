@@ -89,7 +89,8 @@ class Performer:
 def performer_at(movement: Movement, begins: Exact, beat: Exact, budget: Budget) -> Performer:
     """Return the performance of a movement that begins at `begins`, at a later beat, if no sense is true until then.
 
-    It stays where it is over, if that is before. Raises TooLongError if it would have to be performed for too long.
+    If the performance is over before that beat, it stays at its end. Raises TooLongError if it would have to be
+    performed for too long.
     """
     passed = min(beat - begins, movement.duration)
     assert not isinstance(passed, float)

@@ -168,7 +168,7 @@ def _place(pose: Pose) -> tuple[float, float, float]:
 
 
 def _strokes(pose: Pose, moving: Twist, seconds: float, longest: float) -> Iterator[Stroke]:
-    """Yield a moment as a line, or as arcs: at most one full circle of them, unless it climbs."""
+    """Yield a moment as a line, or as arcs: at most one full circle, unless the robot climbs."""
     speed = math.hypot(moving.x, moving.y)
     turn = moving.yaw * seconds
     if abs(turn) < _FLAT or not speed:

@@ -236,7 +236,7 @@ def _enter(state: SessionState, play: PlayScore, entered: TransportMessage, whol
 
 
 def _shown(play: PlayScore) -> PlayScore:
-    """Return a score for a stage that only shows what another one plays, and follows that one's senses."""
+    """Return a score for a stage that only shows what another stage plays, and follows the senses there."""
     return replace(play, senses=None, anyway=False, arming=None, by=None)
 
 

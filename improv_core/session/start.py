@@ -45,8 +45,8 @@ class FindPython(Protocol):
     """Finds a Python with rclpy, given the setting; None if there is none. Called on a thread."""
 
     def __call__(self, setting: str | None, *, proves: bool) -> RosPython | None:
-        """Return the likeliest one, or one that `proves` to import rclpy. Raises StageError if the user named one that
-        does not."""
+        """Return the likeliest Python; with `proves`, one that has been proven to import rclpy. Raises StageError if
+        the user named one that can't import it."""
 
 
 PORTS = range(20_000, 30_000)

@@ -193,7 +193,8 @@ class SessionState:
 
     Such stages don't follow a clock of music by themselves: all are `following` it together. `bent` is the latest bend
     that they were sent, and from `looks` on they may be sent another one. They begin or continue when it `enters`, in
-    monotonic seconds, at the beat `enters_at`. A pause during which it `stands` ends when it continues.
+    monotonic seconds, at the beat `enters_at`. If the clock `stands` during a pause, the pause ends when the clock runs
+    again.
     """
 
     stages: Mapping[StageKey, StageState] = field(default_factory=dict)
@@ -346,7 +347,7 @@ class SessionState:
         return replace(self, stages={**self.stages, **stages})
 
     def opened(self, outputs: Iterable[Output]) -> SessionState:
-        """Return the state after all possible stages have started: the first of these outputs that has one leads."""
+        """Return the state after all possible stages have started: the first of these outputs with a stage leads."""
         return replace(self, leader=next(output for output in outputs if not self.is_gone(output)))
 
     def closed(self) -> SessionState:

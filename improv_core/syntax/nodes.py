@@ -281,7 +281,7 @@ def use_name(use: Name | Call) -> Name:
 
 
 def voices(node: Node) -> tuple[Node, ...]:
-    """Return the voices of a movement: it is the only one itself if it has no `||`."""
+    """Return the voices of a movement; the movement itself if it has no `||`."""
     return node.voices if isinstance(node, Parallel) else (node,)
 
 

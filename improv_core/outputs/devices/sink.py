@@ -227,7 +227,7 @@ class DeviceLink:
             return moved
 
     def stands(self) -> bool:
-        """Return whether it has confirmed that it stands."""
+        """Return whether the robot has confirmed that it stands."""
         with self._changed:
             device, waits = self._device, self._wanted is not None
         return device is not None and not waits and device.stands()

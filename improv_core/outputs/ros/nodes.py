@@ -52,7 +52,8 @@ class Nodes:
         return [node.get_fully_qualified_name() for node in self._all]
 
     def advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
-        """Create a publisher of a type, on the second node if `second`; returns it and a function that destroys it."""
+        """Create a publisher of a type, on the second node if `second`; return the publisher and a function that
+        destroys it."""
         try:
             from rclpy.event_handler import PublisherEventCallbacks
         except ImportError:  # Humble

@@ -34,7 +34,8 @@ FIND_LIMIT = 10.0
 Now = Callable[[], float]
 """The monotonic time, in seconds."""
 Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
-"""Creates a publisher of a type on a topic, on the second node or not. Returns it and a function that destroys it."""
+"""Creates a publisher of a type on a topic, on the second node or not. Returns the publisher and a function that
+destroys it."""
 
 
 def message_class(kind: str) -> Any:

@@ -27,7 +27,7 @@ ABORTED = 6
 """The status of a goal that ended like that: STATUS_ABORTED of action_msgs/msg/GoalStatus."""
 
 VIOLATED = -4, -5
-"""The codes of results that a goal doesn't have because another one replaces it: PATH_TOLERANCE_VIOLATED and
+"""The result codes of a goal that has failed, not of one that another goal replaced: PATH_TOLERANCE_VIOLATED and
 GOAL_TOLERANCE_VIOLATED of control_msgs."""
 
 

@@ -40,8 +40,8 @@ def find_ros_python(setting: str | None, *, proves: bool = True) -> Interpreter 
     """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, or our own.
 
     None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one that the
-    user named can't be used. Unless it `proves` that, which takes as long as to start a stage, it returns the likeliest
-    one. Files of an opened project are never consulted: they could name any program.
+    user named can't be used. Without `proves`, it returns the likeliest one: a proof takes as long as starting a stage.
+    Files of an opened project are never consulted: they could name any program.
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
         if named:

@@ -226,7 +226,7 @@ class Standby:
             self._monitor.note_message()
 
     def _adopt(self, now: float) -> None:
-        """Use the process that replaces a lost one, and send it everything that the lost one knew."""
+        """Use the process that replaces a lost one, and send it all that the lost process knew."""
         if self._child or self._new.empty():
             return
         new = self._new.get()

@@ -18,7 +18,7 @@ from improv_core.classroom.desk import Desk
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.parameters import LiveOptions
 from improv_core.commands.terminal import TerminalSession, first, performance, run
-from improv_core.page.own_machine import HOST
+from improv_core.page.own_machine import listen
 from improv_core.program.files import robots_in
 from improv_core.robots.config import Robots
 from improv_core.session.start import Options, usual_port
@@ -116,14 +116,6 @@ async def teach(children: Children, options: Options, robots: Robots | None = No
     return INTERRUPTED
 
 
-def _served_at(port: int) -> socket.socket:
-    """Listen on this machine: on the port if it is free, so that the browser knows the teacher's ticks again."""
-    try:
-        return socket.create_server((HOST, port))
-    except OSError:
-        return socket.create_server((HOST, 0))
-
-
 class Class:
     """A class: its children, and the desk and the page of its teacher."""
 
@@ -138,7 +130,7 @@ class Class:
         self.desk = Desk(performing.playback, lambda message: self.teacher.publish(message), children.remove, robots)
         performing.follow = self.desk.follow
         self.teacher = TeacherPage(
-            _served_at(port),
+            listen(port),
             self.desk,
             lambda command: self._soon(self.desk.take, command, performing.stops.count),
             self._stop,

@@ -129,25 +129,21 @@ def _serve(
     snapshot: Callable[[], Snapshot],
     scores: IdealFloor | None = None,
 ) -> PageServer:
-    def serve(port: int) -> PageServer:
+    try:
         return PageServer(
-            port,
+            options.port,
             snapshot,
             lambda command: put({"type": "request", "command": command}),
+            usual_port=options.usual_port,
             takes_start_poses=options.takes_start_poses,
             token=token,
             show=stages,
             tell=lambda line: put({"type": "warning", "message": line}),
             scores=scores,
         )
-
-    try:
-        return serve(options.port or options.usual_port)
     except OSError as error:
-        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+        if not options.port or error.errno not in (errno.EADDRINUSE, errno.EACCES):
             raise
-        if not options.port:
-            return serve(0)
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+import socket
+from contextlib import suppress
 from pathlib import Path
-from socket import inet_aton
 
 HOST = "127.0.0.1"
 """The address on which pages are served: no other machine can reach it."""
@@ -18,6 +19,13 @@ MAPPED = "0000000000000000FFFF0000"
 ESTABLISHED = "01"
 NOBODY = -1
 """The system lists the users of connections, but no user has this one."""
+
+
+def listen(usual_port: int) -> socket.socket:
+    """Listen on this port, or on any free one if it is taken: a browser knows again what it kept of the same port."""
+    with suppress(OSError):
+        return socket.create_server((HOST, usual_port))
+    return socket.create_server((HOST, 0))
 
 
 def user_of(peer: tuple[str, int], own: tuple[str, int]) -> int | None:
@@ -44,4 +52,4 @@ def _in_hex(address: tuple[str, int]) -> str:
     """Format an address as these tables do: 127.0.0.1 port 80 is 0100007F:0050 (on the usual little-endian
     processors)."""
     host, port = address[:2]
-    return f"{inet_aton(host)[::-1].hex().upper()}:{port:04X}"
+    return f"{socket.inet_aton(host)[::-1].hex().upper()}:{port:04X}"

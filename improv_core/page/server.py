@@ -16,7 +16,7 @@ from improv_core.page.broadcast import Broadcast
 from improv_core.page.loop_thread import LoopThread
 from improv_core.page.meetings import Meetings
 from improv_core.page.open_pages import Pages
-from improv_core.page.own_machine import HOST
+from improv_core.page.own_machine import HOST, listen
 from improv_core.page.stop_confirmations import PageStops
 from improv_core.protocol.commands import PageOpened, PageRequest
 from improv_core.protocol.tickets import Tickets
@@ -33,8 +33,8 @@ class PageServer:
     `watched` when one is opened, or closed in a frame), both from the server's thread: they must return at once. With
     `takes_start_poses`, one of them may be `place`. `tell` gets a line if robots will meet because of a score that has
     taken over. `scores` finds out when their parts begin. Stops go straight to the stages of a `show`, too. A page
-    survives a new server if that has the same `port` and `token`. Raises OSError if the port is taken; port 0 is any
-    free one.
+    survives a new server if that has the same `port` and `token`. Raises OSError if the port is taken; port 0 is the
+    `usual_port`, or any free one.
     """
 
     def __init__(
@@ -43,6 +43,7 @@ class PageServer:
         snapshot: Callable[[], Snapshot],
         command: Callable[[PageRequest | PageOpened], None],
         *,
+        usual_port: int = 0,
         takes_start_poses: bool = False,
         token: str | None = None,
         show: Path | None = None,
@@ -51,7 +52,7 @@ class PageServer:
     ) -> None:
         self._token = token or secrets.token_urlsafe()
         self._tickets = Tickets(self._token)
-        self._socket = socket.create_server((HOST, port))
+        self._socket = socket.create_server((HOST, port)) if port else listen(usual_port)
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._workers = [OwnThread("improv-answers"), OwnThread("improv-meetings")]

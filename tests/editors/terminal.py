@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import re
 import subprocess
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 from tests.needs import need
-
-PATIENCE = 60.0
-"""Seconds until an expected text must be on the screen."""
+from tests.waiting import until
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,18 +19,6 @@ class Cell:
     letter: str
     color: str = ""
     background: str = ""
-
-
-T = TypeVar("T")
-
-
-def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
-    """Wait for something to be true, and return it. If it takes too long, the test fails with the problem."""
-    end = time.monotonic() + PATIENCE
-    while not (found := what()):
-        assert time.monotonic() < end, problem()
-        time.sleep(0.1)  # each look starts a process
-    return found
 
 
 def written(file: Path) -> str:

@@ -15,7 +15,8 @@ import pytest
 
 from tests.editors import colors, robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, slow_server
-from tests.editors.terminal import Terminal, until
+from tests.editors.terminal import Terminal
+from tests.waiting import until
 
 pytestmark = pytest.mark.slow("drives Emacs")
 

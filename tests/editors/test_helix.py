@@ -30,7 +30,8 @@ from tests.editors.editors import (
     slow_server,
     started_from,
 )
-from tests.editors.terminal import Terminal, cells, until, written
+from tests.editors.terminal import Terminal, cells, written
+from tests.waiting import until
 
 pytestmark = pytest.mark.slow("drives Helix")
 

@@ -15,8 +15,9 @@ import pytest
 
 from tests.editors import robot
 from tests.editors.editors import LIMIT, ROOT, nothing_left, noting_browser, started_from
-from tests.editors.terminal import until, written
+from tests.editors.terminal import written
 from tests.needs import need
+from tests.waiting import until
 
 pytestmark = pytest.mark.slow("drives Kate")
 

@@ -28,7 +28,8 @@ from tests.editors.editors import (
     slow_server,
     started_from,
 )
-from tests.editors.terminal import Terminal, until, written
+from tests.editors.terminal import Terminal, written
+from tests.waiting import until
 
 pytestmark = pytest.mark.slow("drives Neovim")
 

@@ -17,9 +17,9 @@ import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
 from tests.editors.editors import LIMIT, ROOT, kill_servers, nothing_left, servers_from, slow_server, started_from
-from tests.editors.terminal import until
 from tests.editors.vscode.workbench import PATIENCE, VSCode, framed, framed_page, keep_picture, run_command, word
 from tests.editors.vscode.workbench import vscode as started
+from tests.waiting import until
 
 pytestmark = pytest.mark.slow("drives VS Code")
 

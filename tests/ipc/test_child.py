@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
@@ -14,6 +13,7 @@ import pytest
 
 from improv_core.ipc.child import Child, Policy
 from tests.processes import descendants, wait_until_gone
+from tests.waiting import until
 
 LIMIT = 60.0
 PATIENT = Policy(LIMIT)
@@ -60,10 +60,7 @@ def test_its_last_error_is_known() -> None:
     with child("sys = 1", "raise ValueError('of\\nthis')", policy=Policy(LIMIT, errors=subprocess.PIPE)) as fails:
         assert all_of(fails) == []
         assert fails.wait() == 1
-        end = time.monotonic() + LIMIT
-        while fails.last_error != "this" and time.monotonic() < end:
-            os.sched_yield()  # a thread reads it
-        assert fails.last_error == "this"
+        until(lambda: fails.last_error == "this", lambda: fails.last_error)  # a thread reads it
 
 
 def test_the_last_line_of_a_child_that_somebody_kills_is_no_reason() -> None:
@@ -81,10 +78,7 @@ def test_a_child_that_does_not_read_delays_nobody_and_gets_everything_later() ->
         long = b"x" * 1_000_000
         slow.write(long[1:] + b"\n")
         slow.write(long + b"\n")
-        end = time.monotonic() + LIMIT
-        while not (said := slow.read(0.01)):
-            assert time.monotonic() < end
-        assert said == [b"1000000"]
+        assert until(lambda: slow.read(0.01)) == [b"1000000"]
 
 
 def test_a_line_is_sent_at_once_as_far_as_the_pipe_has_room() -> None:

@@ -7,7 +7,6 @@ import queue
 import signal
 import socket
 import subprocess
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 from improv_core.outputs.thymio.bus import Bus, wire_to
 from tests.needs import need
+from tests.waiting import until
 
 LIMIT = 60.0
 """Seconds to wait for a simulator on a busy machine, on which it is slower than real time."""
@@ -70,11 +70,8 @@ def free_port() -> int:
 
 def wait_for(port: int) -> None:
     """Wait until something listens at a port, without a connection: the simulator crashes if that is closed at once."""
-    end = time.monotonic() + LIMIT
     listens = f":{port:04X} 00000000:0000 0A"  # proc_net_tcp(5)
-    while listens not in Path("/proc/net/tcp").read_text(encoding="ascii"):
-        assert time.monotonic() < end, "the simulator doesn't listen"
-        time.sleep(0.1)  # nothing reports that it listens
+    until(lambda: listens in Path("/proc/net/tcp").read_text(encoding="ascii"), lambda: "the simulator doesn't listen")
 
 
 class Watch:

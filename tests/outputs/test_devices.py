@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import queue
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import DeviceAddress, Host, Part, Score
 from improv_core.score.senses import BUILT_IN, RobotSense, Senses, Topic
+from tests.waiting import until
 
 LIMIT = 60.0
 """Seconds to wait for a thread on a busy machine."""
@@ -102,17 +103,6 @@ class Stand:
         assert [self.next(), self.next()] == ["connect", STILL]
         until(lambda: not self.sink.missing())
         return device
-
-
-def until(holds: Callable[[], bool]) -> None:
-    """Wait for something that a thread does next, by looking again whenever it may have."""
-    pause = queue.SimpleQueue[None]()
-    for _ in range(int(LIMIT / 0.01)):
-        if holds():
-            return
-        with pytest.raises(queue.Empty):
-            pause.get(timeout=0.01)
-    raise AssertionError("it didn't happen in time")
 
 
 @pytest.fixture

@@ -23,6 +23,7 @@ from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part
 from improv_core.score.senses import RobotSense, Topic
 from tests.processes import command_of, descendants
+from tests.waiting import until
 
 LIMIT = 60.0
 ANNA = RobotSense("anna", "bump")
@@ -76,10 +77,7 @@ def test_a_process_that_stays_frozen_is_replaced(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(client, "ALIVE_LIMIT", 0.5)
     monkeypatch.setattr(client, "AGAIN", LIMIT)  # so that the problem stays
     with reading(monkeypatch, FROZEN) as (reader, _):
-        end = time.monotonic() + LIMIT
-        while not reader.problem:  # nothing reports a change
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        until(lambda: reader.problem)
         assert reader.problem == "the process that reads sensors was silent for 0.5 s: another one starts"
 
 

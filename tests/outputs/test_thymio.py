@@ -35,8 +35,8 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import THYMIO2
 from improv_core.score.score import DeviceAddress, Part, Score
 from tests.outputs.playground import LIMIT, Watch, playground
-from tests.outputs.test_devices import until
 from tests.ros.conftest import be_patient, let_stages_be_late
+from tests.waiting import until
 
 ROBOTS = {"ada": (100, 100), "bob": (255, 150)}
 """Their places in centimeters: `bob` drives toward a wall."""

@@ -4,16 +4,16 @@ measures their times."""
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.conftest import LIMIT, Show, next_frame, play_anew, wait
+from tests.page.conftest import Show, next_frame, play_anew, wait
 from tests.page.editing import Edit
 from tests.page.songs import clicks, improv_toml
+from tests.waiting import until
 
 PROGRAM = "beat 120\nbar 3\nada $ repeat (forward left)\n"
 SONG = clicks(200, 120)
@@ -107,10 +107,7 @@ def test_taps_and_drags_are_written_if_the_page_edits(tmp_path: Path, edit: Call
     page.get_by_role("button", name="Save and play").click()
     page.get_by_role("slider", name="Beat 1 in the song, in seconds").press("ArrowLeft")
     expect(page.locator("#did")).to_have_text("Writing first_beat = 0.01 into improv.toml")
-    end = time.monotonic() + LIMIT
-    while "first_beat = 0.01\n" not in robots.read_text(encoding="utf-8") and time.monotonic() < end:
-        next_frame(page)
-    assert robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n")
+    until(lambda: robots.read_text(encoding="utf-8").endswith("first_beat = 0.01\n"), robots.read_text)
     page.get_by_role("button", name="Sound").click()
     for tap in range(8):
         page.evaluate(TAP, 625 * tap)  # 96 beats a minute

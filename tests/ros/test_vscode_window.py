@@ -23,11 +23,11 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from tests.editors.editors import LIMIT as SESSION_LIMIT
 from tests.editors.editors import nothing_left, program_of, started_from
-from tests.editors.terminal import until
 from tests.editors.vscode.workbench import FLAGS, PATIENCE, code_server, framed_page, opened, word
 from tests.needs import need
 from tests.ros.conftest import Listen
 from tests.ros.dance import BEFORE, BEFORE_SPEED, at_speed, moving, still
+from tests.waiting import until
 
 pytestmark = [pytest.mark.slow("drives VS Code, and waits for robots"), pytest.mark.timeout(2 * SESSION_LIMIT)]
 

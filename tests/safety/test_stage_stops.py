@@ -27,9 +27,9 @@ from improv_core.safety.stage_stops import (
 from improv_core.safety.stop_request import ASK
 from improv_core.safety.stop_server import MOST_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
-from tests.outputs.test_devices import until
 from tests.safety.stages import Stages, die
 from tests.session.story import at
+from tests.waiting import until
 
 LIMIT = 60.0
 SHORT = 0.3

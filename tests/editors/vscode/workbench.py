@@ -10,7 +10,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,12 +21,12 @@ from urllib.request import urlopen
 
 from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
 
-from tests.editors.editors import LIMIT, ROOT, find, program_of, started_from
-from tests.editors.terminal import until
+from tests.editors.editors import ROOT, find, program_of, started_from
 from tests.needs import EXTENSION as FOLDER
 from tests.needs import need, need_extension
 from tests.open_page import CALMLY
 from tests.processes import command_of
+from tests.waiting import until
 
 HERE = Path(__file__).parent
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
@@ -237,10 +236,7 @@ def code_server(folder: Path, env: Mapping[str, str]) -> Iterator[str]:
     with (folder / "log").open("wb") as log:
         server = subprocess.Popen(command, env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
     try:
-        end = time.monotonic() + LIMIT
-        while not _answers(address):
-            assert time.monotonic() < end, (folder / "log").read_text()
-            time.sleep(0.1)
+        until(lambda: _answers(address), (folder / "log").read_text)
         yield f"http://{address}"
     finally:
         server.terminate()

@@ -23,11 +23,13 @@ from improv_core.commands.programs import read_to_play
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import run
 from improv_core.outputs.recording.recorder import Recorder
+from improv_core.outputs.simulator.collisions import Collisions, NoCollisions
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage
 from improv_core.score.score import Score
 from improv_core.session.start import Options
-from improv_core.stage.dry_run import perform, simulate
+from improv_core.stage.dry_run import perform
 from improv_core.storage.atomic_write import replacing, why
 
 
@@ -81,12 +83,11 @@ def compute(recorder: Recorder, score: Score, seconds: float | None) -> None:
     """Record a score, or its first seconds, and what robots sense and decide in the simulator."""
     from improv_core.stage.process import report_sent
 
-    if score.open:
-        recorder.prepare(score, restart=True)
-        tap = partial(report_sent, put=recorder.take, wall_at=recorder.time)
-        simulate(score, seconds, partial(note, recorder), tap=tap)
-    else:
-        perform(score, recorder, seconds, partial(note, recorder))
+    recorder.prepare(score)
+    # What robots hit changes only what they sense.
+    simulator = Simulator(period=None, collide=Collisions if score.open else NoCollisions)
+    report_sent(simulator, recorder.take, recorder.time)
+    perform(score, simulator, seconds, partial(note, recorder))
 
 
 def note(recorder: Recorder, message: FromStage) -> None:

@@ -186,7 +186,7 @@ class TerminalSession:
         score = score_of(only.analysis)
         score = replace(score, count_in=score.count_in or settings.count_in)
         if self._recorder:
-            self._recorder.prepare(score, restart=settings.when == "restart")
+            self._recorder.prepare(score)
         wanted = PlayScore(score, path.name, asked, settings.when, senses=settings.senses, arming=settings.arming)
         page = self._page
         begins = await self.playback.play(replace(wanted, anyway=settings.anyway))

@@ -63,14 +63,9 @@ def simulate(
     seconds: float | None,
     tell: Callable[[FromStage], None],
     senses: Sequence[Sensed] | None = None,
-    tap: Callable[[Sink], None] = lambda sink: None,
 ) -> dict[str, Pose]:
-    """Perform a score, or its first seconds, in the simulator, as `perform` does. Return where its robots end.
-
-    `tap` gets the simulator before it begins, and may listen to what it is sent.
-    """
+    """Perform a score, or its first seconds, in the simulator, as `perform` does. Return where its robots end."""
     simulator = Simulator(period=None)
-    tap(simulator)
     perform(score, simulator, seconds, tell, senses)
     return simulator.poses()
 

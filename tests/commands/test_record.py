@@ -155,7 +155,7 @@ def test_a_full_disk_ends_the_dance(endless: Path, tmp_path: Path, monkeypatch: 
     def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Recorder, "record", fail)
+    monkeypatch.setattr(Recorder, "take", fail)
     monkeypatch.setattr(USED, StageOnThread)
     with pytest.raises(CommandError, match=r"x\.mcap was not written: no space left on device"):
         asyncio.run(record_live(endless, tmp_path / "x.mcap", Options("sim"), browser=False))

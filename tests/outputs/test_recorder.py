@@ -22,14 +22,15 @@ from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.record import compute, note, recording
 from improv_core.outputs.cdr import POSE_TEXTS, SECOND, pose_in
 from improv_core.outputs.recording.recorder import SCHEMAS, Recorder, sensed_in
+from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.protocol.messages import Sent
 from improv_core.robots.config import read_robots
-from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Pose, Twist
+from improv_core.score.motion import Pose
 from improv_core.score.world import World
 from improv_core.stage.dry_run import perform
+from improv_core.stage.process import report_sent
 from tests.recordings import ROS, changes, read, read_joints, topics
 
 START = 1_700_000_000_123_456_789
@@ -56,7 +57,7 @@ def record(folder: Path, analysis: Analysis, seconds: float | None = None) -> Pa
     path = folder / "dance.mcap"
     with path.open("wb") as file:
         recorder = Recorder(file, START)
-        perform(score_of(analysis), recorder, seconds)
+        compute(recorder, score_of(analysis), seconds)
         recorder.finish()
     return path
 
@@ -144,17 +145,17 @@ def test_the_schemas_are_those_of_ros(name: str) -> None:
 
 def test_numbers_that_are_not_finite_are_not_recorded() -> None:
     recorder = Recorder(io.BytesIO(), START)
-    recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")), True)
+    recorder.prepare(score_of(analyzed("r is puppet\nr $ head left")))
     with pytest.raises(ValueError, match="r was given a speed that is not a finite number"):
-        recorder.send("r", Twist(math.inf), 0.0)
+        recorder.take({"type": "sent", "robot": "r", "twist": [math.inf, 0, 0, 0], "wall": START})
     with pytest.raises(ValueError, match="a joint of r was given a position or a speed that is not a finite number"):
-        recorder.send_joints("r", {"head_yaw": JointMotion(math.nan, 0.0)}, 0.0)
+        recorder.take({"type": "sent", "robot": "r", "joints": {"head_yaw": [math.nan, 0.0]}, "wall": START})
     assert recorder.setpoints == 0
 
 
 def record_forward(path: Path, problem: BaseException | None = None) -> None:
     with recording(path) as to:
-        perform(score_of(analyzed("r $ forward")), to)
+        compute(to, score_of(analyzed("r $ forward")), None)
         if problem:
             raise problem
 
@@ -220,7 +221,10 @@ def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> Non
         sensed = sensed_in(file)
     assert len(sensed) > 15
     with recording(again) as recorder:  # robots here sense only the changes in the recording
-        perform(score, recorder, 20.0, lambda told: note(recorder, told), sensed)
+        recorder.prepare(score)
+        simulator = Simulator()
+        report_sent(simulator, recorder.take, recorder.time)
+        perform(score, simulator, 20.0, lambda told: note(recorder, told), sensed)
     for topic in ("/anna/cmd_vel", "/bert/cmd_vel"):
         before, after = (changes(read(path), topic) for path in (first, again))
         starts = [min(message.time for message in read(path)) for path in (first, again)]
@@ -276,7 +280,7 @@ def test_a_topic_has_the_first_type_that_was_heard(sent_as: list[bool | None], k
     path = tmp_path / "dance.mcap"
     with path.open("wb") as file:
         recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward")), restart=True)
+        recorder.prepare(score_of(analyzed("r $ forward")))
         for number, stamped in enumerate(sent_as):
             sent: Sent = {"type": "sent", "robot": "r", "twist": [0.1, 0, 0, 0], "wall": START + number}
             sent["topic"] = "/base/cmd_vel"
@@ -297,8 +301,8 @@ def test_measured_poses_have_a_topic_of_their_own_and_the_frame_in_which_they_ca
     measured: Any = {"pose": asdict(pose), "origin": asdict(origin), "frame": "odom", "wall": START, "source": "any"}
     with path.open("wb") as file:
         recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward", "[robots.r]\nodom = 'odom'\n")), restart=True)
-        recorder.record_poses({"type": "measured", "generation": 1, "robots": {"r": measured, "left": measured}})
+        recorder.prepare(score_of(analyzed("r $ forward", "[robots.r]\nodom = 'odom'\n")))
+        recorder.take({"type": "measured", "generation": 1, "robots": {"r": measured, "left": measured}})
         recorder.finish()
     with AnyReader([path], default_typestore=ROS) as reader:
         ((connection, time, raw),) = reader.messages()

@@ -20,7 +20,6 @@ from improv_core.outputs.cdr import (
 )
 from improv_core.protocol.decoding import read_as
 from improv_core.protocol.messages import Decided, FromStage, Sensed, Sent
-from improv_core.protocol.output import Sink
 from improv_core.protocol.robot_messages import Measured
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Pose, Twist
@@ -86,15 +85,12 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
     return sensed
 
 
-class Recorder(Sink):
-    """A sink that records the robots' commands on their topics, calibrated and limited as real robots get them.
+class Recorder:
+    """Records the robots' commands on their topics, calibrated and limited as real robots get them.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
     written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
     """
-
-    name = "recorder"
-    real = False
 
     def __init__(self, file: IO[bytes], start: int) -> None:
         from mcap.writer import Writer
@@ -123,7 +119,8 @@ class Recorder(Sink):
         """The time from the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
-    def prepare(self, score: Score, restart: bool) -> None:
+    def prepare(self, score: Score) -> None:
+        """Get to know the robots of a score before the first `take` of it."""
         for robot, part in score.parts.items():
             self._robots[robot] = part.profile, part.frame, part.topic
             # Topics of our own: when a recording is played, nothing must take them for what a robot measures then.
@@ -132,16 +129,33 @@ class Recorder(Sink):
             if part.profile.body:
                 self._joints[robot] = f"/improv{part.namespace}/joint_states"
 
-    def send(self, robot: str, twist: Twist, at: float) -> None:
-        self.record(robot, twist, self.time(at))
+    def time(self, at: float) -> int:
+        """The Unix time in nanoseconds of a performance time."""
+        return self._start + round(at * SECOND)
 
-    def record(self, robot: str, twist: Twist, time: int, *, topic: str = "", is_stamped: bool | None = False) -> None:
-        """Record a command at a Unix time in nanoseconds. A topic has one type: the first that is known to have been
-        sent. Raises ValueError if the command isn't finite, and OSError."""
+    def take(self, message: Sent | Measured | Sensed | Decided) -> None:
+        """Record a message of a stage at its own time. Raises ValueError if a command isn't finite, and OSError."""
+        if message["type"] == "measured":
+            self._record_poses(message)
+        elif message["type"] != "sent":
+            self.note(message, message["wall"])
+        else:
+            if "twist" in message:
+                self._record_twist(message, Twist(*message["twist"]))
+            if "joints" in message:
+                self._record_joints(message, {name: JointMotion(*each) for name, each in message["joints"].items()})
+
+    def note(self, message: Sensed | Decided, time: int) -> None:
+        """Record an event that was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
+        self._write(CHANNELS[message["type"]], "std_msgs/msg/String", time, string_message(json.dumps(message)))
+
+    def _record_twist(self, message: Sent, twist: Twist) -> None:
+        """Record a velocity. A topic has one type: the first that is known to have been sent."""
+        robot, time, is_stamped = message["robot"], message["wall"], message.get("stamped")
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, frame, own_topic = self._robots[robot]
-        topic = topic or own_topic
+        topic = message.get("topic") or own_topic
         if profile.message != "auto":
             is_stamped = profile.message == "TwistStamped"
         self._held.setdefault(topic, []).append((twist_message(profile.command_for(twist)), frame, time))
@@ -153,44 +167,17 @@ class Recorder(Sink):
         self._times = min(first, time), max(last, time)
         self.setpoints += 1
 
-    def time(self, at: float) -> int:
-        """The Unix time in nanoseconds of a performance time."""
-        return self._start + round(at * SECOND)
-
-    def take(self, message: Sent | Measured | Sensed | Decided) -> None:
-        """Record a message of a stage at its own time. Raises ValueError if a command isn't finite, and OSError."""
-        if message["type"] == "measured":
-            self.record_poses(message)
-        elif message["type"] != "sent":
-            self.note(message, message["wall"])
-        else:
-            if "twist" in message:
-                twist, topic, is_stamped = Twist(*message["twist"]), message.get("topic", ""), message.get("stamped")
-                self.record(message["robot"], twist, message["wall"], topic=topic, is_stamped=is_stamped)
-            if "joints" in message:
-                joints = {name: JointMotion(*motion) for name, motion in message["joints"].items()}
-                self.record_joints(message["robot"], joints, message["wall"])
-
-    def note(self, message: Sensed | Decided, time: int) -> None:
-        """Record an event that was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
-        self._write(CHANNELS[message["type"]], "std_msgs/msg/String", time, string_message(json.dumps(message)))
-
-    def record_poses(self, message: Measured) -> None:
-        """Record the measured poses of robots in the frames of their sources. Raises OSError."""
+    def _record_poses(self, message: Measured) -> None:
+        """Record the measured poses of robots in the frames of their sources."""
         for robot, each in message["robots"].items():
             if topic := self._poses.get(robot):
                 pose = Pose(**each["origin"]).then(Pose(**each["pose"]))
                 data = pose_message(pose, each["wall"], each["frame"] or "world")
                 self._write(topic, "geometry_msgs/msg/PoseStamped", each["wall"], data)
 
-    def send_joints(
-        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
-    ) -> None:
-        self.record_joints(robot, joints, self.time(at))
-
-    def record_joints(self, robot: str, joints: Mapping[str, JointMotion], time: int) -> None:
-        """Record a movement of joints that begins at a Unix time in nanoseconds. Raises ValueError if it isn't finite,
-        and OSError."""
+    def _record_joints(self, message: Sent, joints: Mapping[str, JointMotion]) -> None:
+        """Record a movement of joints."""
+        robot, time = message["robot"], message["wall"]
         if not all(map(math.isfinite, chain.from_iterable(joints.values()))):
             raise ValueError(f"a joint of {robot} was given a position or a speed that is not a finite number")
         if topic := self._joints.get(robot):

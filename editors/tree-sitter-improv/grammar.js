@@ -1,4 +1,4 @@
-// Improv for tree-sitter: the rules of improv_core/syntax/grammar.py, with the words from words.json.
+// Improv for tree-sitter: the rules of improv_core/syntax/grammar.lark, with the words from words.json.
 // src/scanner.c decides where a statement ends, which line ends are only white space, and which names are parameters
 // or words of the opening.
 

@@ -20,6 +20,7 @@ from improv_core.slices import keep_collections_short
 from improv_core.storage.program_file import Version, WriteError, read_version, write_text
 from improv_core.storage.saves import changes, settle
 from improv_core.storage.song_offset import write_first_beat
+from improv_core.syntax.derivation import prepare
 
 QUIET = 0.2
 """Seconds after the latest key before robots that meet are looked for."""
@@ -36,6 +37,7 @@ async def edit(path: Path, version: Version, options: Options, settings: PlaySet
         edit=lambda editing, asked: asks.put_nowait((editing, asked)),
     ) as performing:
         desk = _Desk(performing, path, version)
+        await asyncio.to_thread(prepare)  # otherwise, the first word that is half written would wait for it
         keep_collections_short()  # one over all modules would have a key wait for 0.1 s
         if browser:
             opening = asyncio.create_task(performing.keyboard.open_page())

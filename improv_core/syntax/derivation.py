@@ -1,18 +1,19 @@
-"""Repair a sequence of terminals by the grammar, and list the terminals that may come next.
+"""Repair a sequence of terminals by the grammar, and list the terminals that may come next. Only this module uses lark.
 
 It is used for statements with syntax errors. A repair depends only on the kinds of the tokens, and people make the same
-few errors again and again. So repairs are cached and filled in with the actual tokens.
+few errors again and again. So repairs are cached and filled in with the actual tokens. lark is imported when the first
+one is needed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from improv_core.slices import checkpoint
-from improv_core.syntax import grammar
 
 MOST_INSERTED = 2
 """The most missing terminals that may be inserted in a row: `fast ||` lacks a number and a movement."""
@@ -57,9 +58,31 @@ def repair(terminals: tuple[str, ...]) -> Repair:
     return _cached(terminals) if len(terminals) <= LONGEST_SHAPE else _repaired(terminals)
 
 
+def prepare() -> None:
+    """Load lark and the grammar, so that the first statement with an error doesn't wait for that: 0.1 s."""
+    _lark()
+
+
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
     """The terminals that the grammar accepts after these. If these have errors, they are repaired first."""
-    return _Repairing(terminals).wanted
+    return frozenset(_Repairing(terminals).parser.accepts())
+
+
+@cache
+def _lark() -> Any:
+    from lark import Lark
+    from lark.lexer import Lexer
+
+    class TokensAsTheyAre(Lexer):
+        """Our lexer has already run, but lark requires one."""
+
+        def __init__(self, lexer_conf: Any) -> None: ...
+
+        def lex(self, lexer_state: Any, parser_state: Any) -> Any:
+            return iter(())
+
+    grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
+    return Lark(grammar, start="statement", parser="lalr", lexer=TokensAsTheyAre)
 
 
 @lru_cache(maxsize=2_000)
@@ -70,16 +93,16 @@ def _cached(terminals: tuple[str, ...]) -> Repair:
 def _repaired(terminals: Sequence[str]) -> Repair:
     repairing, end = _Repairing(terminals), len(terminals)
     while not repairing.feed(_leaf("$END", end)):
-        if not repairing.insert(end, grammar.must_come_next(repairing.rest)):
+        if not repairing.insert(end):
             return Repair((), repairing.unexpected)
     return Repair(tuple(repairing.leaves[:-1]), repairing.unexpected)
 
 
 class _Repairing:
-    """Reads terminals. `leaves` are those that it has accepted, and `rest` has to follow them."""
+    """A parser that has read terminals, and the `leaves` that it has accepted."""
 
     def __init__(self, terminals: Sequence[str]) -> None:
-        self.rest = grammar.START
+        self.parser = _lark().parse_interactive()
         self.leaves: list[Leaf] = []
         self.unexpected: Unexpected | None = None
         repairs = 0
@@ -90,34 +113,33 @@ class _Repairing:
                 repairs += 1
                 self._insert_before(_leaf(kind, at))
 
-    @property
-    def wanted(self) -> frozenset[str]:
-        """The terminals that fit next."""
-        return grammar.may_come_next(self.rest)
-
     def feed(self, leaf: Leaf) -> bool:
         """Read a leaf, and return whether it fits."""
-        rest = grammar.after(self.rest, leaf.type)
-        if rest is None:
-            self.unexpected = self.unexpected or Unexpected(leaf.at, self.wanted)
+        from lark import UnexpectedToken
+
+        try:
+            self.parser.feed_token(leaf)
+        except UnexpectedToken:
+            self.unexpected = self.unexpected or Unexpected(leaf.at, frozenset(self.parser.accepts()))
             return False
-        self.rest = rest
         self.leaves.append(leaf)
         return True
 
-    def insert(self, at: int, wanted: frozenset[str]) -> bool:
-        """Insert the one of these terminals that is missing here, and return whether there is one."""
+    def insert(self, at: int) -> bool:
+        """Insert the one terminal that is missing here, and return whether there is one."""
+        wanted = self.parser.accepts()
         kind = next((kind for kind in ("ELSE", "MISSING", "NUMBER", "PLANE", "SENSE") if kind in wanted), None)
         return kind is not None and self.feed(_leaf(kind, at, True))
 
     def _insert_before(self, leaf: Leaf) -> None:
         """Insert what is missing before a leaf that does not fit. If that does not help, skip the leaf."""
-        rest, known = self.rest, len(self.leaves)
+        parser, known = self.parser, len(self.leaves)
+        self.parser = parser.copy(deepcopy_values=False)
         for _ in range(MOST_INSERTED):
-            if not self.insert(leaf.at, self.wanted):
+            if not self.insert(leaf.at):
                 break
-            if leaf.type in self.wanted:
+            if leaf.type in self.parser.accepts():
                 self.feed(leaf)
                 return
-        self.rest = rest
+        self.parser = parser
         del self.leaves[known:]

@@ -35,6 +35,7 @@ PACKAGES = {
         "page/guide.py",
         "website/build.py",
     ),
+    "lark": ("tools/", "__pyinstaller/"),
     "segno": ("cli.py",),
 }
 """Python packages that run in the browser, and the beginnings of the paths in each that don't."""
@@ -44,7 +45,7 @@ NOT_IMPORTED = (
     *("pydoc.py", "pydoc_data/", "smtplib.py", "unittest/", "wsgiref/", "xmlrpc/"),
 )
 """Parts of Python's own library that nothing here imports: terminals, tests, mail, and servers."""
-CODE = (".py", ".json")
+CODE = (".py", ".lark", ".json")
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'"
@@ -142,7 +143,7 @@ def _own(name: str) -> bytes:
 
 
 def _archive() -> bytes:
-    """Return our package and segno, as a zip archive."""
+    """Return our package and lark's, as a zip archive."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as file:
         for package, left_out in PACKAGES.items():

@@ -65,10 +65,12 @@ def _register(ls: Session, method: str, capability: str, options: object) -> Non
 
 
 async def _prepare() -> None:
-    """Load code for the first hover on a thread, once the first document has been shown."""
+    """Load code for the first hover and the first error on a thread, once the first document has been shown."""
     await asyncio.sleep(UNTIL_SHOWN)
     for module in ("hover", "code_action", "completion"):
         await asyncio.to_thread(import_module, f"improv_ls.handlers.{module}")
+    derivation = await asyncio.to_thread(import_module, "improv_core.syntax.derivation")
+    await asyncio.to_thread(derivation.prepare)
 
 
 async def _watch_parent(ls: Session, process: int) -> None:

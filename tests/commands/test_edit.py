@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.storage.program_file import TEMPLATE, create, latest
+from improv_core.syntax import derivation
 from tests.commands.command_line import SIMULATED, Running, run
 
 
@@ -56,13 +57,15 @@ def test_edit_opens_the_latest_save_until_new_makes_another(tmp_path: Path) -> N
     assert done.stderr == f"improv: {second}: it is not UTF-8 text\n"
 
 
-def test_no_key_waits_for_a_garbage_collection_of_the_whole_heap() -> None:
+def test_no_key_waits_for_a_garbage_collection_of_the_whole_heap_or_for_the_grammar() -> None:
     usual, frozen = gc.get_threshold(), gc.get_freeze_count()
+    derivation._lark.cache_clear()
     loaded = [[each] for each in range(10_000)]
     edit = Running("edit", *SIMULATED)
     edit.wait("editing dance.improv")
     edit.close()
     try:
+        assert derivation._lark.cache_info().currsize == 1
         assert gc.get_freeze_count() >= frozen + len(loaded)
         young, middle, _ = gc.get_threshold()
         assert young * middle > 20_000_000, "objects, after which all that are new are looked through"

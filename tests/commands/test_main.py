@@ -62,7 +62,7 @@ def test_a_command_for_people_in_a_hurry_imports_little(typed: str, env: dict[st
     assert done.returncode == 0, done.stderr
     imported = set(done.stdout.splitlines()[-1].split())
     assert {name for name in imported if name.startswith("improv")} - LIGHT == set()
-    assert imported.isdisjoint({"asyncio", "subprocess", "tempfile"})
+    assert imported.isdisjoint({"asyncio", "lark", "subprocess", "tempfile"})
 
 
 def test_ctrl_c_while_the_command_is_imported_prints_no_traceback() -> None:

@@ -65,7 +65,7 @@ def _installs_its_server(page: Page, folder: Path) -> None:
     _status(page).click()
     missing.get_by_role("button", name="Install…").click()
     dialog = page.locator(".monaco-dialog-box")
-    expect(dialog).to_contain_text(re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*greenlet"))
+    expect(dialog).to_contain_text(re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*lark"))
     keep_picture(page, "install")
     dialog.get_by_role("button", name="Install").click()
     expect(page.locator(".squiggly-error")).to_have_count(1, timeout=LIMIT * 1000)

@@ -1,21 +1,17 @@
-"""The quick parser reads exactly the movements that a grammar for lark has, and makes the same trees of them. The table
-of our grammar has the same statements."""
+"""The quick parser reads exactly the movements that the grammar has, and makes the same trees of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lark import Lark, Tree, UnexpectedToken
-from lark.lexer import Lexer
+from lark import Tree, UnexpectedToken
 
-from improv_core.syntax import grammar
+from improv_core.syntax import derivation
 from improv_core.syntax.descent import descend, descend_tempo
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Apply, Call, Choice, Node, children, numbers
@@ -55,11 +51,10 @@ _BEGIN = [Token("HEAD", "name", -9, -5), Token("EQUAL", "=", -3, -2)]
 
 
 def check(kinds: Sequence[str]) -> bool:
-    """Return whether these terminals are a movement. Fails if the grammars and descent differ about it."""
+    """Return whether these terminals are a movement. Fails if grammar and descent differ about it."""
     tokens = _tokens(kinds)
     body = descend(tokens)
     assert (body and _of_node(body)) == _by_grammar([*_BEGIN, *tokens]), " ".join(kinds)
-    assert (body is not None) == _by_table(["HEAD", "EQUAL", *kinds])
     return body is not None
 
 
@@ -73,39 +68,9 @@ def _of_node(node: Node) -> list[Any]:
     return [_RULES.get(kind, kind.lower()), node.span, arguments, [_of_node(each) for each in inside]]
 
 
-class _AsTheyAre(Lexer):
-    """Our lexer has already run, but lark requires one."""
-
-    def __init__(self, lexer_conf: Any) -> None: ...
-
-    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
-        return iter(())
-
-
-@cache
-def _lark() -> Any:
-    text = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
-    return Lark(text, start="statement", parser="lalr", lexer=_AsTheyAre)
-
-
-def _by_table(kinds: Sequence[str]) -> bool:
-    """Return whether these terminals are a statement. Fails if the terminals that may come next differ from lark's."""
-    parser, rest = _lark().parse_interactive(), grammar.START
-    for kind in [*kinds, "$END"]:
-        wanted = grammar.may_come_next(rest)
-        assert wanted == parser.accepts(), f"before {kind} in {' '.join(kinds)}"
-        following = grammar.after(rest, kind)
-        assert (following is not None) == (kind in wanted)
-        if following is None:
-            return False
-        parser.feed_token(Token(kind, "", 0, 0))
-        rest = following
-    return True
-
-
 def _by_grammar(tokens: Sequence[Token]) -> list[Any] | None:
     """Return the same of the movement or the number that the grammar finds at the end of a statement, if it is one."""
-    parser = _lark().parse_interactive()
+    parser = derivation._lark().parse_interactive()
     try:
         for token in tokens:
             parser.feed_token(token)
@@ -195,10 +160,3 @@ def test_sequences_with_a_change_are_read_or_refused_alike(kinds: list[str], dat
 def test_tempos_are_read_as_the_grammar_reads_them(kinds: Sequence[str]) -> None:
     number, expected = descend_tempo(_tokens(kinds)), _by_grammar(_tokens(kinds))
     assert (number and number.span) == (expected and expected[1])
-    _by_table(kinds)
-
-
-@pytest.mark.parametrize("begin", ["", "HEAD", "HEAD HEAD", "SCENE", "BEAT", "HEAD DOLLAR", "HEAD EQUAL"])
-def test_heads_of_statements(begin: str) -> None:
-    for kind in [*_TEXTS, "HEAD", "DOLLAR"]:
-        _by_table([*begin.split(), kind])

@@ -60,7 +60,7 @@ def test_all_loaded_files_are_in_the_folder_and_kept_for_later(pyodide: Path, tm
 
 def test_python_files_of_the_command_line_stay_out(built: Path) -> None:
     names = zipfile.ZipFile(built / "improv.zip").namelist()
-    assert {"improv_core/website/browser_session.py", "segno/__init__.py"} <= {*names}
+    assert {"improv_core/website/browser_session.py", "lark/__init__.py", "segno/__init__.py"} <= {*names}
     assert not [name for name in names if re.search("/commands/|/static/|/hosts/|ros/output|__pycache__", name)]
 
 
@@ -107,11 +107,11 @@ def test_modules_that_were_compiled_need_no_source(tmp_path: Path) -> None:
     (tmp_path / "one" / "__init__.py").write_text("from one.inner import word\n")
     (tmp_path / "one" / "inner" / "__init__.py").write_text("word = 'compiled'\n")
     (tmp_path / "one" / "never.py").write_text("word = 'source'\n")
-    (tmp_path / "one" / "words.json").write_text("{}")
+    (tmp_path / "one" / "words.lark").write_text("a: b")
     run = [sys.executable, "-c"]
     subprocess.run([*run, "import one"], cwd=tmp_path, check=True)
     archive = zipfile.ZipFile(io.BytesIO(compiled(str(tmp_path))))
-    assert {*archive.namelist()} == {"one/__init__.pyc", "one/inner/__init__.pyc", "one/never.py", "one/words.json"}
+    assert {*archive.namelist()} == {"one/__init__.pyc", "one/inner/__init__.pyc", "one/never.py", "one/words.lark"}
     archive.extractall(tmp_path / "again")
     scene = "import one, one.never; print(one.word, one.never.word)"
     done = subprocess.run([*run, scene], cwd=tmp_path / "again", capture_output=True, text=True, check=True)

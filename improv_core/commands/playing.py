@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import signal
 import time
-from dataclasses import asdict
 from pathlib import Path
 
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
+from improv_core.commands.results import Results
 from improv_core.commands.settings import PlaySettings
 from improv_core.commands.terminal import USUAL, first, performance
 from improv_core.outputs.recording.recorder import Recorder, sensed_in
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.errors import Errors
-from improv_core.program.report import outcome, summary
+from improv_core.program.report import summary
 from improv_core.protocol.decoding import ProtocolError
-from improv_core.protocol.messages import FromStage, Sensed, TransportMessage
+from improv_core.protocol.fields import to_pose_json
+from improv_core.protocol.messages import FromStage, Sensed
 from improv_core.score.movement import ENDLESS
 from improv_core.score.score import Score
 from improv_core.session.start import Options
@@ -101,15 +101,13 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
     chosen = settings.chosen(analysis)
     analysis, score = chosen.analysis, score_of(chosen.analysis)
     check_end(score, seconds)
-    last: TransportMessage | None = None
-    errors = Errors()
+    results = Results()
 
     def tell(message: FromStage) -> None:
-        nonlocal last
         if message["type"] == "transport":
-            last = message
+            results.follow(message, leads=True)
         elif message["type"] == "measured":
-            errors.take(message)
+            results.measure(message)
         elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
@@ -118,14 +116,14 @@ def play_fast(path: Path, seconds: float | None, settings: PlaySettings, *, repo
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     ends = simulate(score, seconds, tell, settings.senses)
-    poses = {robot: asdict(pose) for robot, pose in ends.items()}
-    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
+    results.keep_poses({"poses": {robot: to_pose_json(pose) for robot, pose in ends.items()}})
+    ended = results.as_json(score)
     if report:
         echo_json(ended)
     else:
         took = time.perf_counter() - began
         named = f"{chosen.name}: " if chosen.name else ""
         echo(f"{named}{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
-        for line in [*([chosen.note] if chosen.note else []), *errors.lines()]:
+        for line in [*([chosen.note] if chosen.note else []), *results.errors.lines()]:
             echo(line)
     return 0

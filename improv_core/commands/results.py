@@ -44,9 +44,9 @@ class Results:
         self.keep_poses(transport)
 
     def keep_poses(self, message: Poses) -> None:
-        """Keep the poses in a message, if it has some."""
+        """Keep the poses in a message, if it has some; the start poses stay unless it has others."""
         if "poses" in message:
-            self._poses = message
+            self._poses = {**self._poses, **message}
 
     def measure(self, message: Measured) -> None:
         """Note measured poses."""

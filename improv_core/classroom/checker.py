@@ -161,22 +161,22 @@ class DanceReader:
 
     async def look(self, text: str) -> Impression | None:
         """Return an impression of a dance; None if reading it takes too long."""
-        found: Impression | None = await self._ask("look", text)
+        found: Impression | None = await self._ask(look, text)
         return found
 
     async def prepare(self, dances: Sequence[tuple[str, str]]) -> Prepared:
         """The score of one dance, or of several together."""
-        return await self._ask("prepare", dances) or _refused(HEAVY)
+        return await self._ask(prepare, dances) or _refused(HEAVY)
 
     async def embody(self, name: str, text: str, robot: str, toml: str) -> Prepared:
         """The score of a dance for a real robot."""
-        return await self._ask("embody", name, text, robot, toml) or _refused(HEAVY)
+        return await self._ask(embody, name, text, robot, toml) or _refused(HEAVY)
 
     def close(self) -> None:
         """End the process."""
         self._process.give_up()
 
-    async def _ask(self, what: str, *about: object) -> Any:
+    async def _ask(self, what: Callable[..., Any], *about: object) -> Any:
         """Return the answer; None if it took too long or the process has ended. Cancelling ends the process, so that
         the next question doesn't wait for an answer that nobody needs."""
         async with self._one:
@@ -200,7 +200,7 @@ class DanceReader:
 class Question(NamedTuple):
     """A function here, its arguments, and the seconds of processor time after which its process ends."""
 
-    what: str
+    what: Callable[..., Impression | Prepared]
     about: Sequence[Any]
     limit: float
 
@@ -211,9 +211,8 @@ def answer(question: Question) -> Impression | Prepared:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    answers: Mapping[str, Callable[..., Impression | Prepared]] = {"look": look, "prepare": prepare, "embody": embody}
     _end_after(question.limit)
-    found = answers[question.what](*question.about)
+    found = question.what(*question.about)
     _end_after(0.0)
     return found
 

@@ -428,9 +428,7 @@ def test_invalid_commands_of_the_teacher_are_dropped(text: str) -> None:
 @pytest.mark.parametrize(("text", "code"), [(WORST, -signal.SIGPROF), ("r $ forward", 0)])
 def test_a_process_ends_once_a_dance_has_taken_too_much_processor_time(text: str, code: int) -> None:
     """It ends even if that takes long on a busy machine."""
-    asked = (
-        "import sys; from improv_core.classroom.checker import *; answer(Question('look', [sys.stdin.read()], 0.25))"
-    )
+    asked = "import sys; from improv_core.classroom.checker import *; answer(Question(look, [sys.stdin.read()], 0.25))"
     assert subprocess.run([sys.executable, "-c", asked], input=text, text=True).returncode == code
 
 

@@ -111,7 +111,7 @@ class ZeroRetries(Protocol):
 class Sink:
     """Something that moves robots. The stage's loop calls it from one thread only.
 
-    By default, its robots are ready at once and sense nothing, and only commands change anything.
+    By default, its robots are ready at once, have no joints, and sense nothing, and only commands change anything.
     """
 
     name: str
@@ -190,7 +190,6 @@ class Sink:
         command then. They move like that `until` a performance time, at which the next command comes. A stop lasts no
         time: they brake as hard as they may. Velocities are by a time of which `pace` passes in a second, as in a
         simulation."""
-        raise NotImplementedError
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Move robots to other poses, if possible."""

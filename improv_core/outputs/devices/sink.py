@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 
 from improv_core.outputs.devices.device import Device, DeviceRobot
@@ -16,7 +16,6 @@ from improv_core.plain import one_line
 from improv_core.protocol.output import Edge, RawPose, RawPoses, Sink
 from improv_core.safety.allowed import HostError, is_approved, refusal
 from improv_core.safety.pending_zeros import PERIOD, PendingZero, TopicFacts, check, pending_zero
-from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import DeviceAddress, Part, Score
 from improv_core.score.senses import ODOMETRY, BuiltIn, RobotSense, Topic
@@ -119,11 +118,6 @@ class DeviceSink(Sink):
             self._pending.pop(robot, None)
         elif moved:
             self._await_stop(robot)
-
-    def send_joints(
-        self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
-    ) -> None:
-        """Do nothing: devices have no joints."""
 
     @property
     def due(self) -> float:

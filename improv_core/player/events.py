@@ -134,29 +134,33 @@ Event = Message | Internal
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """Facts that decisions depend on.
-
-    `now` is the time on the clock, and `real` is true if real robots move. Other stages have done the same `late`
-    seconds ago, so this one continues from where they are. `over` is the beat at which the last part of this scene is
-    over. `away` are robots that no longer listen, and `standing` those that stand until the next play. `held` are the
-    deadman buttons that people hold. `poses` are those of simulated robots that senses have moved. `places` are the
-    ideal and the measured poses of robots whose poses are in the world. While a gate holds beat 0 back, `wall` is the
-    wall clock, in Unix time. `unseen` are robots that must be seen and aren't. `unreached` are robots that have moved
-    and are out of reach, as far as is known. `unheard` is true if no real robot has listened. `paths` computes ideal
-    poses.
-    """
+    """Facts that decisions depend on."""
 
     now: float = 0.0
+    """The time on the clock."""
     real: bool = False
+    """True if real robots move."""
     over: Duration = 0
+    """The beat at which the last part of this scene is over."""
     late: float = 0.0
+    """Seconds since other stages did the same; this one continues from where they are."""
     away: frozenset[str] = frozenset()
+    """Robots that no longer listen."""
     standing: frozenset[str] = frozenset()
+    """Robots that stand until the next play."""
     held: frozenset[str] = frozenset()
+    """The deadman buttons that people hold."""
     poses: Mapping[str, Pose] = field(default_factory=dict)
+    """The poses of simulated robots that senses have moved."""
     places: Mapping[str, Standing] = field(default_factory=dict)
+    """The ideal and the measured poses of robots whose poses are in the world."""
     wall: float = 0.0
+    """The wall clock, in Unix time, while a gate holds beat 0 back."""
     unseen: Collection[str] = ()
+    """Robots that must be seen and aren't."""
     unreached: Collection[str] = ()
+    """Robots that have moved and are out of reach, as far as is known."""
     unheard: bool = False
+    """True if no real robot has listened."""
     paths: Paths = field(default_factory=Paths, compare=False)
+    """Computes ideal poses."""

@@ -39,51 +39,54 @@ class Silenced:
 class Run:
     """A performance at a moment. Only `decide` makes the next one.
 
-    `score` plays, or played last, with the beats at which its parts began; `begun` is the same as it took over, before
-    scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
-    number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
-    `stood` are the robots that stand because of a fault, each since a time on the clock. A pause that `continues` ends
-    by itself once no condition is left; the latest pause for an unseen robot began at `blind`. A pause for
-    robots that are `too_near` ends when a person resumes it. Unless `misplaced` is None, playing waits until these
-    robots are in their places, and a person plays again; with `anyway`, robots need not be in their places. While beat
-    0 waits, a `gate` holds it back, once everything is ready. With `is_due`, it no longer waits for anything, and comes
-    with the next decision.
-
-    Nobody asked for a stop that was `unasked`, so people are offered to continue from there.
-
-    `startable_by` are the automations that may have robots begin or continue without a person. After a stop, only the
-    automation that caused it may, until a person plays again.
-
-    This stage follows a `clock` from outside. `pace` is the factor on the score's tempo and the speed with which it
-    follows a clock, or with which the stage that leads does. It plays this many seconds `behind` that stage.
-
     Some methods need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
     """
 
     mode: Mode = "stopped"
     score: Score = EMPTY
+    """The score that plays, or played last, with the beats at which its parts began."""
     begun: Score = EMPTY
+    """The `score` as it took over, before scenes began that could not be foreseen."""
     scene: int = 0
+    """The number of the scene that plays, from 0."""
     generation: int = 0
+    """The number of the score."""
     restarted: int = 0
+    """The number of the score with which the performance began."""
     transport: Transport = field(default_factory=lambda: Transport(0.0, 0.0, 0, EMPTY.tempo))
     next: PendingTakeover | None = None
+    """The score that waits to take over."""
     speed: Fraction = Fraction(1)
     silenced: Silenced = Silenced()
     stood: Mapping[str, float] = field(default_factory=dict)
+    """Robots that stand because of a fault, each since a time on the clock."""
     stops: EmergencyStops = field(default_factory=EmergencyStops)
     continues: bool = False
+    """True if the pause ends by itself once no condition is left."""
     misplaced: Mapping[str, Standing] | None = None
+    """Robots that have to be in their places before a person plays again; None if playing waits for none."""
     anyway: bool = False
+    """True if robots need not be in their places."""
     too_near: tuple[str, ...] = ()
+    """Robots that are too near to each other; their pause ends when a person resumes it."""
     blind: float = -math.inf
+    """The time at which the latest pause for an unseen robot began."""
     gate: Gate | None = None
+    """The gate that holds beat 0 back once everything is ready."""
     is_due: bool = False
+    """True if beat 0 no longer waits for anything, and comes with the next decision."""
     unasked: bool = False
+    """True after a stop that nobody asked for: people are offered to continue from there."""
     startable_by: frozenset[Automation] = AUTOMATIONS
+    """The automations that may have robots begin or continue without a person. After a stop, only the automation that
+    caused it may, until a person plays again."""
     clock: Following | None = None
+    """The clock from outside that this stage follows."""
     pace: Fraction = ONE
+    """The factor on the score's tempo and the speed with which this stage follows a clock, or with which the stage that
+    leads does."""
     behind: float = 0.0
+    """Seconds by which it plays behind the stage that leads."""
 
     @property
     def beat_period(self) -> float:

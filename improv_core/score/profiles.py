@@ -23,51 +23,58 @@ _WHEELS = ("forward", "turn")
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A kind of robot. Values that are not given impose no limit.
-
-    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `linear_scale` and `angular_scale`:
-    meters and radians in the real robot's command for each one that it should move. `left_right`: meters that its left
-    wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the accelerations (m/s²,
-    rad/s²): None if there is no limit. `turning_radius`: meters, of the tightest curve that a car can drive; None for a
-    robot that turns on the spot. `motions`: those of `MOTIONS` that it can make, in both directions. `command_rate`:
-    commands per second, in Hz. `radius`: meters, of its disc in the simulator. `message`: one of `MESSAGES`.
-    `dynamics`: one of `DYNAMICS`, for the simulator: it moves exactly as the score says, or as motors would. With
-    motors, `wheel_error` holds the meters that its left and right wheels really roll for each meter that their encoders
-    count, and `noise` the standard deviation of that, as a share. `smooth`: true if its movements begin and end gently,
-    stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one step. `body`:
-    its body parts, besides its base. `stops_after`: seconds after its last command in which its base stops by itself; 0
-    if it never does, None if that isn't known. With `accept_no_stop`, somebody has accepted that it never does.
-    `backward_limit`: meters that it drives backward until it stops by itself; None if it has no limit.
-    """
+    """A kind of robot. Values that are not given impose no limit."""
 
     name: str
     step: float
+    """Meters that `forward` covers."""
     quarter_turn: float = math.pi / 2
+    """Radians that `left` turns."""
     linear_scale: float = 1.0
+    """Meters in the real robot's command for each one that it should move."""
     angular_scale: float = 1.0
+    """Radians in its command for each one that it should turn."""
     left_right: float = 1.0
+    """Meters that its left wheel rolls for each meter of the right one."""
     max_linear: float | None = None
+    """m/s."""
     max_angular: float | None = None
+    """rad/s."""
     max_linear_acceleration: float | None = None
+    """m/s²."""
     max_angular_acceleration: float | None = None
+    """rad/s²."""
     turning_radius: float | None = None
+    """Meters, of the tightest curve that a car can drive; None for a robot that turns on the spot."""
     motions: tuple[str, ...] = MOTIONS
-    # turtlesim stops a turtle 1 s after its last command, diff_drive_controller and Create 3 (release H.2.5) after
-    # 0.5 s; 20 Hz leaves room.
+    """Those of `MOTIONS` that it can make, in both directions."""
     command_rate: float = 20.0
+    """Commands per second, in Hz. turtlesim stops a turtle 1 s after its last command, diff_drive_controller and
+    Create 3 (release H.2.5) after 0.5 s; 20 Hz leaves room."""
     radius: float = 0.3
-    # The message that a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes
-    # it.
+    """Meters, of its disc in the simulator."""
     message: str = "auto"
+    """One of `MESSAGES`. A TurtleBot3 or a TurtleBot 4 expects another one in each ROS release, so no built-in profile
+    fixes it."""
     dynamics: str = "ideal"
+    """One of `DYNAMICS`, for the simulator: it moves exactly as the score says, or as motors would."""
     wheel_error: tuple[float, float] = (1.0, 1.0)
+    """With motors: meters that its left and right wheels really roll for each meter that their encoders count."""
     noise: float = 0.0
+    """The standard deviation of `wheel_error`, as a share."""
     smooth: bool = False
+    """True if its movements begin and end gently, stretch by stretch."""
     near: float | None = None
+    """Meters ahead of it in which it senses what is near; None stands for one step."""
     body: Body | None = None
+    """Its body parts, besides its base."""
     stops_after: float | None = None
+    """Seconds after its last command in which its base stops by itself; 0 if it never does, None if that isn't
+    known."""
     accept_no_stop: bool = False
+    """True if somebody has accepted that it never stops by itself."""
     backward_limit: float | None = None
+    """Meters that it drives backward until it stops by itself; None if it has no limit."""
 
     @property
     def reach(self) -> float:

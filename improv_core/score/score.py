@@ -85,47 +85,49 @@ class Host:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One robot's part: its scenes, its profile, its start pose, and its topic.
-
-    `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
-    that moves it to its start pose, and `odom` the topic of its poses, if there are any. `odom_frame` is the frame that
-    they are in. With `follow`, they pull it back to its ideal path. `battery` is the topic of its battery's charge.
-    `namespace` is that of the robot's own topics. `host` has its stage; None stands for the one to ROS 2 here. `device`
-    is the place where the output of its `host` finds it. It is `elsewhere` if another stage than the one that plays it
-    moves the robot; then it has no `odom`, and the other stage reports its pose if its poses are in the world. With
-    `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame of its velocities. `senses`
-    are those that its movements read. `editions` has a number for each scene: two parts of a robot with the same number
-    move it alike.
-
-    `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
-    beginning of all, `entered` is the robot's ideal pose then. `movement` is all that it performs from there on. In
-    between it stands until each scene begins, at `scene_begins`. These beats depend on all robots, so the `Score` sets
-    them; by itself, a part performs as if it were alone.
-    """
+    """One robot's part. By itself, it performs as if the robot were alone: the beats at which scenes begin depend on
+    all robots, so the `Score` sets them."""
 
     robot: str
     scenes: tuple[Movement, ...]
+    """A movement for each scene, empty if the robot has nothing to do in it."""
     profile: Profile
     start: Pose
     topic: str
     reset: str | None = None
+    """The service that moves the robot to its start pose."""
     use_sim_time: bool = False
+    """True if its messages are stamped with the time on /clock."""
     odom: str | None = None
+    """The topic of its poses."""
     senses: Senses = field(default_factory=dict)
+    """The senses that its movements read."""
     editions: tuple[int, ...] = ()
+    """A number for each scene: two parts of a robot with the same number move it alike."""
     begins: Exact = 0
+    """The beat of the performance at which the part began, with `scene`."""
     entered: Pose | None = None
+    """The robot's ideal pose then, unless that is the beginning of all."""
     scene: int = 0
     scene_begins: tuple[Exact, ...] = field(default=(), compare=False)
     frame: str = BASE_FRAME
+    """The frame of its velocities."""
     follow: bool = False
+    """True if its measured poses pull it back to its ideal path."""
     odom_frame: OdomFrame = "own"
     battery: str | None = None
+    """The topic of its battery's charge."""
     namespace: str = ""
+    """The namespace of the robot's own topics."""
     host: Host | None = None
+    """The machine or output whose stage moves it; None stands for ROS 2 here."""
     device: DeviceAddress | None = None
+    """The place where the output of its `host` finds it."""
     elsewhere: bool = False
+    """True if another stage than the one that plays it moves the robot. It then has no `odom`, and the other stage
+    reports its pose if its poses are in the world."""
     movement: Movement = field(init=False, compare=False)
+    """All that it performs from `begins` on. In between, it stands until each scene begins."""
 
     def __post_init__(self) -> None:
         scenes = self.scenes[self.scene :]
@@ -204,32 +206,38 @@ class Safety:
 
 @dataclass(frozen=True)
 class Score:
-    """All parts, which play together at `tempo` beats per minute.
-
-    It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
-    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For viewers, `text` is the
-    program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch, and `osc`
-    names other viewers, which stages don't know. `bar` is the number of beats in a bar, if the program sets it, and
-    `scene_names` has "" for scenes without a name. With a `clock`, it plays as fast as that clock runs. `music` is the
-    song that pages play. With `count_in`, a bar is counted before beat 0.
-    """
+    """All parts, which play together."""
 
     tempo: Fraction
+    """Beats per minute."""
     parts: Mapping[str, Part]
     text: str = ""
+    """The program, for viewers."""
     offsets: Mapping[int, int] = field(default_factory=dict)
+    """The offsets of its statements by ID, for viewers."""
     world: World = EMPTY
+    """The surroundings of simulated robots."""
     safety: Safety = Safety()
     scene: int = 0
+    """The scene from which on it plays, from 0."""
     since: Exact = 0
+    """The beat at which that scene began."""
     publish: bool = False
+    """True if others in ROS 2 may watch."""
     bar: int | None = None
+    """The number of beats in a bar, if the program sets it."""
     scene_names: tuple[str, ...] = ()
+    """The names of scenes: empty for those without one."""
     clock: OutsideClock | None = None
+    """The clock with which it plays."""
     music: Music | None = None
+    """The song that pages play."""
     osc: Osc | None = None
+    """Viewers over OSC, which stages don't know."""
     count_in: bool = False
+    """True if a bar is counted before beat 0."""
     scene_begins: tuple[Exact, ...] = field(init=False)
+    """The beats at which that scene and the later ones begin."""
 
     def __post_init__(self) -> None:
         scenes = [part.scenes[self.scene :] for part in self.parts.values()]

@@ -55,31 +55,34 @@ PORTS = range(20_000, 30_000)
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """The options of a performance.
-
-    `backend` is auto, sim, ros, or both. If the page's `port` is 0, it is the `usual_port`, or if that is taken, any
-    free one. The ROS fields are as in the settings. Without `find_python`, there is no Python with rclpy. `node` is the
-    name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own: `--ros-args …`. With
-    `report_sent`, stages report every velocity they send. With `page`, real robots have one even without the simulator.
-    `takes_start_poses` is for a listener that handles `place` requests: only then does the page have start poses
-    written into the program. `host` is the machine of a stage, if it isn't this one. `osc` has the addresses for OSC
-    messages. `show` is the path with which the names of the stages' stop sockets begin; without it, they have none.
-    """
+    """The options of a performance. The ROS fields are as in the settings."""
 
     backend: str = "auto"
+    """auto, sim, ros, or both."""
     port: int = 0
+    """The page's port; 0 stands for the `usual_port`, or if that is taken, any free one."""
     ros_python: str | None = None
     find_python: FindPython | None = None
+    """Finds a Python with rclpy; without it, there is none."""
     discovery: str | None = None
     standby: bool = True
     report_sent: bool = False
+    """True if stages report every velocity they send."""
     page: bool = False
+    """True if real robots have a page even without the simulator."""
     takes_start_poses: bool = False
+    """True for a listener that handles `place` requests: only then does the page have start poses written into the
+    program."""
     node: str | None = None
+    """The name of the node in ROS 2; None stands for a unique one."""
     ros_arguments: Sequence[str] = ()
+    """ROS's own: `--ros-args …`."""
     host: Host | None = None
+    """The machine of a stage, if it isn't this one."""
     osc: Reach = "here"
+    """The addresses for OSC messages."""
     show: Path | None = None
+    """The path with which the names of the stages' stop sockets begin; without it, they have none."""
     usual_port: int = 0
 
 

@@ -68,55 +68,61 @@ class StageKey(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class StageState:
-    """A stage, by its reports.
-
-    `ready` is its first message (None: it has yet to start), and `transport` its latest position. It is `armed` if it
-    is ready for beat 0, and gets a message in time that is sent `lag` seconds ahead. `misplaced` are its robots that
-    are not in their places. It `may_move` until it has confirmed a stop. If it `died_moving`, its robots may move until
-    another one has stopped them; that one `only_halts` until it is sent a score to play. `obeyed` is the latest stop
-    that it has obeyed and that had not come straight to it. `pressed` is its latest report about emergency stops, and
-    `vitals` are the states of its robots.
-    """
+    """A stage, by its reports."""
 
     ready: Ready | None = None
+    """Its first message; None if it has yet to start."""
     alive: bool = True
     armed: bool = False
+    """True if it is ready for beat 0."""
     transport: TransportMessage | None = None
+    """Its latest position."""
     lag: float = 0.0
+    """Seconds by which a message must be sent ahead to reach it in time."""
     misplaced: Mapping[str, MisplacedRobot] = field(default_factory=dict)
+    """Its robots that are not in their places."""
     may_move: bool = False
+    """True until it has confirmed a stop."""
     died_moving: bool = False
+    """True if its robots may move until another stage has stopped them."""
     only_halts: bool = False
+    """True if it only stops the robots of a dead stage, until it is sent a score to play."""
     obeyed: str = ""
+    """The latest stop that it has obeyed and that had not come straight to it."""
     vitals: Mapping[str, Any] = field(default_factory=dict)
+    """The states of its robots."""
     pressed: Pressed = field(default_factory=lambda: Pressed(type="pressed", topics=[], count=0))
+    """Its latest report about emergency stops."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayScore:
-    """A request to play a program's score, or a score that plays after one: then its `generation` counts scores.
-
-    `when` is `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: parts that are the same as in
-    the score that plays are not touched then. `stops` is the count of stops at the request. With `senses`, robots sense
-    what is in this recording, and nothing else. If `simulated`, only the simulator plays it, and real robots stop. With
-    `anyway`, real robots may stand anywhere. With `arming`, it waits once everything is ready. Unless a person asks for
-    it, `by` is the automation that does. If it `joins`, all that dance keep dancing, except for the robots in it.
-    `stopped` counts the stops before it that were no pauses.
-    """
+    """A request to play a program's score, or a score that plays after one."""
 
     score: Score
     name: str
     stops: int
+    """The count of stops at the request."""
     when: When = "restart"
+    """`restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`: then, parts that are the same as in
+    the score that plays are not touched."""
     beats_per_bar: int = BEATS_PER_BAR
     senses: Sequence[Sensed] | None = None
+    """A recording: robots sense what is in it, and nothing else."""
     simulated: bool = False
+    """True if only the simulator plays it, and real robots stop."""
     anyway: bool = False
+    """True if real robots may stand anywhere."""
     arming: Arming | None = None
+    """With this, it waits once everything is ready."""
     generation: int = 0
+    """The number of the score, once it plays."""
     by: Automation | None = None
+    """The automation that asks for it, unless a person does."""
     joins: bool = False
+    """True if all that dance keep dancing, except for the robots in it."""
     stopped: int = 0
+    """The count of stops before it that were no pauses."""
 
 
 NOTHING = PlayScore(Score(Fraction(1), {}), "", 0)
@@ -173,42 +179,31 @@ def _alike(scene: Movement, known: Mapping[int, Movement]) -> Iterator[int]:
 @dataclass(frozen=True, slots=True)
 class SessionState:
     """The stages, and what they play. Only `on_request`, `on_report`, `waited`, and the code that starts and ends
-    stages make the next one.
+    stages make the next one. Times are monotonic, in seconds.
 
-    The output of the stages whose reports count is the `leader`. `played` is the score that Restart plays again, and
-    `latest` is the same if stages may still need it: once one has died, they don't. `on_robots` is the latest score
-    that real robots were sent. `entered` is the first message about the playing of `latest`, and `behind` the seconds
-    by which the twin plays behind the leader. `waits_for` are the conditions that must change, according to the
-    leader. `clock` is the clock of music that the session listens to.
-
-    If real robots have stages on several machines, these play as one in a `mode`. `paused_by` are the hosts whose
-    stages have paused by themselves; the latest pause began with the one that `paused_first`. Those that are `joining`
-    have yet to be sent the score of the others. Those that are `entering` have been sent that score, of this
-    generation, and have yet to report that they play it. They play `since` a monotonic time: reports of a pause before
-    that are old. From `drifts` on, in monotonic seconds, their clocks may have drifted apart. Once it `settles`, in
-    monotonic seconds, the results of all requests to them are known. `unconfirmed_at` is the monotonic time at which a
-    line names the stages that have not confirmed a stop. `presses` has, for each total count of presses, the count of
-    each stage. `seen` are robots whose poses stages elsewhere have yet to get, from `passes_on` on, in monotonic
-    seconds.
-
-    Such stages don't follow a clock of music by themselves: all are `following` it together. `bent` is the latest bend
-    that they were sent, and from `looks` on they may be sent another one. They begin or continue when it `enters`, in
-    monotonic seconds, at the beat `enters_at`. If the clock `stands` during a pause, the pause ends when the clock runs
-    again.
+    Real robots may have stages on several machines, which play as one, in a `mode`. They don't follow a clock of music
+    by themselves: all follow it together.
     """
 
     stages: Mapping[StageKey, StageState] = field(default_factory=dict)
     leader: Output | None = None
+    """The output of the stages whose reports count."""
     is_on: bool = False
     """True if something plays, or is about to."""
     played: PlayScore | None = None
+    """The score that Restart plays again."""
     latest: PlayScore | None = None
+    """The score that was `played`, if stages may still need it: once one has died, they don't."""
     on_robots: PlayScore = NOTHING
+    """The latest score that real robots were sent."""
     generation: int = 0
     editions: PartEditions = field(default_factory=PartEditions)
     entered: TransportMessage | None = None
+    """The first message about the playing of `latest`."""
     behind: float = 0.0
+    """Seconds by which the twin plays behind the leader."""
     waits_for: Sequence[str] = ()
+    """The conditions that must change, according to the leader."""
     why_still: str = ""
     """The reason why real robots stand, for pages."""
     resumes: Resumes | None = None
@@ -219,26 +214,43 @@ class SessionState:
     """The score that somebody asked for before that stage was replaced."""
     kept: Mapping[str, Kept] = field(default_factory=dict)
     clock: OutsideClock | None = None
+    """The clock of music that the session listens to."""
 
     mode: Mode = "stopped"
     paused_by: frozenset[str] = frozenset()
+    """The hosts whose stages have paused by themselves."""
     paused_first: str | None = None
+    """The host with which the latest pause began."""
     since: float = -math.inf
+    """The time since which all play: reports of a pause before that are old."""
     drifts: float = math.inf
+    """The time from which on their clocks may have drifted apart."""
     settles: float = -math.inf
+    """The time from which on the results of all requests to them are known."""
     joining: frozenset[str] = frozenset()
+    """The hosts whose stages have yet to be sent the score of the others."""
     entering: Mapping[str, int] = field(default_factory=dict)
+    """The hosts whose stages have been sent that score, with its generation, and have yet to report that they play."""
     unconfirmed_at: float = math.inf
+    """The time at which a line names the stages that have not confirmed a stop."""
     presses: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    """For each total count of presses, the count of each stage."""
     seen: Mapping[str, SeenRobot] = field(default_factory=dict)
+    """Robots whose poses stages elsewhere have yet to get."""
     passes_on: float = -math.inf
+    """The time from which on these poses are sent."""
 
     following: Following | None = None
+    """The clock of music that they follow together."""
     bent: BendMessage | None = None
+    """The latest bend that they were sent."""
     looks: float = -math.inf
+    """The time from which on they may be sent another bend."""
     enters: float = math.inf
+    """The time at which they begin or continue, at the beat `enters_at`."""
     enters_at: float = 0.0
     stands: bool = False
+    """True if the clock stands during a pause, which ends when the clock runs again."""
 
     @property
     def twin(self) -> Output | None:

@@ -234,35 +234,42 @@ class Parameter:
 
 @value(frozen=True, slots=True)
 class Statement:
-    """A statement's tree and syntax errors.
-
-    `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene, or
-    the `at`, `is`, `room`, or `bar` of a line of the opening; None if it has none. `heads` are the names before the
-    sign (after `---`), and `parameters` those of a phrase. `body` is the movement before `gather` has given names their
-    movements, `number` the tempo, and `opening` the node of a line of the opening. `words` are its words that are names
-    elsewhere: those of that line, units, and `radius`. `defines` is the name that it defines, if that name is allowed.
-    `uses` are the names in the movement that are not parameters, each once. The flags are set if it contains `||`, a
-    word that means something else for each robot, a condition, numbers after a name, or measures. `as_names` is the
-    same text as it is read where `radius` is a name, if that may be another program; both have the `uses` of either.
-    """
+    """A statement's tree and syntax errors."""
 
     text: str
     diagnostics: tuple[Diagnostic, ...]
     sign: Token | None
+    """The `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene, or the
+    `at`, `is`, `room`, or `bar` of a line of the opening; None if it has none."""
     heads: tuple[Token, ...] = ()
+    """The names before the sign (after `---`)."""
     body: Node | None = None
+    """The movement before `gather` has given names their movements."""
     number: Number | None = None
+    """The tempo."""
     defines: str | None = None
+    """The name that it defines, if that name is allowed."""
     uses: tuple[str, ...] = ()
+    """The names in the movement that are not parameters, each once."""
     has_voices: bool = False
+    """True if it contains `||`."""
     by_robot: bool = False
+    """True if it contains a word that means something else for each robot."""
     has_senses: bool = False
+    """True if it contains a condition."""
     has_arguments: bool = False
+    """True if it contains numbers after a name."""
     has_measures: bool = False
+    """True if it contains measures."""
     parameters: tuple[Parameter, ...] = ()
+    """The parameters of a phrase."""
     opening: OpeningNode | None = None
+    """The node of a line of the opening."""
     words: tuple[Token, ...] = ()
+    """Its words that are names elsewhere: those of a line of the opening, units, and `radius`."""
     as_names: Statement | None = None
+    """The same text as it is read where `radius` is a name, if that may be another program; both have the `uses` of
+    either."""
 
     @property
     def kind(self) -> str:

@@ -19,22 +19,24 @@ if TYPE_CHECKING:  # completion reads the options alone
 
 @dataclass(frozen=True, slots=True)
 class PlaySettings:
-    """Settings for all programs that a terminal plays.
-
-    `first` and `last` are scenes, by name or by number, counted from 1: None stands for the first or the last one.
-    `count_in` counts a bar before beat 0 although improv.toml doesn't ask for it, and `bell` rings the terminal's bell
-    with the count. `when` a save takes effect, robots may stand `anyway`, in other places than their own. `senses` come
-    from a recording. With `arming`, a program waits once everything is ready.
-    """
+    """Settings for all programs that a terminal plays."""
 
     first: str | int | None = None
+    """A scene, by name or by number, counted from 1; None stands for the first one."""
     last: str | int | None = None
+    """A scene; None stands for the last one."""
     count_in: bool = False
+    """True if a bar is counted before beat 0 although improv.toml doesn't ask for it."""
     bell: bool = False
+    """True if the terminal's bell rings with the count."""
     when: When = "restart"
+    """The time at which a save takes effect."""
     anyway: bool = False
+    """True if robots may stand in other places than their own."""
     senses: Sequence[Sensed] | None = None
+    """A recording: robots sense what is in it, and nothing else."""
     arming: Arming | None = None
+    """The arming with which a program waits once everything is ready."""
 
     def chosen(self, analysis: Analysis) -> Selection:
         """Select the wanted scenes of a program; all of it if no option names any. Raises UnplayableError."""

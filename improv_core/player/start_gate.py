@@ -13,22 +13,24 @@ LATE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """A gate before beat 0, which waits for a person, or until the wall clock shows `begins`, in Unix time. It is
-    `ready` once it waits for nothing else. A person opened it at `opened`, in monotonic seconds: beat 0 is then, also
-    for other machines if it is `shared`. With `at_bar`, it opens at the next bar of a clock that is followed.
-
-    So many beats, the `count`, are counted before beat 0, each of `period` seconds (0: not yet known). Once it is
-    ready, they are counted at once if it opens `by_itself`, and otherwise when a person opens it, or before its time.
-    """
+    """A gate before beat 0, which waits for a person, or for a time."""
 
     begins: float = math.inf
+    """The time at which it opens by itself, in Unix time."""
     ready: bool = False
+    """True once it waits for nothing else."""
     opened: float | None = None
+    """The time at which a person opened it, in monotonic seconds: beat 0 is then."""
     at_bar: bool = False
+    """True if it opens at the next bar of a clock that is followed."""
     count: int = 0
+    """The number of beats that are counted before beat 0."""
     period: float = 0.0
+    """Seconds of each of these beats; 0 if not yet known."""
     by_itself: bool = False
+    """True if they are counted once it is ready; otherwise, when a person opens it, or before its time."""
     shared: bool = False
+    """True if beat 0 is at the same time on other machines."""
 
     def is_open(self, wall: float) -> bool:
         return wall >= self.begins

@@ -8,30 +8,38 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key: what it sets, as Markdown, and what its value may be.
-
-    `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
-    with `profile`, one of the profiles; with a `form`, one for which that function is true, or else people get its
-    advice. `keys` are those of a table, `required` those it must have, `named` what a table has under names that people
-    choose, and `items` what a list has: `count` of them, or at least `least`. People see the `default`; `example` is a
-    value to start from.
-    """
+    """One key: what it sets, and what its value may be."""
 
     about: str
+    """The thing that it sets, as Markdown."""
     type: str = "string"
+    """The type of its value in JSON schema."""
     default: str = ""
+    """The value without the key, for people."""
     unit: str = ""
+    """The unit of a number."""
     least: float = 0
+    """The least number, or the fewest `items`."""
     most: float = 0
+    """The greatest number."""
     choices: Sequence[str] = ()
+    """The texts that it may be."""
     profile: bool = False
+    """True if the text is the name of a profile."""
     keys: Mapping[str, Key] = field(default_factory=dict)
+    """The keys of a table."""
     required: Sequence[str] = ()
+    """The keys that a table must have."""
     named: Key | None = None
+    """The values that a table has under names that people choose."""
     items: Key | None = None
+    """The items of a list."""
     count: int = 0
+    """The number of items, if it is fixed."""
     example: str = ""
+    """A value to start from."""
     form: tuple[Callable[[str], object], str] | None = None
+    """A function that is true for the texts that fit, and advice for people about others."""
 
     @property
     def range(self) -> str:

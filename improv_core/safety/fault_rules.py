@@ -75,23 +75,25 @@ News = FaultBegan | FaultOver
 
 @dataclass(frozen=True, slots=True)
 class RobotFacts:
-    """The facts about a robot at time `now`.
-
-    `poses` have come since the last check, and all poses that were sent by `heard` have come; None if nothing measures
-    the robot. It has been sent velocities since `moves`, or stands (None). Its listener is `gone`, and its commands
-    since the last check left `late` by at most this many seconds. Joints of it are `unfollowed`. It was `rushed` if its
-    part changed its velocity faster than its accelerations allow. `lost` is why its output can't reach it.
-    """
+    """The facts about a robot."""
 
     now: float
     poses: Sequence[Comparison] = ()
+    """The poses that have come since the last check."""
     heard: float | None = None
+    """All poses that were sent by this time have come; None if nothing measures the robot."""
     moves: float | None = None
+    """The time since which it has been sent velocities; None if it stands."""
     gone: bool = False
+    """True if nothing listens for it."""
     late: float = 0.0
+    """Seconds by which its commands since the last check left late, at most."""
     unfollowed: Unfollowed | None = None
+    """Its joints that don't follow their commands."""
     rushed: bool = False
+    """True if its part changed its velocity faster than its accelerations allow."""
     lost: str = ""
+    """The reason why its output can't reach it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,23 +27,24 @@ NOTICED = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Following:
-    """A clock that is followed.
-
-    `anchor` is the latest news of it (None: none yet). Beat `ours` plays when the clock is at `theirs`, and from there
-    on `slope` beats for each unit of its phase. It is `silent` while no more news comes. `looks` is the performance
-    time at which to check it again. With `warned`, people know that it is too fast for a robot. A pause that `enters`
-    ends at this performance time, at which the clock is at the beat of the performance.
-    """
+    """A clock that is followed."""
 
     follow: Follow
     anchor: Anchor | None = None
+    """The latest news of it; None if none has come."""
     ours: float = 0.0
+    """The beat that plays when the clock is at `theirs`."""
     theirs: float = 0.0
     slope: Fraction = Fraction(0)
+    """Beats from there on for each unit of the clock's phase."""
     silent: bool = False
+    """True while no more news comes."""
     looks: float = math.inf
+    """The performance time at which to check it again."""
     warned: bool = False
+    """True if people know that it is too fast for a robot."""
     enters: float | None = None
+    """The performance time at which a pause ends, as the clock is then at the beat of the performance."""
 
     @property
     def is_music(self) -> bool:

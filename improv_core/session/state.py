@@ -114,7 +114,7 @@ class PlayScore:
     anyway: bool = False
     """True if real robots may stand anywhere."""
     arming: Arming | None = None
-    """With this, it waits once everything is ready."""
+    """The arming with which it waits once everything is ready."""
     generation: int = 0
     """The number of the score, once it plays."""
     by: Automation | None = None

@@ -18,7 +18,7 @@ from improv_core.robots.config import absolute, find_robots_file
 from improv_core.session.start import Options
 from improv_core.slices import keep_collections_short
 from improv_core.storage.program_file import Version, WriteError, read_version, write_text
-from improv_core.storage.saves import changes, settle
+from improv_core.storage.saves import changes, read_saved, settle
 from improv_core.storage.song_offset import write_first_beat
 from improv_core.syntax.derivation import prepare
 
@@ -55,6 +55,7 @@ class _Desk:
         self._performing = performing
         self._path = path
         self._version = version
+        self._saved = read_saved(path)
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots, lambda value: write_first_beat(path.parent, value))
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
@@ -110,19 +111,19 @@ class _Desk:
         """Report changes of the file or its `improv.toml` by other programs, forever."""
         contents = self._contents()
         async for _ in changes(self._path.parent):
-            if self._contents() == contents:  # not the times: another program may set them, and clocks are coarse
-                continue
-            await settle(self._path)
-            contents = self._contents()
-            self._show_changes()
+            now = self._contents()  # not the times: another program may set them, and clocks are coarse
+            if now != contents:
+                await self._take_changes()
+                contents = now
 
     def _contents(self) -> Sequence[bytes]:
         """Return the content of the file, its `improv.toml`, and the URDFs that it names, or why they can't be read."""
         files = [self._path, find_robots_file(self._path.parent), *self._robots.urdfs]
         return [_content(path) for path in files if path]
 
-    def _show_changes(self) -> None:
-        """Show pages the content of the file and its `improv.toml`, if it is new."""
+    async def _take_changes(self) -> None:
+        """Show pages the content of the file and its `improv.toml` once both are complete, if it is new."""
+        self._saved = await settle(self._path, self._saved)
         robots = robots_or_problem(self._path.parent)
         try:
             version = read_version(self._path)
@@ -145,11 +146,13 @@ class _Desk:
         except WriteError as problem:
             self._performing.screen.complain(f"improv: {problem}")
             self._answer(page, {"type": "write", "number": ask["number"], "revision": "", "problem": str(problem)})
-            self._show_changes()  # the page has to choose
+            await self._take_changes()  # the page has to choose
             return
         revision = self._version.revision
         self._answer(page, {"type": "write", "number": ask["number"], "revision": revision, "problem": ""})
         self._show()
+        while robots_or_problem(self._path.parent) != self._robots:
+            await self._take_changes()  # no robot may move by limits that somebody has just changed
         analysis = self._editor.analysis(ask["text"])
         await self._performing.play_if_right(analysis, self._path, asked)
 

@@ -49,7 +49,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved) -> None
     else:
         await _play(performing, path, saved, 0)
     async for _ in changes(path.parent):
-        if read_saved(path) == saved or (settled := await settle(path)) == saved:
+        if read_saved(path) == saved or (settled := await settle(path, saved)) == saved:
             continue
         # Stops before these counts are known below; a later stop keeps the save from playing.
         asked, heard, now = stops.count, stops.stopped, look(path)
@@ -69,7 +69,10 @@ async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: in
     try:
         if saved.text is None:
             raise ReadError(saved.problem)
-        analysis = analyze(saved.text, robots_near(path.parent))
+        robots = robots_near(path.parent)
+        if robots.text != (saved.robots or ""):
+            return  # it has just changed, and may be half written: that plays once it has settled
+        analysis = analyze(saved.text, robots)
     except ReadError as problem:
         performing.screen.complain(f"improv: {problem}")
         performing.refuse(path, [Mistake(path.name, 0, 0, "", str(problem))])

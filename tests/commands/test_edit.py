@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import os
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from improv_core.storage.program_file import TEMPLATE, create, latest
 from improv_core.syntax import derivation
 from tests.commands.command_line import SIMULATED, Running, run
+from tests.open_page import connected, heard, live_behind
 
 
 @pytest.fixture(autouse=True)
@@ -86,3 +88,27 @@ def test_edit_begins_a_new_program_and_serves_each_file_at_the_same_address(tmp_
     assert addresses[0] == addresses[1]
     assert addresses[0].startswith("watch it at http://127.0.0.1:")
     assert (tmp_path / "dance.improv").read_text() == TEMPLATE
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_no_save_plays_by_robots_that_were_different_just_before(complete: bool, tmp_path: Path) -> None:
+    """Without its `improv.toml`, or by an earlier one, a robot may move too fast."""
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    program.write_text("")
+    robots.write_text("[robots.r]\n")
+    edit = Running("edit", program, *SIMULATED)
+    live = live_behind(edit.wait("watch it at").split()[-1])
+    edit.wait("editing dance.improv")
+
+    async def save() -> None:
+        async with connected(f"{live}&page=abcdefghijklmnop") as page:
+            source = await heard(page, lambda told: told["type"] == "source")
+            robots.write_text("[robots.s]\n" if complete else "")
+            write = {"type": "write", "number": 1, "text": "r $ left\n", "revision": source["revision"]}
+            await page.send_json(write)
+            await heard(page, lambda told: told["type"] == "write")
+            robots.write_text("[robots.s]\n")
+
+    asyncio.run(save())
+    assert "`r` is not in improv.toml" in edit.next()
+    edit.close()

@@ -81,9 +81,9 @@ def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) 
 def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped = threading.Event()
 
-    async def settle(path: Path) -> Saved:
+    async def settle(path: Path, before: Saved) -> Saved:
         await asyncio.to_thread(stopped.wait, LIMIT)
-        return await saves.settle(path)
+        return await saves.settle(path, before)
 
     monkeypatch.setattr("improv_core.commands.watching.settle", settle)
     program.write_text("s $ repeat forward\n")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.storage.saves import EMPTY_SETTLING, MID_LINE_SETTLING, SETTLING, settle
+from improv_core.storage.saves import EMPTY_SETTLING, MID_LINE_SETTLING, SETTLING, read_saved, settle
 
 WHOLE, HALF = b"r $ left left\n", b"r $ left"
 Write = tuple[float, bytes | None]
@@ -54,7 +54,37 @@ class Editor:
 def test_a_save_counts_once_it_stays_as_it_is(
     tmp_path: Path, writes: list[Write], text: bytes | None, at: float
 ) -> None:
-    editor = Editor(tmp_path / "dance.improv", writes)
-    saved = asyncio.run(settle(tmp_path / "dance.improv", lambda: editor.now, editor.sleep))
+    path = tmp_path / "dance.improv"
+    before = read_saved(path)
+    editor = Editor(path, writes)
+    saved = asyncio.run(settle(path, before, lambda: editor.now, editor.sleep))
     assert saved.text == (None if text is None else text.decode())
+    assert editor.now == pytest.approx(at, abs=2 * SETTLING)
+
+
+ROBOTS = b"[robots.r]\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "writes", "at"),
+    [
+        (ROBOTS, [(0, ROBOTS + ROBOTS)], SETTLING),
+        (ROBOTS, [(0, b""), (4, ROBOTS)], 4 + SETTLING),  # without it, robots have no limits
+        (ROBOTS, [(0, None), (4, ROBOTS)], 4 + SETTLING),
+        (ROBOTS, [(0, b"[rob"), (0.4, ROBOTS)], 0.4 + SETTLING),
+        (ROBOTS, [(0, None)], EMPTY_SETTLING),
+        (b"", [(0, b"")], SETTLING),  # it has long been empty
+        (None, [], SETTLING),
+    ],
+)
+def test_a_change_of_the_robots_counts_once_it_stays(
+    tmp_path: Path, before: bytes | None, writes: list[Write], at: float
+) -> None:
+    path, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    path.write_bytes(WHOLE)
+    if before is not None:
+        robots.write_bytes(before)
+    known = read_saved(path)
+    editor = Editor(robots, writes)
+    asyncio.run(settle(path, known, lambda: editor.now, editor.sleep))
     assert editor.now == pytest.approx(at, abs=2 * SETTLING)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
@@ -93,7 +93,7 @@ class Program:
     def parts(self) -> Mapping[str, tuple[Movement, ...]]:
         """The movements of each robot in each scene, in order of appearance."""
         plays: dict[str, dict[int, list[Movement]]] = {}
-        for line in self.played.values() if self.selected is None else self.selected:
+        for line in self._lines:
             for robot, part in line.parts:
                 checkpoint()
                 begun = algebra.from_statement(dice.throwing(part, line.throw), None, line.statement)
@@ -102,6 +102,10 @@ class Program:
             robot: tuple([algebra.series(parts.get(scene, ())) for scene in range(self.scene_count)])
             for robot, parts in plays.items()
         }
+
+    @property
+    def _lines(self) -> Iterable[Line]:
+        return self.played.values() if self.selected is None else self.selected
 
     @cached_property
     def breaks(self) -> Sequence[int]:
@@ -139,7 +143,8 @@ class Program:
     @cached_property
     def all_robots(self) -> Sequence[str]:
         """All robots: those that play something, in order of appearance, then those that only have a place."""
-        return list(dict.fromkeys([*self.parts, *self.opening.places]))
+        playing = (robot for line in self._lines for robot, _ in line.parts)
+        return list(dict.fromkeys([*playing, *self.opening.places]))
 
     @cached_property
     def begins(self) -> Sequence[Exact]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from improv_core.diagnostics import Diagnostic, replace
@@ -261,7 +262,7 @@ class Reader(ReadNodes):
             return NOTHING
         if not node.squeezes:
             return self.movement(node.body)
-        paced = [algebra.pace(self.movement(each), Fraction(nodes.items(each))) for each in nodes.voices(node.body)]
+        paced = [algebra.pace(self.movement(each), _whole(nodes.items(each))) for each in nodes.voices(node.body)]
         made = self._together(node, paced)
         is_a_beat = made.open or made.duration in (0, 1)
         if not is_a_beat and all(self.scope.get(each.text, self) for each in nodes.names(node)):
@@ -355,6 +356,7 @@ def _condition(condition: nodes.Condition) -> Condition:
     return Condition(condition.sense.text, not condition.is_negated)
 
 
+_whole = lru_cache(maxsize=1_000)(Fraction)  # most brackets have few items, and share their rates
 _NOT_NESTED = frozenset({nodes.Series, nodes.Parallel, MeasuredWord, Name})
 _READ: Mapping[type[Node], Callable[[Reader, Any], Movement]] = {
     nodes.Series: Reader._in_series,

@@ -21,8 +21,9 @@ from improv_core.score.movement import (
     Peak,
     bits,
 )
+from improv_core.values import Shared
 
-_peak = lru_cache(maxsize=10_000)(Peak)
+_PEAKS = Shared(Peak, 10_000)
 _bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
 """The bounds of an empty movement."""
@@ -32,7 +33,7 @@ MOST_FACTOR, LEAST_FACTOR = Fraction(10**300), Fraction(1, 10**300)
 @lru_cache(maxsize=10_000)
 def held(x: Bound, y: Bound, z: Bound, yaw: Bound, shortest: float, longest: int = 0) -> Bounds:
     """Return the bounds of one velocity. `longest` is the number of bits of its numbers, if they are measured."""
-    return Bounds(_peak(x, y, z, yaw, shortest), 1, longest, 0, False, 0)
+    return Bounds(_PEAKS[x, y, z, yaw, shortest], 1, longest, 0, False, 0)
 
 
 def in_series(kinds: Iterable[Bounds]) -> Bounds:
@@ -60,13 +61,13 @@ def either(one: Bounds, other: Bounds) -> Bounds:
 def _either_peak(one: Peak, other: Peak) -> Peak:
     if one is other:
         return one
-    return _peak(
+    return _PEAKS[
         larger(one.x, other.x),
         larger(one.y, other.y),
         larger(one.z, other.z),
         larger(one.yaw, other.yaw),
         min(one.shortest, other.shortest),
-    )
+    ]
 
 
 def _either_words(one: BodyWords, other: BodyWords) -> BodyWords:
@@ -99,7 +100,7 @@ def in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
 
 def _peak_of_all(voices: Sequence[Peak]) -> Peak:
     x, y, z, yaw, shortest = zip(*voices, strict=True)
-    return _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest))
+    return _PEAKS[sum(x), sum(y), sum(z), sum(yaw), min(shortest)]
 
 
 def _words_of_all(voices: Sequence[BodyWords]) -> BodyWords:
@@ -127,7 +128,7 @@ def _near(factor: Exact) -> float:
 def faster(peak: Peak, rate: Exact) -> Peak:
     """Return the peak of a movement that is played `rate` times as fast."""
     times = _near(rate)
-    return _peak(peak.x * times, peak.y * times, peak.z * times, peak.yaw * times, peak.shortest / times)
+    return _PEAKS[peak.x * times, peak.y * times, peak.z * times, peak.yaw * times, peak.shortest / times]
 
 
 def words_faster(words: BodyWords, rate: Exact) -> BodyWords:
@@ -148,7 +149,7 @@ def amplified(bounds: Bounds, factors: Factors) -> Bounds:
 
 def _times(peak: Peak, factors: Factors) -> Peak:
     x, y, z, yaw = (_near(max(factor, -factor)) if factor else 0.0 for factor in factors)
-    return _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
+    return _PEAKS[peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest]
 
 
 def _exchanged(asked: Asked) -> Asked:
@@ -168,7 +169,7 @@ def under_part(bounds: Bounds, part: str) -> Bounds:
     own |= {Asked(part, False, each, unit=unit) for each in DIRECTIONS for unit in units_in(getattr(peak, each))}
     inner = {each if each.part else each._replace(part=part) for each in words.asked}
     performed = BodyWords(frozenset({Asked(part), *own, *inner}), _either_peak(peak, words.peak))
-    still = _peak(0.0, 0.0, 0.0, 0.0, peak.shortest)
+    still = _PEAKS[0.0, 0.0, 0.0, 0.0, peak.shortest]
     return replace(bounds, peak=still, body=performed)
 
 

@@ -26,6 +26,7 @@ from improv_core.syntax.nodes import (
 )
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
+from improv_core.values import Shared
 
 DEEPEST = 200
 """The most levels of nested brackets and transformers."""
@@ -64,19 +65,15 @@ def descend_tempo(tokens: Sequence[Token]) -> Number | None:
     return number if descent.next is _AFTER_LAST else None
 
 
-span = lru_cache(maxsize=20_000)(Span)
-
-
-@lru_cache(maxsize=20_000)
-def same(token: Token) -> Token:
-    """Return the token that all statements share: words and signs are alike in most of them."""
-    return token
+_SPANS = Shared(Span, 20_000)
+SAME = Shared(Token, 20_000)
+"""Tokens that all statements share: words and signs are alike in most of them."""
 
 
 @lru_cache(maxsize=20_000)
 def _primitive(text: str, start: int, end: int) -> Primitive:
     """Return the node of this word at this offset. All statements share it, because most nodes are primitives."""
-    place, word = span(start, end), WORDS[text]
+    place, word = _SPANS[start, end], WORDS[text]
     return Primitive(place, word, hold(word.velocity, span=place))
 
 
@@ -90,7 +87,7 @@ def number_of(factors: Sequence[Token]) -> Number:
     if len(factors) == 1:
         return single(factors[0])
     text = "".join([token.text for token in factors])
-    return Number(span(factors[0].start, factors[-1].end), text, tuple(factors))
+    return Number(_SPANS[factors[0].start, factors[-1].end], text, tuple(factors))
 
 
 _END = "$END"
@@ -136,7 +133,7 @@ class _Descent:
                 checkpoint()
         if self.next.type != end:
             raise _UnexpectedError
-        return Parallel(span(first.span.start, voices[-1].span.end), tuple(voices))
+        return Parallel(_SPANS[first.span.start, voices[-1].span.end], tuple(voices))
 
     def voice(self) -> Node:
         terms = [self.term()]
@@ -144,7 +141,7 @@ class _Descent:
             terms.append(self.term())
             if not len(terms) % AT_ONCE:
                 checkpoint()
-        return terms[0] if len(terms) == 1 else Series(span(terms[0].span.start, terms[-1].span.end), tuple(terms))
+        return terms[0] if len(terms) == 1 else Series(_SPANS[terms[0].span.start, terms[-1].span.end], tuple(terms))
 
     def term(self) -> Node:
         token = self.next
@@ -156,15 +153,15 @@ class _Descent:
             word = _primitive(text, start, end)
             return word if self.next.type not in _BEHIND_WORDS else self._measured(word)
         if kind == "NAME":
-            name = Name(span(start, end), text)
+            name = Name(_SPANS[start, end], text)
             if self.next.type not in _FACTORS:
                 return name
             numbers = [self.number()]
             while self.next.type in _FACTORS:
                 numbers.append(self.number())
-            return Call(span(start, numbers[-1].span.end), name, tuple(numbers))
+            return Call(_SPANS[start, numbers[-1].span.end], name, tuple(numbers))
         if kind == "MISSING":
-            return Missing(span(start, end))
+            return Missing(_SPANS[start, end])
         if kind not in _NESTING:
             raise _UnexpectedError
         self._depth += 1
@@ -179,18 +176,18 @@ class _Descent:
         if kind in _CLOSERS:
             closer = _CLOSERS[kind]
             body = None if self.next.type == closer else self.movement(closer)
-            return Bracket(span(start, self.take((closer,)).end), kind == "LSQB", body)
+            return Bracket(_SPANS[start, self.take((closer,)).end], kind == "LSQB", body)
         if kind == "IF":
             condition, then = self.condition(), self.voice()
             self.take(("ELSE",))
             otherwise = self.term()
-            return Choice(span(start, otherwise.span.end), token, condition, then, otherwise)
+            return Choice(_SPANS[start, otherwise.span.end], token, condition, then, otherwise)
         has_numbers = kind in _NUMBERS and (kind != "REPEAT" or self.next.type in _FACTORS)
         numbers = tuple([self.number() for _ in range(_NUMBERS[kind])]) if has_numbers else ()
-        plane = self.take(("PLANE",)) if kind == "REFLECT" else None
+        plane = SAME[self.take(("PLANE",))] if kind == "REFLECT" else None
         guard = self.condition() if kind == "GUARD" else None
         body = self.term()
-        return Apply(span(start, body.span.end), same(token), body, numbers, plane, guard)
+        return Apply(_SPANS[start, body.span.end], SAME[token], body, numbers, plane, guard)
 
     def _measured(self, word: Primitive) -> MeasuredWord:
         measure = self.number(_MEASURES) if self.next.type in _FACTORS else None
@@ -200,14 +197,14 @@ class _Descent:
             radius = self.number(_MEASURES)
         last = radius or measure
         assert last
-        return MeasuredWord(span(word.span.start, last.span.end), word, measure, radius)
+        return MeasuredWord(_SPANS[word.span.start, last.span.end], word, measure, radius)
 
     def number(self, units: Collection[str] = ()) -> Number:
-        factors = [self.take(_FACTORS)]
+        factors = [SAME[self.take(_FACTORS)]]
         while self.next.type == "OPERATOR" or self.next.type in units:
-            factors.append(self.take(("OPERATOR", "UNIT")))
+            factors.append(SAME[self.take(("OPERATOR", "UNIT"))])
             if factors[-1].type == "OPERATOR":
-                factors.append(self.take(_FACTORS))
+                factors.append(SAME[self.take(_FACTORS)])
             elif factors[-2].type != "NUMBER":
                 raise _UnexpectedError
         return number_of(factors)
@@ -216,7 +213,7 @@ class _Descent:
         found = [self.take(("SENSE", "NOT"))]
         if found[0].type == "NOT":
             found.append(self.take(("SENSE",)))
-        return Condition(span(found[0].start, found[-1].end), len(found) > 1, found[-1])
+        return Condition(_SPANS[found[0].start, found[-1].end], len(found) > 1, found[-1])
 
 
 _CLOSERS = {"LPAR": "RPAR", "LSQB": "RSQB"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections import OrderedDict
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -12,7 +11,7 @@ from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.characters import SEPARATORS
 from improv_core.syntax.derivation import Leaf, repair
-from improv_core.syntax.descent import TooDeepError, descend, descend_tempo, same
+from improv_core.syntax.descent import SAME, TooDeepError, descend, descend_tempo
 from improv_core.syntax.heads import Head, classified, has_measures, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import LONGEST, Node, Number, Statement
@@ -46,22 +45,22 @@ class Kept:
     def __init__(self, most: int) -> None:
         self._most = most
         self.characters = 0
-        self._statements: OrderedDict[str, Statement] = OrderedDict()
+        self._statements: dict[str, Statement] = {}
 
     def get(self, text: str) -> Statement:
         statements = self._statements
-        known = statements.get(text)
-        if known is not None:
-            statements.move_to_end(text)
-            return known
-        made = _parsed(text)
-        if text in statements:  # it was parsed elsewhere while a checkpoint interrupted this
-            return statements[text]
-        statements[text] = made
-        self.characters += len(text)
+        known = statements.pop(text, None)
+        if known is None:
+            known = _parsed(text)
+            if text in statements:  # it was parsed elsewhere while a checkpoint interrupted this
+                return statements[text]
+            self.characters += len(text)
+        statements[text] = known  # as the latest
         while self.characters > self._most:
-            self.characters -= len(statements.popitem(last=False)[0])
-        return made
+            oldest = next(iter(statements))
+            del statements[oldest]
+            self.characters -= len(oldest)
+        return known
 
 
 _KEPT = Kept(MOST_KEPT)
@@ -95,7 +94,7 @@ def _read(text: str, hides_radius: bool = False) -> Statement:
     if head.parameters or "GUARD" in types or "IF" in types or ("PRIMITIVE" in types and has_measures(rest)):
         rest = classified(rest, head.parameters, hides_radius)
         types = {token.type for token in rest}
-    sign, diagnostics = head.sign and same(head.sign), list(head.diagnostics)
+    sign, diagnostics = head.sign and SAME[head.sign], list(head.diagnostics)
     try:
         body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
         if not body and not tempo:

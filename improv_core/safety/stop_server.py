@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import cast
 
 from improv_core.protocol.commands import Stop
+from improv_core.safety.private_folder import private_folder
 from improv_core.safety.stop_request import ASK, MOST_BYTES
 from improv_core.score.json_types import fits
 
@@ -25,6 +26,8 @@ READ_LIMIT = 2.0
 """Seconds for which a connection may stay silent."""
 MOST_SILENT = 128
 """The most connections that may be silent at a time. One more closes the oldest, unless its request has arrived."""
+LOOK_PERIOD = 1.0
+"""Seconds between two looks for the socket, which somebody may have removed together with everything in /tmp."""
 AGAIN = 0.05
 """Seconds until the next try if the system had no file handle for a new connection."""
 
@@ -39,48 +42,53 @@ class StopServer:
     long, and RuntimeError if there can't be more threads.
 
     It locks the path's folder, so that systemd leaves the socket there: it removes files from /tmp after ten days, on
-    many systems, and doesn't know that a socket which was moved is in use (tmpfiles.d(5)).
+    many systems, and doesn't know that a socket which was moved is in use (tmpfiles.d(5)). If somebody else removes it,
+    it comes back.
     """
 
     def __init__(self, path: Path, take: Take) -> None:
         self._path = path
         self._take = take
         self._closed = threading.Event()
+        self._changing = threading.Lock()
         self._silent: deque[socket.socket] = deque(maxlen=MOST_SILENT)
-        self._server = socket.socket(socket.AF_UNIX)
-        self._folder = os.open(path.parent, os.O_RDONLY)
-        draft = path.with_suffix(".new")
+        self._server, self._folder = _listening_at(path)
         try:
-            with suppress(OSError):  # a file system without locks
-                fcntl.flock(self._folder, fcntl.LOCK_SH)
-            self._server.bind(str(draft))
-            draft.chmod(0o600)
-            self._server.listen()
             threading.Thread(target=self._serve, daemon=True).start()
-            draft.rename(path)  # whoever asks removes a socket that nobody listens on, as this one was until now
-        except (OSError, RuntimeError):
-            self._closed.set()
-            self._server.close()
-            os.close(self._folder)
-            with suppress(OSError):
-                draft.unlink(missing_ok=True)
+        except RuntimeError:
+            self.close()
             raise
 
     def close(self) -> None:
-        if self._closed.is_set():
-            return
-        self._closed.set()
-        with suppress(OSError):
-            self._path.unlink()
+        with self._changing:
+            if self._closed.is_set():
+                return
+            self._closed.set()
+            with suppress(OSError):
+                self._path.unlink()
+            self._end_server()
+
+    def _end_server(self) -> None:
         with suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)  # wakes the thread
         self._server.close()
         os.close(self._folder)
 
+    def _come_back(self) -> None:
+        """Listen again if the socket has been removed, unless it is closed."""
+        with self._changing, suppress(OSError):
+            if not self._closed.is_set() and not self._path.exists() and private_folder(self._path.parent, os.getuid()):
+                server, folder = _listening_at(self._path)
+                self._end_server()
+                self._server, self._folder = server, folder
+
     def _serve(self) -> None:
         while not self._closed.is_set():
             try:
                 asking, _ = self._server.accept()
+            except TimeoutError:
+                self._come_back()
+                continue
             except OSError:  # closed; or the system has no file handles left for now
                 self._closed.wait(AGAIN)
                 continue
@@ -105,6 +113,26 @@ class StopServer:
             self._take(_read(said[len(ASK) :]), partial(_send, asking))
         else:
             asking.close()
+
+
+def _listening_at(path: Path) -> tuple[socket.socket, int]:
+    """Return a socket that listens at a path, and a handle that locks its folder. Raises OSError."""
+    server, folder, draft = socket.socket(socket.AF_UNIX), os.open(path.parent, os.O_RDONLY), path.with_suffix(".new")
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(folder, fcntl.LOCK_SH)
+        server.settimeout(LOOK_PERIOD)
+        server.bind(str(draft))
+        draft.chmod(0o600)
+        server.listen()
+        draft.rename(path)  # whoever asks removes a socket that nobody listens on, as this one was until now
+    except OSError:
+        server.close()
+        os.close(folder)
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
+    return server, folder
 
 
 def _read(text: bytes) -> Stop:

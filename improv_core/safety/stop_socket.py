@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import os
 import socket
-import stat
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,6 +21,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from improv_core.safety.private_folder import is_private, private_folder
 from improv_core.safety.stage_stops import OBEYED, SIMULATOR, SUFFIX, stage_of, stages_not_stopped
 from improv_core.safety.stop_request import StopRequest
 
@@ -62,7 +62,7 @@ class StopSocket:
         folders = [fixed_folder()]  # without it, an `improv stop` with another environment would not find us
         with suppress(StopSocketError):
             user = os.getuid()
-            folders += [folder for each in _runtime_folders(user) if (folder := _private_folder(each, user))]
+            folders += [folder for each in _runtime_folders(user) if (folder := private_folder(each, user))]
         for path in (folder / name for folder in dict.fromkeys(folders)):
             try:
                 self._servers.append(StopServer(path, lambda stop, answer: answer(self._stop(stop))))
@@ -189,7 +189,7 @@ def fixed_folder() -> Path:
 
 
 def _fixed_folder(user: int) -> Path:
-    if (usual := _private_folder(SHARED / f"improv-{user}", user)) is not None:
+    if (usual := private_folder(SHARED / f"improv-{user}", user)) is not None:
         return usual
     for folder in _random_folders(user):
         return folder
@@ -224,34 +224,19 @@ def _runtime_folders(user: int) -> Iterator[Path]:
 
 
 def _random_folders(user: int) -> Iterator[Path]:
-    return (folder for folder in sorted(SHARED.glob(f"improv-{user}-*")) if _is_private(folder, user))
+    return (folder for folder in sorted(SHARED.glob(f"improv-{user}-*")) if is_private(folder, user))
 
 
 def _folders(user: int) -> Iterator[Path]:
     """Return all folders in which a user's sockets may be."""
     named = (*_runtime_folders(user), SHARED / f"improv-{user}", *_random_folders(user))
-    return (folder for folder in dict.fromkeys(named) if _is_private(folder, user))
+    return (folder for folder in dict.fromkeys(named) if is_private(folder, user))
 
 
 def _sockets(user: int, suffix: str) -> Iterator[Path]:
     for folder in _folders(user):
         with suppress(OSError):
             yield from sorted(folder.glob(f"*{suffix}"))
-
-
-def _private_folder(folder: Path, user: int) -> Path | None:
-    """Return a folder, made if it is missing; None unless only this user has access."""
-    with suppress(OSError):
-        folder.mkdir(0o700, exist_ok=True)
-    return folder if _is_private(folder, user) else None
-
-
-def _is_private(folder: Path, user: int) -> bool:
-    try:
-        found = folder.lstat()
-    except (OSError, ValueError):
-        return False
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o077
 
 
 def _users() -> Iterator[int]:

@@ -172,7 +172,7 @@ PLAYBACK = (
         "a stage that has not answered is no longer pinged, nor found to hang",
     ),
     Fault(
-        "safety/stop_socket.py",
+        "safety/private_folder.py",
         " and found.st_uid == user and not found.st_mode & 0o077",
         " and found.st_uid == user",
         "a folder that other users can enter is trusted",

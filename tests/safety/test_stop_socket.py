@@ -6,6 +6,7 @@ import fcntl
 import os
 import shutil
 import socket
+import stat
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.safety import stop_socket
+from improv_core.safety import stop_server, stop_socket
+from improv_core.safety.stage_stops import OBEYED, StageSocket, sockets_of
 from improv_core.safety.stop_socket import StopSocket, StopSocketError, fixed_folder, stop_all
 from improv_core.safety.stops import Stops
 
@@ -82,6 +84,22 @@ def test_the_folder_is_locked_while_somebody_listens_so_that_systemd_removes_no_
     made.close()
     fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     os.close(folder)
+
+
+@pytest.mark.usefixtures("runtime")
+def test_a_socket_that_is_removed_with_its_folder_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop_server, "LOOK_PERIOD", 0.01)
+    made, show = StopSocket(lambda _: "stopped"), fixed_folder() / f"{os.getpid()}-show"
+    stage = StageSocket(show, "ros", lambda _, answer: answer(OBEYED))
+    shutil.rmtree(fixed_folder())
+    shutil.rmtree(os.environ["XDG_RUNTIME_DIR"] + "/improv")
+    end = time.monotonic() + 30
+    while list(stop_all()) != ["stopped"] or not sockets_of(show):
+        assert time.monotonic() < end
+    assert stat.S_IMODE(fixed_folder().stat().st_mode) == 0o700
+    made.close()
+    stage.close()
+    assert list(stop_all()) == []
 
 
 @pytest.mark.parametrize("trap", ["open to all", "a link", "a file"])

@@ -50,8 +50,14 @@ def robots_near(folder: Path) -> Robots:
 
 
 def robots_in(path: Path) -> Robots:
-    """Return the robots of an `improv.toml`. Raises ReadError."""
-    return robots_from(read_robots_file(path), path)
+    """Return the robots of an `improv.toml`. Raises ReadError.
+
+    An empty one can't be read: somebody may just be writing it, and without its limits, robots could move too fast.
+    """
+    text = read_robots_file(path)
+    if not text.strip():
+        raise ReadError(f"{path}: it is empty: describe robots in it, or delete it")
+    return robots_from(text, path)
 
 
 def read_robots_file(path: Path) -> str:

@@ -609,7 +609,7 @@ def make_site(folder: Path, *more: str) -> None:
 
 def test_the_file_of_real_robots_has_to_be_right(tmp_path: Path) -> None:
     make_site(tmp_path)
-    for text, said in (("[robots.ada]\nprofile = 1\n", "has errors"), ("", "names no robots")):
+    for text, said in (("[robots.ada]\nprofile = 1\n", "has errors"), ("[world]\n", "names no robots")):
         (tmp_path / "improv.toml").write_text(text)
         done = run("class", tmp_path, "--address", "127.0.0.1", "--robots", tmp_path / "improv.toml")
         assert (done.returncode, done.stdout) == (2, "")

@@ -37,7 +37,7 @@ LIGHT = {
     *(f"improv_core.commands.{name}" for name in ("main", "echo", "exit_codes", "group", "ros_arguments", "stop")),
     *(f"improv_core.commands.{name}" for name in ("begin_time", "parameters", "settings")),
     *(f"improv_core.commands.{name}" for name in ("edit", "new", "play", "watch")),
-    *(f"improv_core.safety.{name}" for name in ("stop_socket", "stage_stops", "stop_request")),
+    *(f"improv_core.safety.{name}" for name in ("stop_socket", "stage_stops", "stop_request", "private_folder")),
 }
 """Our modules that `improv stop`, help, and completion may import: somebody is in a hurry."""
 

@@ -211,7 +211,7 @@ def test_poses_in_different_frames_are_no_use() -> None:
     ],
 )
 def test_undrivable_robots_are_refused(toml: str, options: list[str], line: str, tmp_path: Path) -> None:
-    (tmp_path / "improv.toml").write_text(toml)
+    (tmp_path / "improv.toml").write_text(toml or "[world]\n")
     (tmp_path / "dance.improv").write_text("a b $ forward\n")
     ended = run("place", "dance.improv", *options, folder=tmp_path)
     assert ended.returncode == FAILED

@@ -8,7 +8,14 @@ import pytest
 
 from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
-from improv_core.program.files import LARGEST_ROBOTS_FILE, ReadError, analyze_file, read_program, robots_near
+from improv_core.program.files import (
+    LARGEST_ROBOTS_FILE,
+    ReadError,
+    analyze_file,
+    read_program,
+    robots_near,
+    robots_or_problem,
+)
 from improv_core.storage.saves import saved_or_awaited
 from tests.strange_files import StrangeFile
 
@@ -102,3 +109,12 @@ def test_values_of_an_improv_toml_are_counted_too(tmp_path: Path) -> None:
     robots = robots_near(tmp_path)
     assert len(robots.diagnostics) == MOST_SHOWN + 1
     assert "1,500 more values are wrong" in robots.diagnostics[-1].message
+
+
+@pytest.mark.parametrize("text", ["", "\n"])
+def test_robots_of_an_empty_improv_toml_are_refused(tmp_path: Path, text: str) -> None:
+    """Somebody may just be writing it: without their limits, robots could move too fast."""
+    (tmp_path / "improv.toml").write_text(text)
+    with pytest.raises(ReadError, match="it is empty: describe robots in it, or delete it"):
+        robots_near(tmp_path)
+    assert not robots_or_problem(tmp_path).ok

@@ -79,7 +79,7 @@ SEVERITIES = {
     "more-hints": Severity.INFORMATION,
 }
 
-MOST_SHOWN = 500
+MAX_SHOWN = 500
 """The most diagnostics of one file that are shown; one more counts the rest. People fix a few at a time, and sending
 all of 100,000 would delay every key."""
 

@@ -39,7 +39,7 @@ _HANDLED_AT_ONCE = {
 """Methods that pygls doesn't handle: it keeps a copy of every text, and edits it wrongly after a form feed, after
 U+2028, and at the end of a file; and robots would wait for it."""
 
-MOST_ITEMS = 1_000
+MAX_ITEMS = 1_000
 """The most items of a list whose JSON is made at once."""
 
 
@@ -285,10 +285,10 @@ def _json(value: object) -> Iterator[str]:
             yield f"{', ' if place else ''}{json.dumps(key)}: "
             yield from _json(each)
         yield "}"
-    elif isinstance(value, list) and len(value) > MOST_ITEMS:
-        for start in range(0, len(value), MOST_ITEMS):
+    elif isinstance(value, list) and len(value) > MAX_ITEMS:
+        for start in range(0, len(value), MAX_ITEMS):
             checkpoint()
-            yield f"{', ' if start else '['}{json.dumps(value[start : start + MOST_ITEMS])[1:-1]}"
+            yield f"{', ' if start else '['}{json.dumps(value[start : start + MAX_ITEMS])[1:-1]}"
         yield "]"
     else:
         yield json.dumps(value)

@@ -19,8 +19,8 @@ from improv_core.robots.config import find_robots_file
 from improv_core.text import LineIndex
 from improv_ls.documents import Document, path_of
 
-MOST_FILES = 1_000
-MOST_ENTRIES = 20_000
+MAX_FILES = 1_000
+MAX_ENTRIES = 20_000
 """Files and folders visited to find programs."""
 LARGEST_FILE = 200_000
 """Bytes; larger files are not read."""
@@ -39,7 +39,7 @@ def programs_in(folders: Iterable[Path]) -> FoundPrograms:
     """Find the programs in folders and their subfolders, except hidden ones and links to folders."""
     paths: dict[Path, None] = {}
     for seen, entry in enumerate(_entries(folders)):
-        if seen == MOST_ENTRIES or len(paths) == MOST_FILES:
+        if seen == MAX_ENTRIES or len(paths) == MAX_FILES:
             return FoundPrograms(list(paths), False)
         if entry.name.endswith(".improv") and entry.is_file():
             paths[Path(entry.path)] = None
@@ -77,7 +77,7 @@ def names_in_file(path: Path) -> tuple[LineIndex, tuple[OutlineEntry, ...]]:
     return _names(path, state.st_mtime_ns, state.st_size)
 
 
-@lru_cache(maxsize=MOST_FILES)
+@lru_cache(maxsize=MAX_FILES)
 def _names(path: Path, changed: int, size: int) -> tuple[LineIndex, tuple[OutlineEntry, ...]]:
     try:
         text = read_program(path) if size <= LARGEST_FILE else ""

@@ -22,7 +22,7 @@ from improv_core.text import difference
 if TYPE_CHECKING:
     from improv_core.page.text_preview import TextPreview
 
-MOST_KEPT = 20
+MAX_KEPT = 20
 """Programs that are known at a time."""
 
 
@@ -78,7 +78,7 @@ class Rooms:
             report = room.check(analysis, version.known, self._predict)
         known = report.known if report else version.known
         self._versions[program.uri] = version._replace(analysis=analysis, known=known)
-        for oldest in list(self._versions)[:-MOST_KEPT]:
+        for oldest in list(self._versions)[:-MAX_KEPT]:
             del self._versions[oldest]
         paths = next(version.answers, None)
         return Sight(() if program.draws else (*(report.diagnostics if report else ()), *check_joints(analysis)), paths)

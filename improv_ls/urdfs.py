@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SMALL = 100_000
 """Bytes of a URDF that is read at once: that takes about as long as a slice."""
-MOST_KEPT = 8
+MAX_KEPT = 8
 BEING_READ = " is being read"
 
 
@@ -49,7 +49,7 @@ class Urdfs:
 
     def _done(self, source: bytes, work: Future[Skeleton | str]) -> None:
         self._found[source] = work.result()
-        for oldest in [*self._found][:-MOST_KEPT]:
+        for oldest in [*self._found][:-MAX_KEPT]:
             del self._found[oldest]
         del self.works[source]
         self._read()

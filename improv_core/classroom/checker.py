@@ -33,19 +33,19 @@ QUICK = 1.0
 PATIENCE = 1 if sys.platform == "win32" else 60
 """The factor on `LIMIT` after which the process is killed, in real time: on a busy machine, it hardly runs. On Windows,
 which can't limit the processor time of a process, it is 1."""
-MOST_MEMORY = 2_000_000_000
+MAX_MEMORY = 2_000_000_000
 """The most bytes of address space for the process, where the system can limit that."""
 LARGEST_PICTURE = 200_000
 LARGEST_SCORE = 400_000
 """The most characters of a score as JSON: about 6,000 movements. The event loop that receives the teacher's stop sends
 that to a stage in less than a tenth of a second."""
-_MOST_MOMENTS = 2_000
+_MAX_MOMENTS = 2_000
 _SIZE = 320.0
 LIMITS = ("too-fast",)
 """Warnings because of which a real robot performs none of a child's dance."""
-MOST_WORK = 100_000
+MAX_WORK = 100_000
 """The work to find robots that meet: about 2 s of processor time on a slow machine."""
-MOST_MEETINGS = 3
+MAX_MEETINGS = 3
 """The most meetings of robots that a line lists."""
 HEAVY = "this dance takes too long to read: make it shorter"
 LONG = "this has too many movements to play in a class: make it shorter, or play fewer together"
@@ -85,7 +85,7 @@ def _looked(text: str) -> tuple[bool, str, str]:
         return False, f"line {found[0].line}: {found[0].message}" if found else "it has errors", ""
     if not analysis.all_robots:
         return False, "no robot plays anything yet", ""
-    picture = plot(score_of(analysis), most_moments=_MOST_MOMENTS, size=_SIZE)
+    picture = plot(score_of(analysis), most_moments=_MAX_MOMENTS, size=_SIZE)
     return True, summary(analysis), picture if len(picture) <= LARGEST_PICTURE else ""
 
 
@@ -137,10 +137,10 @@ def _prepared(name: str, analysis: Analysis, notes: Sequence[str], names: Mappin
 
 def _meetings(score: Score, names: Mapping[str, str]) -> list[str]:
     """Say which robots will meet, by their children's names: the first ones of them."""
-    found = check_room(score, most_work=MOST_WORK).meetings
+    found = check_room(score, most_work=MAX_WORK).meetings
     lines = [
         f"{' and '.join(names.get(robot, robot) for robot in each.robots)} meet at {moment(each.beat)}"
-        for each in found[:MOST_MEETINGS]
+        for each in found[:MAX_MEETINGS]
     ]
     more = len(found) - len(lines)
     return [*lines, f"{more} more meet"] if more else lines
@@ -210,7 +210,7 @@ def answer(question: Question) -> Impression | Prepared:
     with suppress(ImportError, OSError, ValueError):
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     _end_after(question.limit)
     found = question.what(*question.about)
     _end_after(0.0)

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from improv_core.classroom.roster import MOST_CHILDREN, Member, Room
+from improv_core.classroom.roster import MAX_CHILDREN, Member, Room
 from improv_core.program.files import ENDING
 from improv_core.storage.atomic_write import replacing, why
 
@@ -81,7 +81,7 @@ class Folder:
         if now - max([at, *(own[-1].sent for own in self._dances.values())]) < SAME_LESSON:
             return Room(code, members, away, joined)
         left = [each for each in (*away, *members.values()) if each.count]
-        return Room(fresh, away=left[-MOST_CHILDREN:], joined=joined)
+        return Room(fresh, away=left[-MAX_CHILDREN:], joined=joined)
 
     def keep(self, room: Room, now: float) -> None:
         """Write the list of children. Raises OSError."""

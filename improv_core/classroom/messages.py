@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal, TypedDict, cast
 
-from improv_core.classroom.roster import MOST_SHOWN
+from improv_core.classroom.roster import MAX_SHOWN
 from improv_core.protocol.decoding import ProtocolError, read_as
 from improv_core.score.json_types import Long
 
-Chosen = Annotated[Sequence[int], Long(1, MOST_SHOWN)]
+Chosen = Annotated[Sequence[int], Long(1, MAX_SHOWN)]
 
 
 class Joined(TypedDict):

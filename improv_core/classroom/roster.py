@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 
 from improv_core.program.compiler import LONGEST_TEXT
 
-MOST_CHILDREN = 40
-MOST_SHOWN = 2 * MOST_CHILDREN
+MAX_CHILDREN = 40
+MAX_SHOWN = 2 * MAX_CHILDREN
 """The most children that the teacher sees: those in the class, and those who were."""
 LONGEST_NAME = 24
 LONGEST_DANCE = LONGEST_TEXT // 2
@@ -23,9 +23,9 @@ SILENT = 90.0
 """Seconds without news of a child's page after which the child isn't here any more. A hidden page of Chromium asks once
 a minute."""
 MINUTE = 60.0
-MOST_GUESSES = 60
+MAX_GUESSES = 60
 """Wrong codes from one address in a minute. After that, nobody there can join until the minute is over."""
-MOST_JOINS = MOST_CHILDREN
+MAX_JOINS = MAX_CHILDREN
 """Right codes from one address in a minute: a whole class may share an address."""
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 """The characters of a room's code: no two look alike."""
@@ -99,9 +99,9 @@ def guess(room: Room, address: str, code: str, now: float) -> tuple[Room, bool]:
     many."""
     recent = {each: tries for each, tries in room.tries.items() if now - tries.minute < MINUTE}
     tries = recent.get(address, Tries(now))
-    if tries.wrong >= MOST_GUESSES:
+    if tries.wrong >= MAX_GUESSES:
         raise ForbiddenError(429, "too many wrong codes: wait a minute")
-    if tries.right >= MOST_JOINS:
+    if tries.right >= MAX_JOINS:
         raise ForbiddenError(429, "too many have joined just now: wait a minute")
     typed = SEPARATOR.sub("", code).upper()
     is_right = hmac.compare_digest(typed.encode(), room.code.encode())
@@ -116,8 +116,8 @@ def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member
     joins from a browser, the previous one is away. Raises ForbiddenError if the child can't join.
     """
     others = {key: each for key, each in room.members.items() if each.browser != browser}
-    if len(others) >= MOST_CHILDREN:
-        raise ForbiddenError(409, f"this class is full ({MOST_CHILDREN}): ask your teacher")
+    if len(others) >= MAX_CHILDREN:
+        raise ForbiddenError(409, f"this class is full ({MAX_CHILDREN}): ask your teacher")
     shown = shown_name(name)
     if not shown:
         raise ForbiddenError(400, "write your name with letters")
@@ -131,7 +131,7 @@ def join(room: Room, name: str, secret: str, browser: str) -> tuple[Room, Member
     joined = member.number
     if back:
         member, joined = replace(back[0], name=own, browser=browser), room.joined
-    away = tuple(each for each in left if each.count and each not in back)[-MOST_CHILDREN:]
+    away = tuple(each for each in left if each.count and each not in back)[-MAX_CHILDREN:]
     return replace(room, members={**others, secret: member}, away=away, joined=joined), member
 
 

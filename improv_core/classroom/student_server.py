@@ -47,9 +47,9 @@ from improv_core.website.build import HEAD, MARK
 if TYPE_CHECKING:
     from aiohttp.typedefs import Handler
 
-MOST_BYTES = 4 * LONGEST_DANCE
+MAX_BYTES = 4 * LONGEST_DANCE
 """The most bytes of a dance, as UTF-8."""
-MOST_JOINING = 2_000
+MAX_JOINING = 2_000
 """The most bytes of a request to join: a code and a name."""
 SLICE = 32_768
 """Bytes of a file that are sent before the browser has to read some of them."""
@@ -147,7 +147,7 @@ class StudentServer:
 
     async def serve(self) -> None:
         """Serve children forever."""
-        application = web.Application(middlewares=[self._guard], client_max_size=MOST_BYTES)
+        application = web.Application(middlewares=[self._guard], client_max_size=MAX_BYTES)
         application.router.add_post("/class/join", self._join)
         application.router.add_post("/class/send", self._send)
         application.router.add_post("/class/{what:here|left}", self._notice)
@@ -265,7 +265,7 @@ class StudentServer:
         return response
 
     async def _join(self, request: web.Request) -> web.Response:
-        asked = _join_request(await _body(request, MOST_JOINING))
+        asked = _join_request(await _body(request, MAX_JOINING))
         secret, fresh = secrets.token_urlsafe(), secrets.token_urlsafe()
         known = {each.browser for each in (*self._room.members.values(), *self._room.away)}
         given = request.cookies.get(COOKIE, "")
@@ -292,7 +292,7 @@ class StudentServer:
                 raise ForbiddenError(429, "your last one is still on its way: wait a second")
             self._sending.add(member.number)
             try:
-                text = await _body(request, MOST_BYTES)
+                text = await _body(request, MAX_BYTES)
             finally:
                 self._sending.discard(member.number)
             if len(text) > LONGEST_DANCE:

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from improv_core.classroom.desk import Desk
 
 FOLDER = Path(__file__).parent / "static"
-MOST_MESSAGE = 10_000
-MOST_PAGES = 8
+MAX_MESSAGE = 10_000
+MAX_PAGES = 8
 END_LIMIT = 0.05
 """Seconds that requests may take when the class ends. A page that is still open never finishes its own."""
 CONTENT_POLICY = (
@@ -141,9 +141,9 @@ class TeacherPage:
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)
-        if len(self._pages) >= MOST_PAGES:
+        if len(self._pages) >= MAX_PAGES:
             raise web.HTTPServiceUnavailable
-        page = web.WebSocketResponse(heartbeat=20, max_msg_size=MOST_MESSAGE, compress=False)
+        page = web.WebSocketResponse(heartbeat=20, max_msg_size=MAX_MESSAGE, compress=False)
         await page.prepare(request)
         outbox = self._pages.join()
         telling = asyncio.create_task(outbox.empty_into(page.send_str))

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from improv_core.commands.exit_codes import CommandError
 
-MOST = 4096
+MAX_BYTES = 4096
 """Bytes that are read at once."""
 
 
@@ -54,7 +54,7 @@ async def _next_bytes() -> bytes:
 
     def read() -> None:
         try:
-            more = os.read(sys.stdin.fileno(), MOST) if sys.stdin else b""
+            more = os.read(sys.stdin.fileno(), MAX_BYTES) if sys.stdin else b""
         except OSError:  # the terminal is gone
             more = b""
         with contextlib.suppress(RuntimeError):  # the loop is closed

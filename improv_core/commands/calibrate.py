@@ -25,8 +25,8 @@ from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.robots.edits import calibrate as edited
 from improv_core.robots.schema import known
 from improv_core.routines.calibration import (
-    LEAST_ROUNDS,
-    MOST_ROUNDS,
+    MAX_ROUNDS,
+    MIN_ROUNDS,
     QUARTERS,
     Goal,
     MeasuredSettings,
@@ -57,7 +57,7 @@ from improv_core.storage.compare_and_swap import swap_text
 
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
-MOST_ROOM = 100.0
+MAX_ROOM = 100.0
 
 
 @click.command("calibrate")
@@ -124,11 +124,11 @@ class _Conversation:
         goal = await self._goal()
         now = settings_of(before)
         rounds: list[Round] = []
-        while len(rounds) < MOST_ROUNDS:
+        while len(rounds) < MAX_ROUNDS:
             self._say(f"round {len(rounds) + 1}")
             rounds.append(await self._round(goal))
             found = calibrate(now, goal, rounds, before.wheel_separation)
-            if len(rounds) >= LEAST_ROUNDS and found.is_known:
+            if len(rounds) >= MIN_ROUNDS and found.is_known:
                 break
         values, error = _written(found.settings), _written(found.error)
         check(values)
@@ -150,7 +150,7 @@ class _Conversation:
         turn = math.degrees(profile.quarter_turn)
         self._say(f"In {FILE_NAME}, a step is {profile.step:g} m, and a quarter turn {turn:g}°.")
         ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
-        room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
+        room = await self._number(ahead, (step, max(step, MAX_ROOM)), max(step, USUAL_ROOM))
         return goal_in(room, profile)
 
     async def _round(self, goal: Goal) -> Round:

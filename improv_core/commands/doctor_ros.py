@@ -92,7 +92,7 @@ def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mappin
 def reach(env: Mapping[str, str]) -> Finding:
     """Report which robots a stage started in this environment reaches, and how to change that."""
     stage, domain = limited(env), env.get("ROS_DOMAIN_ID") or "0"
-    if not domain.isdecimal() or int(domain) > MOST_DOMAIN:
+    if not domain.isdecimal() or int(domain) > MAX_DOMAIN:
         return broken(f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
     if stage[RANGE] not in REACH:
         return broken(f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
@@ -135,7 +135,7 @@ def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
             yield absent(f"{name}: nobody publishes {kind} on {topic}", f"start its node; {so}")
 
 
-MOST_DOMAIN = 232
+MAX_DOMAIN = 232
 """The last domain of Fast DDS and Cyclone DDS: beyond it, they run out of ports."""
 
 

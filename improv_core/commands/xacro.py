@@ -18,7 +18,7 @@ from improv_core.robots.urdf import LARGEST_URDF
 
 LIMIT = 30.0
 """Seconds for one file."""
-MOST_MEMORY = 2_000_000_000
+MAX_MEMORY = 2_000_000_000
 """Bytes of address space."""
 NEAR = 4
 """The folders above a file in which the packages are that it may name, such as urdf/, a package, its repository, and a
@@ -80,7 +80,7 @@ def _expand(program: str, file: Path, env: Mapping[str, str]) -> bytes:
     with suppress(ImportError, AttributeError, OSError):  # only Linux can limit another process
         import resource
 
-        resource.prlimit(child.pid, resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+        resource.prlimit(child.pid, resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     child.close_input()
     made, end = bytearray(), time.monotonic() + LIMIT
     with suppress(EOFError):

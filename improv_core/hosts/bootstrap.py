@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 from typing import Any, List  # noqa: UP035
 
-LEAST = (3, 10)
+MIN_PYTHON = (3, 10)
 KEPT = 2
 
 
@@ -25,7 +25,7 @@ def begin(digest: str, size: int, arguments: List[str]) -> None:  # noqa: UP006
     if paths:
         os.environ["PYTHONPATH"] = os.pathsep.join(paths)
     python = list(sys.version_info[:3])
-    if tuple(python) < LEAST:
+    if tuple(python) < MIN_PYTHON:
         say(python=python, problem="old")
         return
     stages = cache_folder() / "improv" / "stages"

@@ -24,11 +24,11 @@ KNOWN_AFTER = 3.0
 """Seconds of exchanges after which the clock is known, no matter how late they were."""
 GOOD = 0.0005
 """Seconds of error with which the clock is known at once."""
-LEAST = 20
+MIN_EXCHANGES = 20
 """The fewest exchanges after which it is known."""
 USUAL_DRIFT = 40e-6
 """Seconds per second by which two of three pairs of computer clocks differ at most."""
-MOST_DRIFT = 300e-6
+MAX_DRIFT = 300e-6
 """Seconds per second by which any two clocks differ at most: cheap quartz has 100e-6, and a service that sets a clock
 may add as much."""
 STEP = 0.02
@@ -117,8 +117,8 @@ def noted(exchanges: Exchanges, new: Exchange) -> Exchanges:
 
 
 def estimate(exchanges: Exchanges, now: float) -> Estimated | None:
-    """Estimate the clock there from the exchanges; None before `LEAST` of them."""
-    if exchanges.count < LEAST:
+    """Estimate the clock there from the exchanges; None before `MIN_EXCHANGES` of them."""
+    if exchanges.count < MIN_EXCHANGES:
         return None
     down = [(each.at - now, each.delay) for each in exchanges.down]
     up = [(each.at - now, each.delay) for each in exchanges.up]
@@ -153,7 +153,7 @@ def steered(clock: RemoteClock | None, found: Estimated) -> RemoteClock:
 def _contradicts(exchanges: Exchanges, new: Exchange) -> bool:
     """Return whether a message would have come before it was sent, by the remembered delays of the other direction."""
     down, up = new.arrived - new.sent, new.heard - new.answered
-    least = -MOST_DRIFT * MEMORY
+    least = -MAX_DRIFT * MEMORY
     return any(down + each.delay < least for each in exchanges.up) or any(
         up + each.delay < least for each in exchanges.down
     )
@@ -189,7 +189,7 @@ def _drift(down: _Floors, up: _Floors, spread: float) -> float:
 
     middle = sum(at for at, _ in (*down, *up)) / (len(down) + len(up))
     down, up = [(at - middle, delay) for at, delay in down], [(at - middle, delay) for at, delay in up]
-    least, most = -MOST_DRIFT, MOST_DRIFT
+    least, most = -MAX_DRIFT, MAX_DRIFT
     while most - least > FINEST:
         left, right = least + (most - least) / 3, most - (most - least) / 3
         if likelihood(left) < likelihood(right):

@@ -24,7 +24,7 @@ AT_FIRST = 30.0
 """Seconds at first in which questions are frequent."""
 LOST = 30.0
 """Seconds after which no answer is expected anymore."""
-MOST_WAYS = 400
+MAX_WAYS = 400
 """The questions whose ways there are remembered: if one packet in fifty is sent again, some show the time."""
 LOOK_PERIOD = 1.0
 """Seconds between two estimates, once the clock is known."""
@@ -61,7 +61,7 @@ def answered(asking: Asking, answer: RemoteTimes, now: float) -> Asking:
     if sent is None:
         return asking
     rest = {number: at for number, at in asking.questions.items() if number != answer.number}
-    ways = (*asking.ways[-MOST_WAYS + 1 :], answer.arrived / SECOND - sent)
+    ways = (*asking.ways[-MAX_WAYS + 1 :], answer.arrived / SECOND - sent)
     exchange = Exchange(sent, answer.arrived / SECOND, answer.answered / SECOND, now)
     return replace(asking, questions=rest, exchanges=noted(asking.exchanges, exchange), latest=answer, ways=ways)
 

@@ -19,7 +19,7 @@ from improv_core.safety.allowed import HostError, checked, is_approved, refusal,
 
 BEGIN_LIMIT = 45.0
 """Seconds that the far end may take to begin, on a slow network."""
-MOST_SAID = 65_536
+MAX_SAID = 65_536
 """The most bytes that the other machine's shell may print before our program does, such as a greeting."""
 POLICY = Policy(2.0, errors=subprocess.PIPE)
 """ssh stays in our session, so that it ends with us, even if we are killed."""
@@ -127,7 +127,7 @@ def _begun(host: str, ssh: Child, arguments: Sequence[str]) -> Connection:
             if said.get("begins") is True:
                 return Connection(host, ssh, b"\n".join([*lines[at + 1 :], unread]))
         length += len(data)
-        if length > MOST_SAID:
+        if length > MAX_SAID:
             raise ConnectError(texts.strange(host, "it prints much that is none of ours"))
 
 

@@ -37,7 +37,7 @@ SILENCE_LIMIT = 20.0
 """Seconds of silence after which the link counts as dead: its near end always asks for the time."""
 REST_PERIOD = 0.5
 """Seconds between two checks whether the stage hangs, and between two checks of the link, while the stage rests."""
-MOST_WAITING = 1_000_000
+MAX_WAITING = 1_000_000
 """The bytes from the stage that may wait for the link. Then the stage is not read until some have left."""
 POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
 SHORT = 1_000
@@ -67,7 +67,7 @@ class FarOutbox:
     def put(self, frame: bytes) -> None:
         """Send this after all others; wait until fewer wait."""
         with self._changed:
-            self._changed.wait_for(lambda: self._waiting < MOST_WAITING or self._closed)
+            self._changed.wait_for(lambda: self._waiting < MAX_WAITING or self._closed)
             self._lines.append(frame)
             self._waiting += len(frame)
             self._changed.notify_all()

@@ -69,12 +69,12 @@ def time_in(rest: bytes) -> RemoteTimes:
     return RemoteTimes(number, arrived, answered, wall, asleep)
 
 
-_MOST_DIGITS = 20
+_MAX_DIGITS = 20
 
 
 def number_in(rest: bytes) -> int:
     """Return the number in a frame. Raises FrameError."""
-    if not rest.isdigit() or len(rest) > _MOST_DIGITS:
+    if not rest.isdigit() or len(rest) > _MAX_DIGITS:
         raise FrameError("it sends something else than a number")
     return int(rest)
 

@@ -42,7 +42,7 @@ HARMLESS_SILENCE = 10.0
 """Seconds of silence after which the link is given up while no robots may move."""
 STALL = 0.5
 """Seconds by which we may be late ourselves. If we are later, the silence proves nothing about the link."""
-MOST_DIRECT = 256
+MAX_DIRECT = 256
 """The most stops that may wait for the far end's confirmation. The oldest one is then never confirmed."""
 LAST = END_LIMIT - 0.3
 """Seconds until we end although the far end has not: our parent would kill us a moment later."""
@@ -182,7 +182,7 @@ class NearEnd:
     def _stop(self, stop: Stop, answer: Answer) -> None:
         """Pass on a stop that has come straight here, and answer it once the stage has obeyed."""
         with self._changed:
-            if len(self._direct) >= MOST_DIRECT:
+            if len(self._direct) >= MAX_DIRECT:
                 del self._direct[next(iter(self._direct))]
             self._direct.setdefault(stop["direct"], []).append(answer)
         self._send_first(b"s" + json.dumps({**stop, "number": DIRECT}).encode() + b"\n")

@@ -24,9 +24,9 @@ from improv_core.syntax import nodes
 from improv_core.syntax.vocabulary import UNITS
 from improv_core.text import Span
 
-MOST_MOMENTS = 2_000
+MAX_MOMENTS = 2_000
 """The moments of a part in which a word is looked for."""
-MOST_GHOSTS = 100
+MAX_GHOSTS = 100
 """The places that are shown where the same word ends, too."""
 LENGTHS, ANGLES = (Fraction(1, 10), Fraction(1, 100)), (Fraction(15), Fraction(1))
 """The meters and degrees to which a handle snaps, and those to which it moves freely."""
@@ -116,7 +116,7 @@ def handle_at(analysis: Analysis, offset: int) -> Handle | None:
         return None
     span, _, played = found
     first = next(played)
-    others = [other.ends for other in islice(played, MOST_GHOSTS)]
+    others = [other.ends for other in islice(played, MAX_GHOSTS)]
     return Handle(first.robot, span, analysis.text[slice(*span)], first.ends, others)
 
 
@@ -213,7 +213,7 @@ def _moments(score: Score, part: Part, word: Source) -> Iterator[tuple[bool, Pos
     """Yield the moments of a part: whether a word plays, the pose before it, the velocity, and the seconds."""
     pose = part.start
     moving_at = cache(partial(twist, profile=part.profile, tempo=score.tempo))  # most moments have few velocities
-    for moment in islice(walk(part.movement), MOST_MOMENTS):
+    for moment in islice(walk(part.movement), MAX_MOMENTS):
         moving, seconds = moving_at(moment.velocity), score.seconds(moment.duration)
         yield word in moment.sources, pose, moving, seconds
         if moment.duration == ENDLESS:

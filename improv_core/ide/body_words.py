@@ -18,7 +18,7 @@ from improv_core.score.joints import Limb, joint_moments
 from improv_core.score.movement import Movement
 from improv_core.score.projection import goal_of
 
-MOST_MOMENTS = 500
+MAX_MOMENTS = 500
 """The most moments of a movement that are followed to find the ranges of joints."""
 _WORDS = {component: word for word, component in DIRECTIONS.items()}
 
@@ -88,8 +88,8 @@ def moved_by(analysis: Analysis, placed: Placed, meaning: Movement) -> tuple[str
         for name in body.moved_by(meaning.body_words.asked):
             limb = Limb(body.part[name], body, Fraction(60))
             ends = {joint: [position] for joint, position in limb.positions.items()}
-            moments = list(islice(joint_moments(meaning, limb), MOST_MOMENTS + 1))
-            if len(moments) > MOST_MOMENTS:
+            moments = list(islice(joint_moments(meaning, limb), MAX_MOMENTS + 1))
+            if len(moments) > MAX_MOMENTS:
                 continue
             for each in moments:
                 for joint, position in each.begin.items():

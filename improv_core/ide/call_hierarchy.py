@@ -11,7 +11,7 @@ from improv_core.ide.references import names_used, symbol_at
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
-MOST_CALLS = 1_000
+MAX_CALLS = 1_000
 """The most entries of one answer."""
 
 
@@ -39,14 +39,14 @@ def incoming(analysis: Analysis, offset: int) -> list[HierarchyCall]:
     placed = analysis.statement_at(offset)
     name = placed.statement.defines if placed else None
     users = analysis.bindings.users(name, placed.index) if placed and name else ()
-    return [call for user in users[:MOST_CALLS] for call in _calls(analysis, user, user, name)]
+    return [call for user in users[:MAX_CALLS] for call in _calls(analysis, user, user, name)]
 
 
 def outgoing(analysis: Analysis, offset: int) -> list[HierarchyCall]:
     """Return the definitions that the definition or line at an offset uses, in the order of the text."""
     placed = analysis.statement_at(offset)
     found: list[HierarchyCall] = []
-    for name in islice(placed.statement.uses, MOST_CALLS) if placed else ():
+    for name in islice(placed.statement.uses, MAX_CALLS) if placed else ():
         definer = analysis.bindings.definer(name, placed.index) if placed else None
         if placed and definer is not None:
             found += _calls(analysis, definer, placed.index, name)

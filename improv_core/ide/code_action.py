@@ -16,7 +16,7 @@ REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
 """Codes about text without effect. On request, all fixes that only remove such text are applied at once."""
 _KEEP_THE_DANCE = frozenset({"never-performed", "unused-name", "no-effect"})
 """Codes below errors whose fixes keep the dance as it is."""
-MOST_ROUNDS = 20
+MAX_ROUNDS = 20
 """The most rounds of safe fixes: one error may hide the next one in its line."""
 
 
@@ -57,7 +57,7 @@ def _is_preferred(problem: Diagnostic) -> bool:
 def fix_all(analysis: Analysis) -> list[Action]:
     """Return the action that applies all safe fixes of a program, if there are any."""
     now = analysis
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         edits = _safe_edits(now)
         for edit in reversed(edits):
             now = now.edited(*edit.span, edit.text)

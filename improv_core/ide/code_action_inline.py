@@ -15,7 +15,7 @@ from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Number
 from improv_core.text import Span
 
-MOST_USES = 200
+MAX_USES = 200
 """The most uses of a name that can be inlined everywhere."""
 
 
@@ -41,7 +41,7 @@ def inline_definition(analysis: Analysis, span: Span) -> Iterator[Action]:
 def inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
     """Inline all uses of the name that a statement defines, and remove the definition."""
     uses = _uses(analysis, definer)
-    edits = [edit for fragment in uses[:MOST_USES] if (edit := _inlined(analysis, definer, fragment))]
+    edits = [edit for fragment in uses[:MAX_USES] if (edit := _inlined(analysis, definer, fragment))]
     overlap = any(other.span.start < one.span.end for one, other in pairwise(edits))  # one in an argument of another
     if not uses or len(edits) < len(uses) or overlap:
         return
@@ -61,7 +61,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
     """Return the uses of the name that the statement `definer` defines."""
     statement = analysis.statements[definer]
     kind = nodes.Call if statement.parameters else nodes.Name
-    users = analysis.bindings.users(statement.defines or "", definer)[: MOST_USES + 1]
+    users = analysis.bindings.users(statement.defines or "", definer)[: MAX_USES + 1]
     return [
         fragment_of(analysis, placed, node)
         for placed in map(analysis.placed, users)

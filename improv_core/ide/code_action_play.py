@@ -11,7 +11,7 @@ from improv_core.ide.references import symbol_at
 from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.ide.selection import uses
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.program.program import MOST_SCENES, Placed
+from improv_core.program.program import MAX_SCENES, Placed
 from improv_core.program.timing import in_beats, in_seconds
 from improv_core.robots.config import read_robots
 from improv_core.robots.toml_text import read_toml
@@ -19,7 +19,7 @@ from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Lengths
 from improv_core.text import Span
 
-MOST_ROBOTS = 3
+MAX_ROBOTS = 3
 """The most robots of a line that can be muted and soloed from there."""
 
 
@@ -56,7 +56,7 @@ def play_actions(
         yield PlayAction(f"Play {line}", "improv.play.line", "play", _head(placed))
         yield PlayAction(f"Play only {line}", "improv.play.only", "only", _head(placed))
     if analysis.breaks:
-        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
+        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MAX_SCENES - 1)
         called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"
         yield PlayAction(f"Play only {called}", "improv.play.scene", "play", Scenes(scene, scene))
         last = analysis.scene_count - 1
@@ -66,7 +66,7 @@ def play_actions(
     yield PlayAction("Play the program", "improv.play", "play")
     yield STOP
     if placed and len(analysis.robots) > 1:
-        for robot in placed.meaning.robots[:MOST_ROBOTS]:
+        for robot in placed.meaning.robots[:MAX_ROBOTS]:
             yield PlayAction(f"{'Unmute' if robot in muted else 'Mute'} {robot}", "improv.mute", "mute", robot=robot)
             yield PlayAction(f"{'Unsolo' if robot in soloed else 'Solo'} {robot}", "improv.solo", "solo", robot=robot)
 

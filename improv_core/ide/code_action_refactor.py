@@ -25,10 +25,10 @@ from improv_core.syntax.nodes import Node
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import LINE_END, Span
 
-MOST_TURNS = 32
+MAX_TURNS = 32
 """The largest count of a repeat that can be unrolled."""
 _COMMENT = re.compile(COMMENT)
-_TURNS = frozenset(map(str, range(2, MOST_TURNS + 1)))
+_TURNS = frozenset(map(str, range(2, MAX_TURNS + 1)))
 LONGEST = 20_000
 """The most characters that an action may write."""
 

@@ -14,7 +14,7 @@ from improv_core.ide.code_action_play import lack, lasting, scene_lasting
 from improv_core.ide.rehearsal import Scenes, scene_called
 from improv_core.program.analysis import Analysis
 
-MOST_SCENES = 200
+MAX_SCENES = 200
 """The most scenes that get lenses: editors request those of the whole program after every key."""
 
 
@@ -31,7 +31,7 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
     """Yield the lens of a program, and those of the scenes that begin with these statements, in the order of the
     text."""
     yield Lens(0, _titled("▶ play", lack(analysis) or lasting(analysis.lengths.values(), analysis.tempo)))
-    for scene, index in enumerate(islice(analysis.breaks, MOST_SCENES), 1):
+    for scene, index in enumerate(islice(analysis.breaks, MAX_SCENES), 1):
         if analysis.statement_ids[index] in scenes:
             line = analysis.lines.position(analysis.offsets[index]).line
             title = _titled(f"▶ {scene_called(analysis, scene)}", scene_lasting(analysis, scene))

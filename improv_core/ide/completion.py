@@ -31,7 +31,7 @@ from improv_core.syntax.vocabulary import RADIUS, UNITS, WORDS
 from improv_core.syntax.word import A_NUMBER, Kind, Word
 from improv_core.text import Span, has_in_order
 
-MOST_NAMES = 300
+MAX_NAMES = 300
 """If there are more names, completion offers only those that match the typed letters."""
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
@@ -285,10 +285,10 @@ def _names_in(analysis: Analysis, found: BeforeCursor) -> tuple[list[tuple[int, 
     own = {each.name for each in found.parameters}
     definers = _definers(analysis, found.statement)
     names: Iterable[str] = [name for name in definers if name not in own]
-    whole = len(definers) <= MOST_NAMES
+    whole = len(definers) <= MAX_NAMES
     if not whole:
         letters = found.begun.lower()
-        names = islice((name for name in names if has_in_order(name.lower(), letters)), MOST_NAMES)
+        names = islice((name for name in names if has_in_order(name.lower(), letters)), MAX_NAMES)
     indices = [definers[name] for name in names]
     return [(index, each) for index in indices if (each := analysis.meanings[index].definition)], whole
 

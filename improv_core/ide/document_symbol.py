@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.diagnostics import MOST_SHOWN
+from improv_core.diagnostics import MAX_SHOWN
 from improv_core.program.analysis import Analysis
 from improv_core.program.opening import OPENING
 from improv_core.program.program import Placed
@@ -32,7 +32,7 @@ class OutlineEntry:
 
 
 def outline(analysis: Analysis) -> list[OutlineEntry]:
-    """Return the outline entries of a program, in the order of the text. It has only the first `MOST_SHOWN` lines with
+    """Return the outline entries of a program, in the order of the text. It has only the first `MAX_SHOWN` lines with
     syntax errors: those after them aren't marked either, and tens of thousands would only fill the screen."""
     scenes: list[tuple[Placed | None, list[OutlineEntry]]] = [(None, [])]
     breaks, wrong = {*analysis.breaks}, 0
@@ -44,7 +44,7 @@ def outline(analysis: Analysis) -> list[OutlineEntry]:
                 scenes.append((analysis.placed(index), []))
             else:  # it names the first
                 scenes[-1] = analysis.placed(index), scenes[-1][1]
-        elif statement.diagnostics and wrong > MOST_SHOWN:
+        elif statement.diagnostics and wrong > MAX_SHOWN:
             continue
         elif entry := outline_of(analysis, index):
             scenes[-1][1].append(entry)

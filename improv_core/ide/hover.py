@@ -50,11 +50,11 @@ from improv_core.text import LINE_END, Span
 LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
-MOST_HEADS = 20
+MAX_HEADS = 20
 """The most names before the sign of a line that are listed."""
 _NOWHERE = Span(0, 0)
 _BARE = re.compile(r"[\w…-]+")
-MOST_MOMENTS = 150
+MAX_MOMENTS = 150
 """The most moments of a path that is drawn: more would take too long."""
 SIZE = 160.0
 """Pixels of the longer side of a picture."""
@@ -271,7 +271,7 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
     drawn = _shape(analysis, placed, meaning) if pictures and not lack else ""
     if not plays and token != sign:
         return Hover(token.span, _code(token.text), " (name)", facts, "", drawn)
-    heads = _short(", ".join(_code(head.text) for head in statement.heads[:MOST_HEADS]))
+    heads = _short(", ".join(_code(head.text) for head in statement.heads[:MAX_HEADS]))
     if plays and not lack:
         facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
     one = len(statement.heads) == 1
@@ -382,7 +382,7 @@ def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
 def _drawn(part: Part, tempo: Fraction) -> str:
     """Return the path of a part as SVG; empty if the robot stays in place."""
     peak = part.movement.bounds.peak
-    return picture(Score(tempo, {part.robot: part}), SIZE, MOST_MOMENTS) if peak.x or peak.y else ""
+    return picture(Score(tempo, {part.robot: part}), SIZE, MAX_MOMENTS) if peak.x or peak.y else ""
 
 
 def _image(svg: str) -> str:

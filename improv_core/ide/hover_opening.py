@@ -17,7 +17,7 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import OfKind
 from improv_core.text import Span
 
-MOST_PLACES = 12
+MAX_PLACES = 12
 """The most robots of a formation whose places are listed."""
 TOGETHER = 0.001
 """The distance in meters up to which robots share one place."""
@@ -76,7 +76,7 @@ def kind(profile: Profile) -> str:
 
 
 def _places(robots: tuple[str, ...], poses: tuple[Pose, ...]) -> Iterator[str]:
-    shown = list(zip(robots, poses, strict=True))[:MOST_PLACES]
+    shown = list(zip(robots, poses, strict=True))[:MAX_PLACES]
     for robot, pose in shown:
         yield f"{printable(robot)}: {stand_at(pose)}"
     if len(robots) > len(shown):
@@ -90,7 +90,7 @@ def _neighbors(analysis: Analysis, robot: str) -> Iterator[str]:
     starts = starts_of(analysis)
     far = {name: starts[robot].apart(starts[name])[0] for name in analysis.all_robots if name != robot}
     if together := [printable(name) for name, distance in far.items() if distance <= TOGETHER]:
-        yield f"here too: {', '.join(together[:MOST_PLACES])}"
+        yield f"here too: {', '.join(together[:MAX_PLACES])}"
     elif far:
         name = min(far, key=far.__getitem__)
         yield f"nearest: {printable(name)}, {_meters(far[name])} m away"

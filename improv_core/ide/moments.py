@@ -11,7 +11,7 @@ from improv_core.score.movement import Duration, Source, near
 from improv_core.score.replay import Replay
 from improv_core.text import Span, difference
 
-MOST_WORDS = 2_000
+MAX_WORDS = 2_000
 """The most words of a robot that are lit at once: those of names within names."""
 
 
@@ -70,6 +70,6 @@ def lit_words(
         change = moment.start
         if change <= at:
             change += moment.duration
-            spans.update(span for word in islice(moment.sources, MOST_WORDS) if (span := place(word)))
+            spans.update(span for word in islice(moment.sources, MAX_WORDS) if (span := place(word)))
         until = change if until is None else min(until, change)
     return LitWords(sorted(spans), until)

@@ -12,7 +12,7 @@ from improv_core.syntax.characters import HASHES, SPACES
 from improv_core.syntax.nodes import Call, Node, Number, Parameter, PoseTerm, nodes
 from improv_core.text import Span
 
-MOST_COMMENT = 10
+MAX_COMMENT = 10
 """The most lines of a comment that are shown."""
 _COMMENT = re.compile(rf"[ \t\ufeff{SPACES}]*[{HASHES}][{HASHES} \t]*(.*)")
 
@@ -55,7 +55,7 @@ def comment(analysis: Analysis, definer: int) -> str:
     lines = analysis.lines
     number = lines.position(analysis.offsets[definer]).line
     found: list[str] = []
-    while number and len(found) < MOST_COMMENT and (match := _COMMENT.fullmatch(lines.line(number - 1))):
+    while number and len(found) < MAX_COMMENT and (match := _COMMENT.fullmatch(lines.line(number - 1))):
         found.insert(0, match[1])
         number -= 1
     return "\n".join(found)

@@ -24,7 +24,7 @@ from improv_core.syntax.parser import LONGEST_KEPT, parse_statement
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
-MOST_USERS = 1_000
+MAX_USERS = 1_000
 """The most statements that are followed to the lines that play them."""
 
 
@@ -143,8 +143,8 @@ def lines_playing(analysis: Analysis, index: int) -> Iterator[int]:
         if analysis.meanings[index].robots:
             yield index
         name = analysis.statements[index].defines
-        for user in analysis.bindings.users(name, index)[:MOST_USERS] if name else ():
-            if user not in reached and len(reached) < MOST_USERS:
+        for user in analysis.bindings.users(name, index)[:MAX_USERS] if name else ():
+            if user not in reached and len(reached) < MAX_USERS:
                 reached.add(user)
                 heappush(waiting, user)
 
@@ -198,7 +198,7 @@ def _hides_radius(statement: Statement) -> bool:
     return all(word.type != "RADIUS" for word in statement.words)
 
 
-MOST_ROBOTS = 100
+MAX_ROBOTS = 100
 """The most robots that are searched."""
 
 
@@ -212,6 +212,6 @@ def performers(analysis: Analysis, index: int) -> dict[Profile, str]:
 def by_profile(config: Robots, robots: Iterable[str]) -> dict[Profile, str]:
     """Return the profiles of these robots, or of all listed ones if there are none, and the first robot of each."""
     found: dict[Profile, str] = {}
-    for robot in islice(tuple(robots) or config.robots, MOST_ROBOTS):
+    for robot in islice(tuple(robots) or config.robots, MAX_ROBOTS):
         found.setdefault(config.profile_of(robot), robot)
     return found or {DEFAULT: ""}

@@ -13,7 +13,7 @@ from improv_core.program.compiler import score_of
 from improv_core.robots.config import Robots
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Exact
-from improv_core.score.path import MOST_MEASURED_THROWS, pose_at
+from improv_core.score.path import MAX_MEASURED_THROWS, pose_at
 from improv_core.score.score import Score
 from improv_core.score.suppositions import as_passed
 from improv_core.slices import checkpoint
@@ -115,7 +115,7 @@ def _places(analysis: Analysis, scene: int) -> tuple[Mapping[str, Pose], Exact, 
     places = {}
     for robot, part in passed.parts.items():
         checkpoint()
-        if (place := pose_at(part, begin, MOST_MEASURED_THROWS)) is None:
+        if (place := pose_at(part, begin, MAX_MEASURED_THROWS)) is None:
             return {}, begin, UNKNOWN.format(f"it takes too long to find out where {robot} is then")
         places[robot] = place
     decided = any(each.open for part in score.parts.values() for each in part.scenes[:scene])

@@ -27,7 +27,7 @@ from improv_core.text import Span
 
 GHOST = "ghost"
 """The robot that dances movements that no robot plays."""
-MOST_DANCED = 100
+MAX_DANCED = 100
 """The most definitions of a selection in which no line has robots."""
 _NOWHERE = -1  # the ID of no statement
 _PLAYS_NOTHING = "choose a line with a robot, a name, or a movement"
@@ -69,8 +69,8 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     found = [each for each in chosen if part or each.statement.kind in ("EQUAL", "")]
     if not found:
         raise UnplayableError(f"there is nothing to play on {_lines(analysis, chosen)}: {_PLAYS_NOTHING}")
-    if len(found) > MOST_DANCED:
-        raise UnplayableError(f"these are {len(found):,} definitions: select {MOST_DANCED} or fewer")
+    if len(found) > MAX_DANCED:
+        raise UnplayableError(f"these are {len(found):,} definitions: select {MAX_DANCED} or fewer")
     ghost = _unused_name(analysis)
     danced = [_danced(analysis, each, part, ghost) for each in found]
     selected = replace(analysis, selected=danced)

@@ -22,7 +22,7 @@ OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {
 }  # fmt: skip
 """The messages that urgent ones overtake: never a score, so one sent before a stop can't undo it."""
 
-MOST_SENSED = 1_000
+MAX_SENSED = 1_000
 """The most edges of senses that may wait. If more come, only the latest of each sense to each value count."""
 
 Item = TypeVar("Item")
@@ -141,7 +141,7 @@ class UrgentQueue(Generic[Item]):
         if self._edges:
             return self._edges.popleft()
         if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "stop")):
-            if len(self._sensed) > MOST_SENSED:
+            if len(self._sensed) > MAX_SENSED:
                 latest = {(edge.what, edge.value): edge for edge in self._sensed}
                 self._sensed = deque(sorted(latest.values(), key=lambda edge: edge.at))
             self._took_sensed = True

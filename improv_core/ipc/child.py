@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-MOST_READ = 65_536
+MAX_READ = 65_536
 """The most bytes of one read: as many as a usual pipe holds."""
 ROOT = Path(sys.executable).anchor
 """The folder in which children start: it contains no modules, and only administrators can add some."""
@@ -26,7 +26,7 @@ KILL_LIMIT = 5.0
 """Seconds that a killed process may take until it is gone."""
 KILLED = -9
 """The exit code of a process that got SIGKILL, which Windows doesn't have."""
-MOST_ERRORS = 50
+MAX_ERRORS = 50
 """The lines of standard error that are kept."""
 ERRORS_LIMIT = 0.5
 """Seconds to wait for the end of standard error of a process that has exited: its own children may hold it open."""
@@ -74,7 +74,7 @@ class Child:
         assert self._process.stdout
         self._input, self._output = self._process.stdin, self._process.stdout
         self._unsent = self._unread = b""
-        self.errors: deque[str] = deque(maxlen=MOST_ERRORS)
+        self.errors: deque[str] = deque(maxlen=MAX_ERRORS)
         """The last lines on its standard error, if they are kept; complete once `wait` has returned, and empty then if
         somebody else has killed it: nothing that it wrote before is the reason."""
         if not policy.waits:
@@ -133,7 +133,7 @@ class Child:
             raise EOFError
         if limit is not None and not self.speaks(limit):
             return b""
-        data = os.read(self._output.fileno(), MOST_READ)
+        data = os.read(self._output.fileno(), MAX_READ)
         if not data:
             raise EOFError
         return data

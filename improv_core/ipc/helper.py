@@ -14,7 +14,7 @@ from typing import Any
 from improv_core.ipc.child import Child, Policy
 from improv_core.protocol.decoding import ProtocolError, dumps, read_as
 
-MOST_WAITING = 10_000
+MAX_WAITING = 10_000
 """The most messages that may wait for the process. With more, it counts as hung and is killed."""
 
 Make = Callable[[], Mapping[str, Any]]
@@ -52,7 +52,7 @@ class Helper:
 
     def put(self, message: Mapping[str, Any] | Make) -> None:
         """Send it a message, after those before."""
-        if self._queue.qsize() < MOST_WAITING:
+        if self._queue.qsize() < MAX_WAITING:
             self._queue.put(message)
         else:
             self.kill()

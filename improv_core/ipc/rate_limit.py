@@ -9,7 +9,7 @@ from improv_core.protocol.commands import COMMANDS, PageRequest, about
 
 PERIOD = 0.02
 """Seconds from one batch of requests to the next: too few to notice."""
-MOST = 500
+MAX_MESSAGES = 500
 """The most messages that a page may send in a second. A hand on a mouse and ten keys of senses send at most 350."""
 
 PassOn = Callable[[PageRequest], None]
@@ -64,7 +64,7 @@ class _Lane:
 
 
 class Flood:
-    """Notices that a page sends more than `MOST` messages within a second: none of ours does."""
+    """Notices that a page sends more than `MAX_MESSAGES` messages within a second: none of ours does."""
 
     def __init__(self) -> None:
         self._since = 0.0
@@ -75,4 +75,4 @@ class Flood:
         if now - self._since >= 1.0:
             self._since, self._count = now, 0
         self._count += 1
-        return self._count > MOST
+        return self._count > MAX_MESSAGES

@@ -24,7 +24,7 @@ from improv_core.protocol.limits import END_LIMIT, STOP_PIPE
 from improv_core.protocol.messages import FromStage, Ready, ToStage
 from improv_core.protocol.transport import may_move
 from improv_core.safety.heartbeat import LOOK_PERIOD, PING_PERIOD, StageWatchdog
-from improv_core.safety.stops import MOST_DIRECT, Stops
+from improv_core.safety.stops import MAX_DIRECT, Stops
 
 SHORT = 500
 """The movements that a score may bring and still be written at once: longer ones would hold up stops."""
@@ -92,9 +92,9 @@ class Stage:
         self._outbox: UrgentQueue[ToStage | bytes | None] = UrgentQueue()
         self._behind = 0  # the number of items in there that have yet to be written
         self._sending = threading.Lock()
-        self._sent: deque[str] = deque(maxlen=MOST_DIRECT)  # stops that it was sent, which may also come straight to it
+        self._sent: deque[str] = deque(maxlen=MAX_DIRECT)  # stops that it was sent, which may also come straight to it
         # Stops that have come straight to it, and were not sent to it.
-        self._reported: deque[Stop] = deque(maxlen=MOST_DIRECT)
+        self._reported: deque[Stop] = deque(maxlen=MAX_DIRECT)
         self._stops_by = stops_by
         self._number = 0  # the latest number that was used
         self._before = 0  # the number of the latest message on that channel
@@ -274,7 +274,7 @@ class Stage:
 
     def _note_sent(self, direct: str) -> None:
         self._sent.append(direct)
-        self._reported = deque((each for each in self._reported if each["direct"] != direct), MOST_DIRECT)
+        self._reported = deque((each for each in self._reported if each["direct"] != direct), MAX_DIRECT)
 
     def _close_channel(self) -> None:
         with self._sending:

@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from improv_core.ipc.rate_limit import MOST, Flood, Throttle
+from improv_core.ipc.rate_limit import MAX_MESSAGES, Flood, Throttle
 from improv_core.music import osc_in, osc_out, osc_wire
 from improv_core.plain import message as in_plain_text
 from improv_core.preview.forecast import Forecast, WordBegins
@@ -34,7 +34,7 @@ from improv_core.score.score_json import RowsRead, from_json
 
 NICENESS = 5
 """The process's niceness. If all processors are busy, commands come first."""
-MOST_AT_ONCE = 100
+MAX_AT_ONCE = 100
 """The most datagrams to read before anything else is done."""
 AHEAD, LOOK_PERIOD = 2.0, 1.0
 """Seconds that a forecast reaches ahead, and seconds between two forecasts."""
@@ -129,10 +129,10 @@ class OscDesk:
 
     def hear(self) -> None:
         """Read messages that have arrived, but too few to keep anything else waiting."""
-        for _ in range(MOST_AT_ONCE if self._port else 0):
+        for _ in range(MAX_AT_ONCE if self._port else 0):
             assert self._port
             try:
-                datagram, (host, _port) = self._port.recvfrom(osc_wire.MOST_BYTES + 1)
+                datagram, (host, _port) = self._port.recvfrom(osc_wire.MAX_BYTES + 1)
             except BlockingIOError:
                 return
             self.read(datagram, host)
@@ -228,8 +228,8 @@ class OscDesk:
         floods = self._floods(now)
         if floods and not any(each in datagram for each in osc_in.URGENT):
             return
-        if len(datagram) > osc_wire.MOST_BYTES:
-            self._complain(f"an OSC message longer than {osc_wire.MOST_BYTES:,} bytes was ignored", about="broken")
+        if len(datagram) > osc_wire.MAX_BYTES:
+            self._complain(f"an OSC message longer than {osc_wire.MAX_BYTES:,} bytes was ignored", about="broken")
             return
         try:
             messages = osc_wire.read(datagram)
@@ -246,7 +246,8 @@ class OscDesk:
         """Count a message. Returns whether too many have come."""
         floods = self._flood.counts(now)
         if floods:
-            self._complain(f"more than {MOST} OSC messages came within a second: only stops count", about="flood")
+            line = f"more than {MAX_MESSAGES} OSC messages came within a second: only stops count"
+            self._complain(line, about="flood")
         return floods
 
     def _obey(self, message: osc_wire.OscMessage, now: float, due: float) -> None:
@@ -258,7 +259,7 @@ class OscDesk:
             return
         if asked is None:
             return
-        if due <= now or not osc_in.waits(asked) or len(self._timers) >= osc_in.MOST_HELD:
+        if due <= now or not osc_in.waits(asked) or len(self._timers) >= osc_in.MAX_HELD:
             self._throttle.take(asked)
         elif due > now + osc_in.AHEAD:
             line = f"an OSC message was due more than {osc_in.AHEAD:g} s later, and was obeyed at once: compare clocks"

@@ -21,7 +21,7 @@ URGENT = tuple(address.encode() + b"\0" for address in STOPS)
 """The bytes that a datagram with one of these addresses contains."""
 AHEAD = 2.0
 """Seconds that a message may wait until its time. A later time comes from a wrong clock."""
-MOST_HELD = 1_000
+MAX_HELD = 1_000
 """The most messages that may wait for their time."""
 
 

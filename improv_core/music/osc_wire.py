@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-MOST_BYTES = 4096
+MAX_BYTES = 4096
 """The most bytes of a datagram that is read. Those of music programs fit into a network's 1,500."""
 Argument = str | int | float | bool | None
 

@@ -23,10 +23,10 @@ SECOND = 1_000_000_000
 LARGEST = 1e9
 """The largest number allowed in a pose, in meters. Sums and products of larger ones could become infinite or NaN."""
 
-MOST_TRANSFORMS = 1_000
+MAX_TRANSFORMS = 1_000
 """The most transforms that are read from one message."""
 
-MOST_JOINTS = 1_000
+MAX_JOINTS = 1_000
 """The most joints that are read from one message. No robot has more."""
 
 POSE_TEXTS = {"nav_msgs/Odometry": 2, "geometry_msgs/PoseStamped": 1, "geometry_msgs/PoseWithCovarianceStamped": 1}
@@ -165,7 +165,7 @@ def transforms_in(message: bytes) -> list[Transform]:
     try:
         (count,) = struct.unpack_from(f"{order}I", body)
         place = 4
-        for _ in range(min(count, MOST_TRANSFORMS)):
+        for _ in range(min(count, MAX_TRANSFORMS)):
             seconds, nanoseconds = struct.unpack_from(f"{order}iI", body, place := _aligned(place, 4))
             parent, place = _text(body, place + 8, order)
             child, place = _text(body, _aligned(place, 4), order)
@@ -186,7 +186,7 @@ def joints_in(message: bytes) -> dict[str, float]:
         (count,) = struct.unpack_from(f"{order}I", body, place := _aligned(place, 4))
         place += 4
         names = []
-        for _ in range(min(count, MOST_JOINTS)):
+        for _ in range(min(count, MAX_JOINTS)):
             name, place = _text(body, _aligned(place, 4), order)
             names.append(name)
         (found,) = struct.unpack_from(f"{order}I", body, place := _aligned(place, 4))

@@ -14,16 +14,16 @@ from typing import TypeVar
 
 from improv_core.page.background import Do
 from improv_core.preview.replaying import followed, note
-from improv_core.preview.window import MOST_MOMENTS, window
+from improv_core.preview.window import MAX_MOMENTS, window
 from improv_core.protocol.messages import Sensed, TransportMessage
 from improv_core.protocol.page_messages import AskWindow, Window
 from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
 
-MOST_BEATS = 256
+MAX_BEATS = 256
 """Beats in one window."""
-MOST_EARLY = 1_000
+MAX_EARLY = 1_000
 """Changes of senses that are kept. The simulator runs behind the real robots beside it, so these changes come before
 the scene or the jump to which they belong."""
 EARLY = 0.01
@@ -44,7 +44,7 @@ class Answers:
         self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
         self._replays: dict[int, Replay] = {}  # of these generations
         self._transport: TransportMessage | None = None
-        self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
+        self._sensed: deque[Sensed] = deque(maxlen=MAX_EARLY)
         self._do = do
 
     def show(self, score: Score, generation: int) -> None:
@@ -64,7 +64,7 @@ class Answers:
     def window(self, question: AskWindow) -> str | None:
         """The message that answers a `window` request; None if it asks about another score. For `compute`."""
         generation, start = int(question["generation"]), question["from"]
-        end = min(question["to"], start + MOST_BEATS)
+        end = min(question["to"], start + MAX_BEATS)
         replay = self._replays.get(generation)
         if not replay:
             return None
@@ -75,7 +75,7 @@ class Answers:
     def picture(self) -> str | None:
         """The score's paths as SVG; None if there is no score. For `compute`."""
         if self._score and not self._picture:
-            self._picture = plot(self._score, most_moments=MOST_MOMENTS // max(len(self._score.parts), 1))
+            self._picture = plot(self._score, most_moments=MAX_MOMENTS // max(len(self._score.parts), 1))
         return self._picture
 
     def _show(self, score: Score, generation: int) -> None:

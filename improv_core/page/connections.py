@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from aiohttp.web import Server
     from aiohttp.web_protocol import RequestHandler
 
-MOST_OF_ONE = 256
+MAX_PER_ADDRESS = 256
 """The most connections from one address: six for each of 40 browsers that share it, and a few more."""
-MOST = 2 * MOST_OF_ONE
+MAX_CONNECTIONS = 2 * MAX_PER_ADDRESS
 """The most connections from all addresses: far fewer than the usual limit of 1024 open files."""
 STALL_LIMIT = 20.0
 """Seconds without progress after which a connection is closed: no request arrives, a request stays incomplete, or the
@@ -47,9 +47,9 @@ def to_close(connections: Mapping[Key, OpenConnection], address: str) -> Key | N
     address, it is the connection without progress for longest.
     """
     counts = Counter(each.address for each in connections.values())
-    if counts[address] >= MOST_OF_ONE:
+    if counts[address] >= MAX_PER_ADDRESS:
         crowd = address
-    elif len(connections) >= MOST:
+    elif len(connections) >= MAX_CONNECTIONS:
         ((crowd, _),) = counts.most_common(1)
     else:
         return None

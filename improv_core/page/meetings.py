@@ -17,7 +17,7 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import from_json, to_json
 from improv_core.score.senses import is_computed
 
-MOST_SHOWN = 100
+MAX_SHOWN = 100
 """The most meetings and hits that pages are sent."""
 EXACT = 1024
 """Beats are rounded down to this part of a beat, to which whole beats can be added exactly."""
@@ -120,11 +120,11 @@ def as_message(checked: RoomCheck, generation: int, *, assumes: bool) -> Meeting
                 "more": each.more,
                 "poses": [list(astuple(pose)) for pose in each.poses],
             }
-            for each in checked.meetings[:MOST_SHOWN]
+            for each in checked.meetings[:MAX_SHOWN]
         ],
         "hits": [
             {"robot": each.robot, "thing": each.thing, "beat": each.beat, "pose": list(astuple(each.pose))}
-            for each in checked.hits[:MOST_SHOWN]
+            for each in checked.hits[:MAX_SHOWN]
         ],
     }
 

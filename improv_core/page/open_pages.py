@@ -17,7 +17,7 @@ from improv_core.protocol.robot_messages import Measured, MeasuredRobot
 from improv_core.score.motion import Pose
 
 FRAME = 1 / 60
-MOST_PLACES = 20_000
+MAX_PLACES = 20_000
 """Places kept for each robot: a quarter of an hour."""
 
 
@@ -149,10 +149,10 @@ class _MeasuredTrail:
 
     def renewed(self) -> _MeasuredTrail:
         """The trail without its older half, once it has too many places."""
-        if len(self.places) <= MOST_PLACES:
+        if len(self.places) <= MAX_PLACES:
             return self
         trail = _MeasuredTrail(self.simulated)
-        trail.places = self.places[MOST_PLACES // 2 :]
+        trail.places = self.places[MAX_PLACES // 2 :]
         return trail
 
 

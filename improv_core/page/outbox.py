@@ -13,7 +13,7 @@ from typing import Literal
 from improv_core.protocol.drawn import Bump, Lengthening
 from improv_core.protocol.page_messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
 
-MOST_BUMPS = 200
+MAX_BUMPS = 200
 TrailKind = Literal["trails", "measured"]
 SendText = Callable[[str], Awaitable[object]]
 """Sends a page a text, over any connection."""
@@ -28,7 +28,7 @@ class PageOutbox:
     def __init__(self, number: int) -> None:
         self.number = number
         self._waiting: dict[str, str | Callable[[], str]] = {}
-        self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
+        self._bumps: deque[Bump] = deque(maxlen=MAX_BUMPS)
         self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # the number of places sent of each trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()

@@ -17,9 +17,9 @@ from improv_core.protocol.editing import DrawPath, PerformPart, ProgramChange, T
 from improv_core.score.motion import Pose
 from improv_core.score.path import pose_at
 from improv_core.score.score import speeds_of
-from improv_core.transcription.gestures import LEAST, DrawnPoint, PressedKeys, words_drawn, words_performed
+from improv_core.transcription.gestures import MIN_LENGTH, DrawnPoint, PressedKeys, words_drawn, words_performed
 
-MOST_PARTS = 12
+MAX_PARTS = 12
 """The beat from which on a robot is moved by hand has at most this denominator."""
 
 
@@ -58,12 +58,12 @@ def _drawn(analysis: Analysis, change: DrawPath) -> Sequence[Edit] | None:
     poses = poses_in(analysis, gap) if gap else {}
     if gap and (robot in poses or not poses):
         pose = poses.get(robot)
-        if pose and math.dist((pose.x, pose.y), stroke[0][1:]) >= LEAST:
+        if pose and math.dist((pose.x, pose.y), stroke[0][1:]) >= MIN_LENGTH:
             stroke.insert(0, DrawnPoint(stroke[0].beat, pose.x, pose.y))
         _, words = words_drawn(stroke, pose.heading if pose else None, profile, parts)
         return [gap.filled(words)] if words else ()
     known, begin = _pose(analysis, change), _begin(change)
-    stays = known is not None and (begin > 0 or math.dist((known.x, known.y), stroke[0][1:]) < LEAST)
+    stays = known is not None and (begin > 0 or math.dist((known.x, known.y), stroke[0][1:]) < MIN_LENGTH)
     start, words = words_drawn(stroke, known.heading if known and stays else None, profile, parts)
     if not words:
         return ()
@@ -80,7 +80,7 @@ def _performed(analysis: Analysis, change: PerformPart) -> Sequence[Edit]:
 
 
 def _begin(change: DrawPath | PerformPart) -> Fraction:
-    return Fraction(change.get("begin", 0)).limit_denominator(MOST_PARTS)
+    return Fraction(change.get("begin", 0)).limit_denominator(MAX_PARTS)
 
 
 def _pose(analysis: Analysis, change: DrawPath) -> Pose | None:

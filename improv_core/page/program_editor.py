@@ -23,7 +23,7 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import starts_of
 from improv_core.program.joint_check import check_joints
 from improv_core.protocol.editing import (
-    MOST_PAGES,
+    MAX_PAGES,
     Analyze,
     Analyzed,
     AskHandle,
@@ -50,10 +50,10 @@ from improv_core.stage import dry_run
 from improv_core.text import LineIndex, difference
 
 T = TypeVar("T")
-MOST_PREVIEWS = 10
+MAX_PREVIEWS = 10
 """Texts of a page whose paths are kept: somebody may type this many keys before the page has the paths of the first."""
-MOST_PROBLEMS = 100
-MOST_WORDS = 50
+MAX_PROBLEMS = 100
+MAX_WORDS = 50
 REHEARSES = "this rehearsal doesn't begin at {}: leave out --from and --only to move {}"
 
 
@@ -112,7 +112,7 @@ class PageEditor:
         known = before.colors if before and before.number == ask.get("known") else []
         colors = list(_colors(text))
         self._texts[page] = _PageText(ask["number"], text, colors)
-        if len(self._texts) > MOST_PAGES:
+        if len(self._texts) > MAX_PAGES:
             oldest, _ = self._texts.popitem(last=False)
             self._previewed.pop(oldest, None)
         first, end, new = difference(known, colors)
@@ -133,7 +133,7 @@ class PageEditor:
             answers = self._preview.answers(ask["number"], analysis, self._predict)
             while preview := self._unless_edited(page, ask["number"], partial(next, answers, None)):
                 sent.setdefault(ask["number"], preview["robots"])  # of two answers, the page may have only the first
-                if len(sent) > MOST_PREVIEWS:
+                if len(sent) > MAX_PREVIEWS:
                     del sent[next(iter(sent))]
                 robots = {name: None if known.get(name) is path else path for name, path in preview["robots"].items()}
                 yield preview | {"robots": robots}
@@ -180,7 +180,7 @@ class PageEditor:
             "number": ask["number"],
             "start": found.span.start,
             "end": found.span.end,
-            "words": [{"word": item.label, "about": item.detail} for item in items[:MOST_WORDS]],
+            "words": [{"word": item.label, "about": item.detail} for item in items[:MAX_WORDS]],
         }
 
     def explain(self, page: int, ask: Explain) -> Explained | None:
@@ -219,7 +219,7 @@ class PageEditor:
         }
 
     def _problems(self, analysis: Analysis, found: Sequence[Diagnostic]) -> FirstProblems:
-        problems = _problems(found, analysis.lines, self.robots)[:MOST_PROBLEMS]
+        problems = _problems(found, analysis.lines, self.robots)[:MAX_PROBLEMS]
         return {"problems": problems, "count": len(found) + len(self.robots.diagnostics)}
 
     def change(self, page: int, ask: Change, *, rehearses: bool = False) -> ChangeEdits | None:

@@ -23,7 +23,7 @@ from improv_core.page.own_machine import HOST
 from improv_core.page.song_file import serve
 from improv_core.page.web_server import HEADERS, Access, abort, add_files, receive, serving
 from improv_core.protocol.commands import PageOpened, PageRequest, Stop
-from improv_core.protocol.editing import MOST_PAGES
+from improv_core.protocol.editing import MAX_PAGES
 from improv_core.safety.stage_stops import stop_stages
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 PARTING = 0.25
 """Seconds that pages have at the end to receive the reason."""
-MOST_BYTES = 1024 * 1024
+MAX_BYTES = 1024 * 1024
 """Bytes of a message from a page: enough for the longest text, in any JSON encoding."""
 CONFIRM_LIMIT = 1.0
 """Seconds for which a stop may wait for its confirmation. Then the page learns that the stop has only arrived."""
@@ -45,7 +45,7 @@ ASK_LIMIT = 0.8
 """Seconds for which stages may let a stop wait for their own confirmation: less, so that the answer has their names."""
 HEAD_START = 0.02
 """Seconds that stages have to obey a stop that has gone straight to them: too few to notice."""
-MOST_ASKING = 16
+MAX_ASKING = 16
 """The most stops whose confirmation by stages is awaited at the same time."""
 _PAGE, _NUMBER = re.compile(r"[0-9A-Za-z-]{1,64}"), re.compile(r"[0-9]{1,15}")
 """The name that a page gives itself, and the number of a stop."""
@@ -198,7 +198,7 @@ class Application:
     def _ask_stages(self, stop: Stop) -> bool:
         """Send a stop straight to all stages, on a thread: one that is halted must not delay the next stop. Return
         whether they are being asked."""
-        if self._show is None or self._asking >= MOST_ASKING:
+        if self._show is None or self._asking >= MAX_ASKING:
             return False
         loop, show = asyncio.get_running_loop(), self._show
 
@@ -221,10 +221,10 @@ class Application:
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         self._access.check(request, needs_origin=True)
-        if len(self._pages) >= MOST_PAGES:
+        if len(self._pages) >= MAX_PAGES:
             raise web.HTTPServiceUnavailable
         # Nothing is buffered beyond what the system takes, so that a slow page sees the present.
-        page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MOST_BYTES, writer_limit=0)
+        page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_BYTES, writer_limit=0)
         outbox = self._pages.join()
         self._open[outbox] = request
         name, framed = _page_of(request), "framed" in request.query

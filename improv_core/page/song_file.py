@@ -15,7 +15,7 @@ from improv_core.score.music import CONTENT_TYPES, Music, is_inside, is_song
 if TYPE_CHECKING:
     from aiohttp import web
 
-MOST_BYTES = 128 * 1024 * 1024
+MAX_BYTES = 128 * 1024 * 1024
 """The largest file. As browsers decode it, a song takes several times as much memory."""
 
 
@@ -56,8 +56,8 @@ def open_song(music: Music | None) -> Song:
         about = os.fstat(opened)
         if not stat.S_ISREG(about.st_mode):
             raise SongError(f"{name} is not a file.")
-        if about.st_size > MOST_BYTES:
-            raise SongError(f"{name} has more than {MOST_BYTES // 1024**2} MB: save it as MP3, or take a part of it.")
+        if about.st_size > MAX_BYTES:
+            raise SongError(f"{name} has more than {MAX_BYTES // 1024**2} MB: save it as MP3, or take a part of it.")
         file = os.fdopen(opened, "rb")
     except BaseException:
         os.close(opened)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-MOST_PAGES = 256
+MAX_PAGES = 256
 """Pages that are remembered: more than can be open."""
 
 
@@ -76,7 +76,7 @@ class PageStops:
     def _known(self, page: str) -> _Page:
         known = self._pages.setdefault(page, _Page())
         self._pages.move_to_end(page)
-        if len(self._pages) > MOST_PAGES:
+        if len(self._pages) > MAX_PAGES:
             self._pages.popitem(last=False)
         return known
 

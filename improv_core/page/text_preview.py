@@ -16,11 +16,11 @@ from improv_core.score.equality import same
 from improv_core.score.movement import ENDLESS, Movement
 from improv_core.score.prediction import Predict
 from improv_core.score.score import Part, Score
-from improv_core.score.strokes import MOST_MOMENTS, path_of, pictured
+from improv_core.score.strokes import MAX_MOMENTS, path_of, pictured
 
-MOST_STROKES = 4_000
+MAX_STROKES = 4_000
 """The most lines and arcs of all paths together."""
-MOST_BEATS = 24
+MAX_BEATS = 24
 """The beats that are drawn of a path without an end: as many as the page shows of one that plays."""
 
 
@@ -90,8 +90,8 @@ def _problem(analysis: Analysis) -> str:
 def _shown(score: Score, part: Part, assumed: Movement, goes_on: bool = False) -> PreviewedPath:
     """Return a path, rounded to millimeters and thousandths of a radian: the first beats if the part `goes_on` after
     it."""
-    beats = MOST_BEATS if goes_on or part.movement.duration == ENDLESS else None
-    path = path_of(score, part, assumed, MOST_MOMENTS, MOST_STROKES // len(score.parts), beats)
+    beats = MAX_BEATS if goes_on or part.movement.duration == ENDLESS else None
+    path = path_of(score, part, assumed, MAX_MOMENTS, MAX_STROKES // len(score.parts), beats)
     return {
         "start": [round(value, 3) for value in (path.start.x, path.start.y, path.start.heading)],
         "strokes": [

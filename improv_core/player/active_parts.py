@@ -15,7 +15,7 @@ from improv_core.player.setpoint_queue import Setpoint, setpoints, zeros
 from improv_core.score.budget import Budget
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.performance import Mover
-from improv_core.score.performer import MOST_SKIPPED
+from improv_core.score.performer import MAX_SKIPPED
 from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 
@@ -25,7 +25,7 @@ class ActiveParts:
 
     def __init__(self, value: Callable[[RobotSense], bool | None]) -> None:
         self._value = value
-        self._budget = Budget(MOST_SKIPPED)  # for all parts that begin together
+        self._budget = Budget(MAX_SKIPPED)  # for all parts that begin together
         self._over: dict[Mover, Duration] = {}  # the beat at which each part is over; ENDLESS if senses decide it
         self.over: Duration = 0
         """The beat at which the last part is over."""
@@ -60,7 +60,7 @@ class ActiveParts:
 
     def complete(self, run: Run) -> None:
         """Note that all parts of the scene have begun."""
-        self._budget = Budget(MOST_SKIPPED)
+        self._budget = Budget(MAX_SKIPPED)
         self._find_end()
         robots = [mover.robot for mover in self.open if not mover.part]
         self.asked = tuple(RobotSense(robot, sense) for robot in robots for sense in run.score.parts[robot].senses)

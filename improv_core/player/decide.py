@@ -41,7 +41,7 @@ from improv_core.player.start_rules import begin_parts, comes_in, coming_in, in_
 from improv_core.player.stop_rules import RunAndActs, error_line, warning_line
 from improv_core.protocol.commands import Silence
 from improv_core.protocol.fields import FASTEST, LAST_BEAT, SLOWEST
-from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.limits import MAX_AHEAD
 from improv_core.protocol.messages import Play
 from improv_core.protocol.play_again import STOPPED
 from improv_core.safety import preflight
@@ -133,7 +133,7 @@ def _play(run: Run, play: Play, facts: Facts) -> RunAndActs:
     elif run.mode == "paused":
         at = performed
     else:
-        soonest = max(facts.now, min(load.get("at", facts.now), facts.now + MOST_AHEAD))
+        soonest = max(facts.now, min(load.get("at", facts.now), facts.now + MAX_AHEAD))
         soonest = run.transport.performed(soonest - facts.late)  # when it does in other stages, even if it comes late
         at = run.switch_time(load["when"], soonest, play.beats_per_bar, facts.over)
     swap = PendingTakeover(score, load["generation"], load["when"], play.beats_per_bar, at, entry)

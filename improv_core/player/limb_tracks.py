@@ -20,11 +20,11 @@ from improv_core.score.performance import Mover
 from improv_core.score.score import Part
 from improv_core.score.walk import walk
 
-MOST_LEARNED = 100_000
+MAX_LEARNED = 100_000
 """The most parts of movements that are visited before a dance begins, to compute where they lead joints."""
 
 
-MOST_PLACED = 3_000
+MAX_PLACED = 3_000
 """The most parts of movements that a jump visits to compute where all joints stand then. It takes 0.1 s at most."""
 
 
@@ -132,7 +132,7 @@ class Limbs:
 
     def learn(self, parts: Iterable[Part], tempo: Fraction) -> None:
         """Compute where all parts lead the joints, before robots play them."""
-        budget = Budget(MOST_LEARNED)
+        budget = Budget(MAX_LEARNED)
         with suppress(TooLongError):
             for part in parts:
                 for mover in self.movers_of(part, tempo):
@@ -144,7 +144,7 @@ class Limbs:
         movers, far = [mover for part in parts.values() for mover in self.movers_of(part, tempo)], dict[str, None]()
         for mover in movers:
             try:
-                self.track[mover].place(parts[mover.robot], beat, Budget(MOST_PLACED // len(movers)))
+                self.track[mover].place(parts[mover.robot], beat, Budget(MAX_PLACED // len(movers)))
             except TooLongError:
                 far[mover.robot] = None
         return movers, far

@@ -13,7 +13,7 @@ from improv_core.score.performer import Performer, performer_at
 from improv_core.score.performing import Decision
 from improv_core.score.transport import Transport
 
-MOST_CHANGES = 10_000
+MAX_CHANGES = 10_000
 """The most changes of a part before time passes: more would make all robots late."""
 
 
@@ -87,7 +87,7 @@ class OpenPart:
         decisions: list[Decision] = []
         if self.is_over:  # a jump has led past its end
             return decisions
-        for _ in range(MOST_CHANGES):
+        for _ in range(MAX_CHANGES):
             if self.has_begun and self.beat < beat:
                 until = min(self._performer.until, beat)
                 assert not isinstance(until, float)

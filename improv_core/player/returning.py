@@ -30,7 +30,7 @@ AGAIN = 1.0
 """Seconds until a robot without a path looks for one again."""
 HORIZON = 120.0
 """Seconds ahead within which to look for places on a part."""
-MOST_CHANGES = 500
+MAX_CHANGES = 500
 """The most changes of velocity that are looked at: that takes a few milliseconds, and no command may wait longer."""
 SAMPLE = 1.0
 """Seconds between two places on a long movement."""
@@ -184,7 +184,7 @@ class Returns:
 def _places(ideal: Pose, part: Iterable[Setpoint], now: float, end: float) -> Iterator[Rendezvous]:
     """Yield a part's poses from its `ideal` one now until its scene ends. Its setpoints count from now."""
     pose, end = ideal, min(end, now + HORIZON)
-    changes = [(now + each.at, each.velocity) for each in islice(part, MOST_CHANGES)]
+    changes = [(now + each.at, each.velocity) for each in islice(part, MAX_CHANGES)]
     last = changes[-1:]
     for (at, twist), (until, _) in pairwise([*changes, *((max(at, end), twist) for at, twist in last)]):
         until = min(until, end)

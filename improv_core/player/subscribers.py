@@ -17,7 +17,7 @@ ANSWERS = 10.0
 robot that doesn't earlier."""
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
-MOST_LINES = 10
+MAX_LINES = 10
 """The most warnings at once. Nobody reads a thousand."""
 LOOK_AT = 20
 """The number of robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
@@ -135,12 +135,12 @@ class Listeners:
     def news(self) -> Iterator[str]:
         """Yield the lines that have come up since the last call. Lines that differ only in their topic are one."""
         lines, self._news = list(self._news.items()), {}
-        for line, topics in lines[:MOST_LINES]:
+        for line, topics in lines[:MAX_LINES]:
             count = len(set(topics))
             what = topics[0] if count == 1 else f"{count} topics, such as {topics[0]}"
             yield line.replace(_TOPIC, what)
-        if len(lines) > MOST_LINES:
-            yield f"and {len(lines) - MOST_LINES} more warnings"
+        if len(lines) > MAX_LINES:
+            yield f"and {len(lines) - MAX_LINES} more warnings"
 
     @property
     def unheard(self) -> bool:

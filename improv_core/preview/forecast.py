@@ -28,7 +28,7 @@ AHEAD = 30.0
 """Seconds that a path reaches ahead."""
 LARGEST_TURN = math.radians(10)
 """The most radians between two poses of a path: an arc is drawn as chords."""
-MOST_POSES = 1_000
+MAX_POSES = 1_000
 """The most poses in one path."""
 WORLD = "improv"
 """The frame of start poses."""
@@ -161,7 +161,7 @@ class Forecast:
             seconds = score.seconds(beats)
             chords = max(1, math.ceil(abs(moving.yaw) * seconds / LARGEST_TURN))
             for chord in range(1, chords + 1):
-                if count == MOST_POSES:
+                if count == MAX_POSES:
                     return
                 count += 1
                 passed = (start - begin + beats * chord / chords) * beat_seconds

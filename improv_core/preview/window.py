@@ -21,7 +21,7 @@ from improv_core.score.score import Part, Score, speeds_of, twist
 from improv_core.score.walk import Moment
 from improv_core.score.world import EMPTY, World
 
-MOST_MOMENTS = 20_000
+MAX_MOMENTS = 20_000
 """The most moments of all robots together in one window."""
 
 
@@ -119,7 +119,7 @@ def body_of(part: Part, score: Score) -> list[ShownBodyPart]:
 
 
 def window(replay: Replay, start: float, end: float) -> dict[str, RobotWindow]:
-    """The moments of each robot from beat `start` to beat `end`, up to `MOST_MOMENTS`.
+    """The moments of each robot from beat `start` to beat `end`, up to `MAX_MOMENTS`.
 
     `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
     of start and duration in beats, velocity at the score's own tempo (m/s, rad/s; that of a body part is converted as
@@ -127,7 +127,7 @@ def window(replay: Replay, start: float, end: float) -> dict[str, RobotWindow]:
     """
     score, begin = replay.score, near(max(start, 0.0))
     moving = {name: replay.body_parts(name) for name in score.parts}
-    most = MOST_MOMENTS // max(sum(1 + len(parts) for parts in moving.values()), 1)
+    most = MAX_MOMENTS // max(sum(1 + len(parts) for parts in moving.values()), 1)
 
     def track(part: Part, body_part: str) -> list[list[Any]]:
         moments = islice(replay.moments(part.robot, begin, body_part), most)

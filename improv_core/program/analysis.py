@@ -35,7 +35,7 @@ from improv_core.values import value
 NO_ROBOTS = Robots()
 LONGEST_PROGRAM = 10_000_000
 """The most characters of a program that is analyzed."""
-MOST_PARSED = 5_000
+MAX_PARSED = 5_000
 """The most characters of edited statements that are parsed before the next key is read: about 10 ms."""
 _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
 
@@ -117,7 +117,7 @@ class Analysis(Program):
         lines = self.lines.edited(start, end, text)
         if self.earlier:
             return _unread(lines, self.earlier)
-        return self._touched(lines, start, end, MOST_PARSED) or _unread(lines, self)
+        return self._touched(lines, start, end, MAX_PARSED) or _unread(lines, self)
 
     def _touched(self, lines: LineIndex, start: int, end: int, most: float) -> Analysis | None:
         """Return the analysis of these lines, in which the text from `start` to `end` was replaced; statements that

@@ -16,7 +16,7 @@ from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
 from improv_core.syntax.word import Kind
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
-MOST_NAMES, MOST_COMPARED = 2_000, 20
+MAX_NAMES, MAX_COMPARED = 2_000, 20
 """The most names that are searched for one like an unknown name, and the most that are fully compared with it."""
 _Table = Mapping[str, tuple[int, ...]]
 
@@ -135,8 +135,8 @@ def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
             return name
         # A full comparison with thousands of names, for hundreds of unknown ones, would delay every key noticeably.
         letters = set(name)
-        alike = (each for each in islice(names, MOST_NAMES) if len(letters.symmetric_difference(each)) < 4)
-        known = [*_MOVEMENTS, *islice(alike, MOST_COMPARED)]
+        alike = (each for each in islice(names, MAX_NAMES) if len(letters.symmetric_difference(each)) < 4)
+        known = [*_MOVEMENTS, *islice(alike, MAX_COMPARED)]
         return closest(name, known)
 
     return nearest

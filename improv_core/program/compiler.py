@@ -27,7 +27,7 @@ from improv_core.score.smoothing import smoothed
 from improv_core.score.walk import Moment, walk
 from improv_core.slices import checkpoint
 
-MOST_SEGMENTS = 10_000
+MAX_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
 """The most characters of a program that is sent with its score, to show it while it plays."""
 _MOMENTS_PER_SEGMENT = 2
@@ -110,7 +110,7 @@ def _senses(config: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
 
 
 def compiled(
-    analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[SenseSpan] = ()
+    analysis: Analysis, most_segments: int = MAX_SEGMENTS, script: Sequence[SenseSpan] = ()
 ) -> Mapping[str, Any]:
     """Return the program as JSON values: the tempo, the bar and the floor if the program sets them, and each robot's
     start (meters and degrees), length, and segments in seconds, m/s, and rad/s.

@@ -9,14 +9,14 @@ from functools import partial
 from itertools import count, islice
 from operator import attrgetter
 
-from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, joining_nothing, replace
+from improv_core.diagnostics import MAX_SHOWN, Diagnostic, Edit, Fix, Related, Severity, joining_nothing, replace
 from improv_core.program.bindings import Bindings
 from improv_core.program.definitions import Definition, Takes
 from improv_core.program.idle import Alone, Idle
 from improv_core.program.misuse import give_arguments, move_canon
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
-from improv_core.program.program import MOST_SCENES, Program
+from improv_core.program.program import MAX_SCENES, Program
 from improv_core.program.unknown_names import unknown_name
 from improv_core.score.body import START
 from improv_core.slices import checkpoint
@@ -42,7 +42,7 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
     indices = [*sorted(serious), *sorted(hinted - serious)]
     hides = any(program.meanings[index].statement.diagnostics for index in faulty)  # perhaps of a definition
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone, hides))
-    found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
+    found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MAX_SHOWN)]
     if any(each.severity is Severity.ERROR for each in found):  # a hint may remove text that another error needs
         found = [each if each.severity is Severity.ERROR else _as_guess(each) for each in found]
     if next_one := next(reported, None):
@@ -90,8 +90,8 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
     for each in meaning.diagnostics:
         yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
-    if kind == "SCENE" and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
-        message = f"this program has more than {MOST_SCENES} scenes: remove some"
+    if kind == "SCENE" and len(program.breaks) >= MAX_SCENES and index >= program.breaks[MAX_SCENES - 1]:
+        message = f"this program has more than {MAX_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
     if index in idle and index not in program.repeated:
         yield _idle(program, index, idle[index])
@@ -127,7 +127,7 @@ def _diagnosed(program: Program, index: int, idle: Mapping[int, Idle], alone: Al
 
 def _too_many(program: Program) -> Iterable[int]:
     """Return the statements that repeat an earlier one, and the scenes over the limit."""
-    return [*program.tempos[1:], *program.breaks[MOST_SCENES - 1 :], *program.repeated]
+    return [*program.tempos[1:], *program.breaks[MAX_SCENES - 1 :], *program.repeated]
 
 
 def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:

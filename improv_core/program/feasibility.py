@@ -32,7 +32,7 @@ from improv_core.syntax.slips import closest, is_between
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
-MOST_MOMENTS = 1_000
+MAX_MOMENTS = 1_000
 """The most moments of a movement that are searched for the item that asks too much."""
 _FIRST_MOMENTS = 200
 """The moments of a movement that are searched for one that drives too far backward."""
@@ -90,7 +90,7 @@ def impossible(part: Movement, profile: Profile) -> str | None:
     """Return a motion that a robot with this profile can't make, such as `move sideways`; None if it can make all."""
     if not _may_be_impossible(part.bounds.peak, profile):
         return None
-    for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
+    for moment in islice(walk(with_all_sides(part)), MAX_MOMENTS):
         if lacking := _lacking(moment.velocity, profile):
             return lacking
     return None
@@ -141,7 +141,7 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
     reported: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
     fastest: tuple[Excess, Moment] | None = None
     known: set[Velocity] = set()
-    for moment in islice(walk(with_all_sides(base_of(part))), MOST_MOMENTS):
+    for moment in islice(walk(with_all_sides(base_of(part))), MAX_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
         checkpoint()
@@ -156,7 +156,7 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
         if over and (fastest is None or over.factor > fastest[0].factor):
             fastest = over, moment
     if part.body_words.asked and "too-short" not in reported:  # a word under a body part may be too short
-        short = (_too_short(moment, robot, profile, tempo) for moment in islice(walk(part), MOST_MOMENTS))
+        short = (_too_short(moment, robot, profile, tempo) for moment in islice(walk(part), MAX_MOMENTS))
         yield from islice(filter(None, short), 1)
     if fastest:
         over, moment = fastest
@@ -179,7 +179,7 @@ def _too_sudden(
     if profile.smooth:
         performed = smoothed(performed, lambda velocity: excess(velocity, profile, tempo) is None)
     before, worst = STILL, list[tuple[Rush, Moment]]()
-    for velocity, together in groupby(islice(walk(performed), MOST_MOMENTS), lambda moment: moment.velocity):
+    for velocity, together in groupby(islice(walk(performed), MAX_MOMENTS), lambda moment: moment.velocity):
         checkpoint()
         moments, after = [*together], twist(velocity, profile, tempo)
         lasts = float(sum(moment.duration for moment in moments) * 60 / tempo)
@@ -197,7 +197,7 @@ def _too_fast_to_smooth(
     robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
     """Report the first stretch that plays without smoothing because its highest speed would be over a limit."""
-    moments = islice(walk(with_all_sides(smoothed(part))), MOST_MOMENTS)
+    moments = islice(walk(with_all_sides(smoothed(part))), MAX_MOMENTS)
     for sources, together in groupby(moments, lambda moment: moment.sources):
         found = [over for moment in together if (over := excess(moment.velocity, profile, tempo))]
         if found and sources:

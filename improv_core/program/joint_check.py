@@ -21,10 +21,10 @@ from improv_core.score.walk import Moment
 from improv_core.slices import checkpoint
 from improv_core.text import Span
 
-MOST_MOMENTS = 10_000
+MAX_MOMENTS = 10_000
 LAST_BEAT = 1_000
 """The most moments, and beats, of a body part that are checked."""
-MOST_MARKED = 100
+MAX_MARKED = 100
 _SLACK = 1e-9
 
 
@@ -47,10 +47,10 @@ def check_joints(analysis: Analysis) -> tuple[Diagnostic, ...]:
     for part in score.parts.values():
         for limb in limbs_of(part, score.tempo):
             turns, changes = Counter[tuple[Source, ...]](), {drive.joint: _Change() for drive in limb.part.drives}
-            moments = islice(joint_moments(part.movement, limb, merge=False), MOST_MOMENTS)
+            moments = islice(joint_moments(part.movement, limb, merge=False), MAX_MOMENTS)
             for each in moments:
                 checkpoint()
-                if each.moment.start > LAST_BEAT or len(found) >= MOST_MARKED:
+                if each.moment.start > LAST_BEAT or len(found) >= MAX_MARKED:
                     break
                 turns[each.moment.sources] += 1
                 wrong = [(each.moment, *one) for one in _wrong(each, limb, turns[each.moment.sources])]

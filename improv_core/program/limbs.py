@@ -29,7 +29,7 @@ from improv_core.syntax.slips import closest
 from improv_core.text import Span
 
 _OF_CIRCLES = ("turning", "arcs")
-MOST_NAMED = 3
+MAX_NAMED = 3
 """The most robots that a message names."""
 _OPPOSITES = {"x": "backward", "y": "straferight", "z": "down", "yaw": "right"}
 _WORDS = {component: (word, _OPPOSITES[component]) for word, component in DIRECTIONS.items()}
@@ -93,8 +93,8 @@ def check_bodies(statement: Statement, meaning: Meaning, robots: Robots) -> Iter
 
 
 def _lacking(word: str, names: Sequence[str], span: Span, robots: Robots) -> Diagnostic:
-    shown = ", ".join(f"`{printable(each)}`" for each in names[:MOST_NAMED])
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    shown = ", ".join(f"`{printable(each)}`" for each in names[:MAX_NAMED])
+    more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
     verb = "has" if len(names) == 1 else "have"
     assert PUPPET.body
     is_puppets = word in PUPPET.body.words and robots.profiles.get(PUPPET.name) == PUPPET

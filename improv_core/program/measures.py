@@ -22,7 +22,7 @@ from improv_core.syntax.word import Word
 from improv_core.syntax.wrong_characters import number_meant
 from improv_core.text import Span
 
-_MOST_TIMES = 9
+_MAX_TIMES = 9
 
 
 def unit_of(number: Number) -> str:
@@ -206,7 +206,7 @@ class _Written:
             or self.node.radius
             or value is None
             or value.denominator > 1
-            or (not end and value > _MOST_TIMES)
+            or (not end and value > _MAX_TIMES)
         ):
             return ()
         start = self.node.span.start

@@ -24,7 +24,7 @@ from improv_core.syntax.nodes import Apply, Call, Choice, Condition, Name, Node
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
-MOST_LENGTHS = 3
+MAX_LENGTHS = 3
 """The most different lengths of the items of a choice that a message lists."""
 TURNS = 4
 """The number of turns that a fix gives to a `repeat` that must end."""
@@ -71,7 +71,7 @@ def pose_reversed(node: nodes.Apply) -> Diagnostic:
 def uneven(node: nodes.Apply, here: Sequence[Node], items: Sequence[Movement]) -> Diagnostic:
     """Return the diagnostic about a choice among items of different lengths; `here` are those written inside it."""
     lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))
-    shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
+    shown = ", ".join(lengths[:MAX_LENGTHS]) + (", …" if len(lengths) > MAX_LENGTHS else "")
     message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
     first = items[0].duration
     fixes: tuple[Fix, ...] = ()

@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from improv_core.score.bounds import is_too_fast
-from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_THROWS, Movement, bits
+from improv_core.score.movement import ENDLESS, LARGEST, MAX_BITS, MAX_THROWS, Movement, bits
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.word import above_zero
 
@@ -57,7 +57,7 @@ def _multiplied(factors: Sequence[tuple[str, str]], values: Values) -> Fraction 
         if divides and not factor:
             return "without dividing by 0"
         total = total / factor if divides else total * factor
-        if bits(total) > MOST_BITS:
+        if bits(total) > MAX_BITS:
             return "with simpler factors: this fraction is too long to compute exactly"
     return total
 
@@ -90,9 +90,9 @@ def too_much(made: Movement) -> str | None:
         return None
     if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak) or is_too_fast(bounds.body.peak):
         return "these numbers make the movement too long or too fast to play: use smaller ones"
-    if bounds.throws > MOST_THROWS:
+    if bounds.throws > MAX_THROWS:
         return "these numbers make too many throws of the dice: use smaller ones"
-    return TOO_LONG if length > MOST_BITS else None
+    return TOO_LONG if length > MAX_BITS else None
 
 
 def share_a_denominator(items: Sequence[Movement]) -> bool:
@@ -101,6 +101,6 @@ def share_a_denominator(items: Sequence[Movement]) -> bool:
     for item in items:
         if isinstance(item.duration, Fraction):
             common = math.lcm(common, item.duration.denominator)
-            if common.bit_length() > MOST_BITS:
+            if common.bit_length() > MAX_BITS:
                 return False
     return True

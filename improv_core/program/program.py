@@ -18,7 +18,7 @@ from improv_core.program.opening import Opening, Repeated, open_with, repeated
 from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
 from improv_core.score.lengths import lengths, scene_lengths
-from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movement
+from improv_core.score.movement import ENDLESS, MAX_BITS, Exact, Lengths, Movement
 from improv_core.score.score import performance, scene_begins
 from improv_core.slices import checkpoint, in_slices
 from improv_core.syntax.lexer import Token
@@ -29,7 +29,7 @@ from improv_core.values import value
 DEFAULT_TEMPO = Fraction(60)
 EVEN = 1_000
 """Lengths with denominators up to this can always be added: all of these have a common one of 1,439 bits."""
-MOST_SCENES = 500
+MAX_SCENES = 500
 """The most scenes of a program: each robot has a movement for each."""
 
 
@@ -82,7 +82,7 @@ class Program:
             if not meaning.robots or index in self.too_uneven:
                 continue
             checkpoint()
-            scene = min(bisect_left(self.breaks, index), MOST_SCENES - 1) if self.scenes else 0
+            scene = min(bisect_left(self.breaks, index), MAX_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
             lines[index] = Line(meaning.parts, statement_id, scene, throw)
             if throw or meaning.movement.bounds.throws:
@@ -114,7 +114,7 @@ class Program:
 
     @property
     def scene_count(self) -> int:
-        return min(len(self.breaks) + 1, MOST_SCENES)
+        return min(len(self.breaks) + 1, MAX_SCENES)
 
     @cached_property
     def scene_names(self) -> Sequence[str]:
@@ -123,7 +123,7 @@ class Program:
         for index in self.scenes:
             if heads := self.statements[index].heads:
                 names[bisect_right(self.breaks, index)] = heads[0].text
-        return names[:MOST_SCENES]
+        return names[:MAX_SCENES]
 
     @cached_property
     def _first_name(self) -> int | None:
@@ -189,7 +189,7 @@ class Program:
             meaning = self.meanings[index]
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
-                if common.bit_length() > MOST_BITS:
+                if common.bit_length() > MAX_BITS:
                     found.add(index)
                 else:
                     commons[robot] = common

@@ -18,8 +18,8 @@ from improv_core.score import algebra
 from improv_core.score.by_part import by_part, to_pose
 from improv_core.score.movement import (
     ENDLESS,
-    MOST_DEPTH,
-    MOST_VOICES,
+    MAX_DEPTH,
+    MAX_VOICES,
     SAME,
     Movement,
 )
@@ -32,13 +32,13 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.word import Applied, Needs, Word
 from improv_core.text import Span
 
-MOST_EXPANDED = 10_000
+MAX_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
-MOST_READ = 100_000
+MAX_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 AT_ONCE = 10
 """Nodes that are read between two checkpoints, in about a tenth of a millisecond."""
-MOST_KNOWN = 1_000
+MAX_KNOWN = 1_000
 """The most expansions of one phrase that are cached for other statements."""
 
 
@@ -88,15 +88,15 @@ class Reader(ReadNodes):
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else _READ[kind](self, node)
             self.level -= 1
-        if kind is not Name and ((made.bounds.open and made.bounds.depth > MOST_DEPTH) or too_much(made)):
+        if kind is not Name and ((made.bounds.open and made.bounds.depth > MAX_DEPTH) or too_much(made)):
             made = self._refused(node, made)
         self.made[id(node)] = made
         return made
 
     def _refused(self, node: Node, made: Movement) -> Movement:
         """Report a movement that is nested too deeply or has numbers that can't be played, and return an empty one."""
-        if made.bounds.open and made.bounds.depth > MOST_DEPTH:
-            message = f"movements that senses decide are nested more than {MOST_DEPTH} levels deep here: use fewer"
+        if made.bounds.open and made.bounds.depth > MAX_DEPTH:
+            message = f"movements that senses decide are nested more than {MAX_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
         elif problem := too_much(made):
             numbers = nodes.numbers(node) if isinstance(node, (nodes.Apply, MeasuredWord)) else ()
@@ -200,12 +200,12 @@ class Reader(ReadNodes):
         if known:
             reading.expansions[key] = known
             return known
-        if len(reading.expansions) >= MOST_EXPANDED:
-            message = f"phrases within phrases need more than {MOST_EXPANDED:,} parts here: use fewer"
+        if len(reading.expansions) >= MAX_EXPANDED:
+            message = f"phrases within phrases need more than {MAX_EXPANDED:,} parts here: use fewer"
             reading.too_much = ("too-large", message)
         reading.read += phrase.size
-        if reading.read > MOST_READ:
-            message = f"the phrases used here have more than {MOST_READ:,} words together: use fewer or shorter ones"
+        if reading.read > MAX_READ:
+            message = f"the phrases used here have more than {MAX_READ:,} words together: use fewer or shorter ones"
             reading.too_much = ("too-large", message)
         named_numbers = {each.name: value for each, value in zip(phrase.numbers, numbers, strict=True)}
         named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}
@@ -222,7 +222,7 @@ class Reader(ReadNodes):
         made = reader.movement(phrase.body)
         expansion = Expansion(reader, phrase.body, made, reader.deepest - self.level)
         reading.expansions[key] = expansion
-        if not arguments and not reader.calls and not reading.too_much and len(phrase.known) < MOST_KNOWN:
+        if not arguments and not reader.calls and not reading.too_much and len(phrase.known) < MAX_KNOWN:
             phrase.known[tuple(numbers)] = expansion
         return expansion
 
@@ -245,10 +245,10 @@ class Reader(ReadNodes):
 
     def _together(self, node: Node, voices: Sequence[Movement]) -> Movement:
         made = algebra.parallel(voices)
-        if made.bounds.width > MOST_VOICES:
-            message = f"{made.bounds.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
-        elif made.bounds.depth > MOST_DEPTH:
-            message = f"voices within voices are more than {MOST_DEPTH} deep here: use fewer"
+        if made.bounds.width > MAX_VOICES:
+            message = f"{made.bounds.width:,} voices play at once here, and {MAX_VOICES} is the most: use fewer"
+        elif made.bounds.depth > MAX_DEPTH:
+            message = f"voices within voices are more than {MAX_DEPTH} deep here: use fewer"
         else:
             return made
         self.report(Diagnostic("too-deep", node.span, message), node)

@@ -33,16 +33,16 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.syntax.word import Kind
 from improv_core.text import Span
 
-MOST_MARKED = 100
+MAX_MARKED = 100
 """The most meetings, and hits, that are marked: people fix a few at a time."""
-MOST_FIXED = 150
+MAX_FIXED = 150
 """With more robots than this, the search for fixes is skipped, because each fix is tried on the whole program; with
 fewer, it covers more meetings."""
-MOST_TRIED = 10
+MAX_TRIED = 10
 """The most meetings for which fixes are searched."""
-MOST_RESTS, MOST_PREDICTED = 16, 3
+MAX_RESTS, MAX_PREDICTED = 16, 3
 """The most beats of `rest` that are tried, and the most with a prediction of their own."""
-MOST_SIZES = 15
+MAX_SIZES = 15
 LARGER = 1.25
 """The number of larger formations that are tried, and the factor from each to the next."""
 FREES_IT = "start it farther from what it senses, or give it a larger room"
@@ -91,8 +91,8 @@ def check(
     found = check_room(prediction.score if prediction else score, before=before)
     drawn = prediction.score if prediction else pictured(score)
     room = _Room(analysis, drawn, _assumed(score, prediction), predict if prediction else None, found.known)
-    meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
-    most = min(MOST_FIXED // len(score.parts), MOST_TRIED)
+    meetings, hits = found.meetings[:MAX_MARKED], found.hits[:MAX_MARKED]
+    most = min(MAX_FIXED // len(score.parts), MAX_TRIED)
     most_predicted = 1 if prediction and prediction.cut is None else 0
     reported = [
         room.meeting(each, number < (most_predicted if room.senses(each) else most))
@@ -288,7 +288,7 @@ class _Room:
         later."""
         scene, _ = self.score.scene_at(near(meeting.beat))
         pair = Encounters() if predict else self.known.pairs.get(meeting.robots, Encounters())
-        while pair.rests <= (MOST_PREDICTED if predict else MOST_RESTS):
+        while pair.rests <= (MAX_PREDICTED if predict else MAX_RESTS):
             for robot in reversed(meeting.robots):
                 fix = _rest(self.analysis, robot, scene, pair.rests)
                 if fix and self._clears(meeting.robots, fix.edits[0], predict):
@@ -357,7 +357,7 @@ def _sized(span: Span, tenths: int) -> Edit:
 
 def _least(too_small: int, is_enough: Callable[[int], bool]) -> int | None:
     """Return a number that is enough although a little less is not, if one is found among the larger ones."""
-    for _ in range(MOST_SIZES):
+    for _ in range(MAX_SIZES):
         larger = math.ceil(too_small * LARGER)
         if is_enough(larger):
             while larger - too_small > 1:

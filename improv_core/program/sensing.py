@@ -20,7 +20,7 @@ from improv_core.syntax.slips import closest
 from improv_core.syntax.tried_words import SENSES_TRIED
 from improv_core.text import Span
 
-MOST_MOMENTS = 1_000
+MAX_MOMENTS = 1_000
 """The most moments of a movement that are searched for one that goes forward."""
 
 
@@ -61,8 +61,8 @@ def _looks_ahead(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     while isinstance(body, (Repeat, FromStatement)):
         body = body.body  # each round is like the first
     way = "sideways"
-    for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):
-        is_last = place == MOST_MOMENTS and not isinstance(body.duration, float)
+    for place, moment in enumerate(islice(walk(body, merge=True), MAX_MOMENTS), 1):
+        is_last = place == MAX_MOMENTS and not isinstance(body.duration, float)
         ahead = largest(moment.velocity.x)
         if ahead > 0 or is_last:  # later moments may go forward
             return

@@ -9,7 +9,7 @@ from itertools import islice
 
 from improv_core.robots.limits import top_speed
 from improv_core.score.movement import ENDLESS, FINEST, Duration, Exact, Lengths, Movement, bits, exact
-from improv_core.score.path import MOST_MEASURED_THROWS, displacement, extent
+from improv_core.score.path import MAX_MEASURED_THROWS, displacement, extent
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import reactions
 
@@ -96,21 +96,21 @@ def timing(length: Lengths, tempo: Fraction) -> str:
     return f"{in_beats(length)}, {lasting(length, tempo)}"
 
 
-MOST_CONDITIONS = 3
+MAX_CONDITIONS = 3
 """The most words of senses that are listed."""
 
 
 def deciding(movement: Movement) -> str:
     """Name the words that decide an open movement's length: `until near and pause bump decide`; empty if it is
     closed."""
-    words = dict.fromkeys(str(each) for each in islice(reactions(movement), MOST_MOMENTS))
-    shown = [f"`{word}`" for word in list(words)[:MOST_CONDITIONS]]
-    if len(words) > MOST_CONDITIONS:
+    words = dict.fromkeys(str(each) for each in islice(reactions(movement), MAX_MOMENTS))
+    shown = [f"`{word}`" for word in list(words)[:MAX_CONDITIONS]]
+    if len(words) > MAX_CONDITIONS:
         shown.append("others")
     return f"{' and '.join(shown)} decide{'s' if len(shown) == 1 else ''}" if shown else ""
 
 
-MOST_MOMENTS = 1_000
+MAX_MOMENTS = 1_000
 """The most moments of parallel voices that are measured: more would take too long."""
 
 
@@ -128,7 +128,7 @@ def ends(movement: Movement, profile: Profile) -> str:
     """Describe the end of a movement: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
-    pose = displacement(movement, movement.duration, profile, MOST_MEASURED_THROWS)
+    pose = displacement(movement, movement.duration, profile, MAX_MEASURED_THROWS)
     if pose is None:
         return ""
     sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))
@@ -142,7 +142,7 @@ def ends(movement: Movement, profile: Profile) -> str:
 
 def fastest(movement: Movement, profile: Profile, tempo: Fraction) -> str:
     """Describe the top speeds and the robot's limits: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
-    found = top_speed(movement, profile, tempo, MOST_MOMENTS)
+    found = top_speed(movement, profile, tempo, MAX_MOMENTS)
     if found is None:
         return ""
     speeds = ((found.linear, profile.max_linear, "m/s"), (found.angular, profile.max_angular, "rad/s"))

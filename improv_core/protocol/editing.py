@@ -25,7 +25,7 @@ from improv_core.protocol.fields import (
 from improv_core.protocol.robot_messages import RobotLook
 from improv_core.score.json_types import NotRequired
 
-MOST_PAGES = 64
+MAX_PAGES = 64
 """The most pages that can be open. The text of each is kept."""
 
 

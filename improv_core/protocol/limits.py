@@ -11,7 +11,7 @@ FOLDER = Path(__file__).resolve().parent.parent / "stage"
 SILENCE_LIMIT = 0.5
 """Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots, unless
 its parent asks for more patience."""
-MOST_AHEAD = 2.0
+MAX_AHEAD = 2.0
 """Seconds by which a request may come before the time at which it takes effect. A later time counts as now."""
 HANG_LIMIT = 0.9
 """Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that takes

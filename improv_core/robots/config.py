@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
+from improv_core.diagnostics import MAX_SHOWN, Diagnostic, Severity
 from improv_core.robots.bodies import with_offsets
 from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.hosts import device_of, host_of, read_hosts
@@ -259,11 +259,11 @@ def _refuses_return(robots: Mapping[str, Robot], world: World) -> str | None:
 
 
 def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    hidden = diagnostics[MOST_SHOWN:]
+    hidden = diagnostics[MAX_SHOWN:]
     if not hidden:
         return diagnostics
     message = f"fix what is marked first: {len(hidden):,} more values are wrong and aren't marked yet"
-    return [*diagnostics[:MOST_SHOWN], Diagnostic("more-errors", hidden[0].span, message)]
+    return [*diagnostics[:MAX_SHOWN], Diagnostic("more-errors", hidden[0].span, message)]
 
 
 def _topic(namespace: str) -> str:

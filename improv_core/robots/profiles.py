@@ -11,7 +11,7 @@ from improv_core.robots.bodies import read_body
 from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, PUPPET, Profile
 
-MOST_SCALE = 2.0
+MAX_SCALE = 2.0
 """The largest ratio between the velocity sent to a robot and its intended one. Wheels are never that wrong: a larger
 ratio is a typing error."""
 _MOTORS_ONLY = ("wheel_error", "noise")
@@ -57,8 +57,8 @@ def _profile(reading: TomlReading, name: str, table: Mapping[str, Any], base: Pr
     for key, scale in (("step", "linear_scale"), ("quarter_turn", "angular_scale")):
         if commanded := changes.pop(f"commanded_{key}", None):
             changes[scale] = commanded / changes.get(key, getattr(base, key))
-            if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
-                message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
+            if not 1 / MAX_SCALE <= changes[scale] <= MAX_SCALE:
+                message = f"this is far from `{key}`: write from {1 / MAX_SCALE:g} to {MAX_SCALE:g} times as much"
                 reading.at_value((*keys, f"commanded_{key}"), message, whole=True)
     chosen = changes.pop("motions", ())
     motions = tuple(motion for motion in MOTIONS if motion in chosen)

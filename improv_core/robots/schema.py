@@ -18,7 +18,7 @@ from improv_core.score.osc import LAST_PORT, is_own, peer_of
 from improv_core.score.score import Follow, OdomFrame, Rejoin
 from improv_core.score.senses import Message
 
-MOST_BUTTON = 99
+MAX_BUTTON = 99
 SHAPES = "line", "circle", "grid"
 FACING = "in", "out"
 
@@ -43,7 +43,7 @@ def _length(about: str) -> Key:
     return number(about, "meters", 0.001, 1000)
 
 
-_BUTTON = Key("the button of a gamepad, counted from 0", "integer", least=0, most=MOST_BUTTON, example="4")
+_BUTTON = Key("the button of a gamepad, counted from 0", "integer", least=0, most=MAX_BUTTON, example="4")
 
 _ROS = {
     "namespace": Key(
@@ -199,7 +199,7 @@ _SENSE = {
         "integer",
         default="any button",
         least=0,
-        most=MOST_BUTTON,
+        most=MAX_BUTTON,
         example="0",
     ),
     "timeout": number(

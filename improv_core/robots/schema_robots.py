@@ -11,7 +11,7 @@ from improv_core.score.body import Home, Interface
 from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
 from improv_core.score.score import OdomFrame, is_host
 
-MOST_DEGREES, MOST_METERS = 720, 10
+MAX_DEGREES, MAX_METERS = 720, 10
 DRIVE = '{ joint = "head_yaw", degrees = 30 }'
 PLAIN_HOST = (
     "use a name as in ~/.ssh/config, `user@machine`, or `user@machine:port`: letters, digits, `_`, `.`, and `-`"
@@ -23,7 +23,7 @@ def place(about: str) -> Key:
 
 
 def _amount(about: str) -> Key:
-    return number(about, "degrees, or meters", -MOST_DEGREES, MOST_DEGREES)
+    return number(about, "degrees, or meters", -MAX_DEGREES, MAX_DEGREES)
 
 
 def _direction(about: str) -> Key:
@@ -33,8 +33,8 @@ def _direction(about: str) -> Key:
             example='"head_yaw"',
             form=(_is_visible, f"write the name of a joint: `{DRIVE}`"),
         ),
-        "degrees": number("how far that turns in a beat", "degrees", -MOST_DEGREES, MOST_DEGREES),
-        "meters": number("how far that slides in a beat, if it is a slider", "meters", -MOST_METERS, MOST_METERS),
+        "degrees": number("how far that turns in a beat", "degrees", -MAX_DEGREES, MAX_DEGREES),
+        "meters": number("how far that slides in a beat, if it is a slider", "meters", -MAX_METERS, MAX_METERS),
     }
     return table(about, keys, DRIVE, ("joint",))
 

@@ -13,7 +13,7 @@ from improv_core.robots.config import Robots
 from improv_core.robots.toml_reading import listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.urdf import LARGEST_URDF, TURNING, Urdf, UrdfError, UrdfJoint, read_urdf, unit
-from improv_core.score.body import MOST_BONES, ROOT, Body, Bone, JointKind
+from improv_core.score.body import MAX_BONES, ROOT, Body, Bone, JointKind
 from improv_core.score.profiles import Profile
 
 Skeleton = tuple[Bone, ...]
@@ -73,8 +73,8 @@ def skeleton_in(source: bytes) -> Skeleton | str:
 
 def bones(urdf: Urdf) -> tuple[Bone, ...]:
     """Convert all joints of a URDF to bones. Raises UrdfError if there are too many to draw."""
-    if len(urdf.joints) > MOST_BONES:
-        raise UrdfError(0, f"it has {len(urdf.joints):,} joints: at most {MOST_BONES:,} can be drawn")
+    if len(urdf.joints) > MAX_BONES:
+        raise UrdfError(0, f"it has {len(urdf.joints):,} joints: at most {MAX_BONES:,} can be drawn")
     number = {urdf.root: ROOT} | {joint.child: place for place, joint in enumerate(urdf.joints)}
     return tuple(_bone(joint, number[joint.parent]) for joint in urdf.joints)
 
@@ -105,7 +105,7 @@ def _contradictions(body: Body, skeleton: Sequence[Bone]) -> Iterator[str]:
         bone = bones.get(joint.name)
         if not bone:
             movable = [each.joint for each in skeleton if each.way != "stays"]
-            yield f"has no joint `{joint.name}`, but {listed(movable[:_MOST_LISTED])}" if movable else "moves nothing"
+            yield f"has no joint `{joint.name}`, but {listed(movable[:_MAX_LISTED])}" if movable else "moves nothing"
         elif bone.way == "stays":
             yield f"has `{joint.name}` as a joint that doesn't move: remove it from the body"
         elif bone.follows:
@@ -115,4 +115,4 @@ def _contradictions(body: Body, skeleton: Sequence[Bone]) -> Iterator[str]:
             yield f"has `{joint.name}` {what}: say in {unit} how far it moves"
 
 
-_MOST_LISTED = 12
+_MAX_LISTED = 12

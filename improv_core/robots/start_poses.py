@@ -13,7 +13,7 @@ APART = 3.0
 """Meters between robots without a start pose, side by side and from row to row."""
 SIDE_BY_SIDE = 8
 """Robots in a row. The others stand behind, so that a whole class can be seen."""
-MOST_PLACES = 4_096
+MAX_PLACES = 4_096
 """The most places to search for free ones: every hover needs start poses."""
 _TOUCHING = 1 - 1e-9
 """Keeps robots that fill a row from wall to wall from overlapping because of rounding."""
@@ -53,7 +53,7 @@ def _rows(
     count = robots
     while True:
         room, places = _grid(count, radius, size)
-        if room < 2 * radius * _TOUCHING or count > max(MOST_PLACES, 2 * robots):
+        if room < 2 * radius * _TOUCHING or count > max(MAX_PLACES, 2 * robots):
             return [_inside(pose, radius, size) for pose in _grid(robots, radius, size)[1]]
         free = [pose for pose in places if _is_free(pose, radius, size, placed)]
         if len(free) >= robots:

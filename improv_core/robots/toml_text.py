@@ -53,7 +53,7 @@ def read_toml(text: str) -> TomlText:
 
 def _loads(text: str) -> dict[str, Any]:
     """Return the data of a text. Raises ValueError and RecursionError."""
-    if any(line.count(".") > MOST_DOTS for line in text.split("\n")):
+    if any(line.count(".") > MAX_DOTS for line in text.split("\n")):
         raise RecursionError("the time and memory that tomllib takes grow with the square of the names in a key")
     return tomllib.loads(text)
 
@@ -77,7 +77,7 @@ def _partly_read(text: str, error: str) -> TomlText:
             diagnostics.append(unreadable(statement, str(wrong), start))
             left[-1] = _NO_LINE_END.sub(" ", statement)
             is_lost = is_lost or heads[-1]
-    for _ in range(MOST_REPEATED + 1):
+    for _ in range(MAX_REPEATED + 1):
         try:
             readable = _loads("".join(left))
         except (ValueError, RecursionError) as wrong:
@@ -93,9 +93,9 @@ def _partly_read(text: str, error: str) -> TomlText:
 
 
 _NO_LINE_END = re.compile(r"[^\n]")
-MOST_DOTS = 1000
+MAX_DOTS = 1000
 """The most dots in a line that is read."""
-MOST_REPEATED = 3
+MAX_REPEATED = 3
 """The most repeated keys and sections that are reported. After them, nothing else in the text is read."""
 DUPLICATE_KEY = "this key already has a value: remove one of them"
 DUPLICATE_SECTION = "this section already exists above: merge the two"

@@ -20,7 +20,7 @@ MOVING = (*TURNING, "prismatic")
 _STILL = ("fixed", "floating", "planar")
 LARGEST_URDF = 5_000_000
 """Bytes of a URDF; the largest public ones have about one million."""
-MOST_ELEMENTS = 200_000
+MAX_ELEMENTS = 200_000
 """Elements and attributes of a URDF; the largest public ones have about a fifth."""
 DEEPEST = 100
 """Elements within one another; in a URDF, four are."""
@@ -137,8 +137,8 @@ class _Reader(ContentHandler):
         line = (self._locator and self._locator.getLineNumber()) or 0
         given: dict[str, str] = dict(attrs.items())
         self._work += 1 + len(given)
-        if self._work > MOST_ELEMENTS:
-            raise UrdfError(line, f"it has more than {MOST_ELEMENTS:,} elements and attributes: no robot needs so many")
+        if self._work > MAX_ELEMENTS:
+            raise UrdfError(line, f"it has more than {MAX_ELEMENTS:,} elements and attributes: no robot needs so many")
         if not self._path and name != "robot":
             raise UrdfError(line, f"a URDF begins with <robot>, not with <{name}>")
         if name.startswith("xacro:"):

@@ -14,9 +14,9 @@ from improv_core.robots.urdf import TURNING, Urdf, UrdfError, UrdfJoint, Vector,
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import free_name
 
-MOST_JOINTS = 4
+MAX_JOINTS = 4
 """Joints of a part, because a part has as many directions."""
-_LEAST_ROOM = 0.001
+_MIN_ROOM = 0.001
 """Radians or meters: a joint whose limits leave less than that can't dance."""
 _ALONG = 0.9
 """The least cosine at which two directions count as the same, about 26 degrees apart."""
@@ -106,7 +106,7 @@ class UrdfBody:
 
         for chain in self._chains():
             whole, tip = free(_named_after(chain)), self._end(chain[-1].child)
-            cuts = [*_cuts(chain)] if len(chain) > MOST_JOINTS else [(whole, tuple(chain))]
+            cuts = [*_cuts(chain)] if len(chain) > MAX_JOINTS else [(whole, tuple(chain))]
             own = [UrdfPart(free(name) if cuts[1:] else whole, tip, joints) for name, joints in cuts]
             parts += own
             if own[1:]:
@@ -221,7 +221,7 @@ def dances(joint: UrdfJoint) -> bool:
 
 
 def has_room(joint: UrdfJoint) -> bool:
-    return joint.lower is None or joint.upper is None or joint.upper - joint.lower >= _LEAST_ROOM
+    return joint.lower is None or joint.upper is None or joint.upper - joint.lower >= _MIN_ROOM
 
 
 def drives_base(joint: UrdfJoint) -> bool:
@@ -266,9 +266,9 @@ def _cuts(chain: Sequence[UrdfJoint]) -> Iterator[tuple[str, tuple[UrdfJoint, ..
         joints = tuple(joint for _, joint in run)
         sizes = _SIZES[limb].get(len(joints)) if (limb := _limb(joints)) else None
         begin, names = 0, _LIMBS[limb] if limb and sizes else ()
-        for place, size in enumerate(sizes or [MOST_JOINTS] * math.ceil(len(joints) / MOST_JOINTS)):
+        for place, size in enumerate(sizes or [MAX_JOINTS] * math.ceil(len(joints) / MAX_JOINTS)):
             part = joints[begin : (begin := begin + size)]
-            name = names[place] if names else word if len(joints) <= MOST_JOINTS else None
+            name = names[place] if names else word if len(joints) <= MAX_JOINTS else None
             yield (f"{_side(part[0])}{name}" if name else _leaf(part)), part
 
 

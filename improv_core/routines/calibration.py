@@ -16,7 +16,7 @@ from improv_core.score.profiles import Profile
 
 QUARTERS = 8
 """The quarter turns of the turning dance. Two full turns add up the errors, and the robot faces its line again."""
-LEAST_ROUNDS, MOST_ROUNDS = 3, 8
+MIN_ROUNDS, MAX_ROUNDS = 3, 8
 PRECISION = 0.005
 """The standard error, as a share, at which a setting counts as known: 1 cm in 2 m, half a degree in a quarter turn."""
 PATIENCE = 0.3

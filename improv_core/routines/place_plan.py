@@ -25,7 +25,7 @@ ASIDE = (0.5, 1.0, 1.5, 2.0)
 """The distances that a robot drives to make room for others, or to get around an obstacle."""
 DIRECTIONS = 16
 """The number of directions in which it may make room."""
-LEAST = 1e-3
+MIN_SLACK = 1e-3
 """The tolerance for rounding by which a robot near another one may come nearer."""
 
 Point = tuple[float, float]
@@ -178,17 +178,17 @@ class _Floor:
         for other, standing in self.travelers.items():
             if other != robot:
                 spot = _point(standing.pose)
-                enough = min(self._needed(robot, other), math.dist(begin, spot) - LEAST)
+                enough = min(self._needed(robot, other), math.dist(begin, spot) - MIN_SLACK)
                 if is_place and standing.is_as_promised:
                     least = traveler.radius + standing.radius + (self.world.keep_apart or 0.0)
-                    enough = min(enough, max(math.dist(end, spot) - LEAST, least))
+                    enough = min(enough, max(math.dist(end, spot) - MIN_SLACK, least))
                 if any(_between((spot, spot), leg) < enough for leg in legs):
                     return other
         return next((thing.name for thing in self.things if self._is_hit(traveler.radius, legs, thing)), None)
 
     def _is_hit(self, radius: float, legs: Sequence[tuple[Point, Point]], thing: Obstacle) -> bool:
         begin, end = (thing.distance(*point)[0] for point in (legs[0][0], legs[-1][1]))
-        enough = min(radius + self.world.margin + SLACK, begin - LEAST, max(end - LEAST, radius))
+        enough = min(radius + self.world.margin + SLACK, begin - MIN_SLACK, max(end - MIN_SLACK, radius))
         return any(_least(thing, leg) < enough for leg in legs)
 
     def _needed(self, robot: str, other: str, coasting: float = 0.0) -> float:

@@ -14,7 +14,7 @@ NEAR_TURN, NEAR_SLIDE = math.radians(2), 0.005
 """The farthest that a joint may be from its start: in radians, or in meters for one that slides."""
 FAR_TURN, FAR_SLIDE = math.radians(5), 0.02
 """The farthest that a joint may be from the position at which it was sent to stand: an arm may hang a little."""
-MOST_NAMED = 3
+MAX_NAMED = 3
 """The most joints that a line names."""
 
 
@@ -84,8 +84,8 @@ def line_of_moving(found: Sequence[JointOff]) -> str:
 
 
 def _named(found: Sequence[JointOff]) -> str:
-    more = [f"and {len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
-    return ", ".join([*map(_way, found[:MOST_NAMED]), *more])
+    more = [f"and {len(found) - MAX_NAMED} more"] if len(found) > MAX_NAMED else []
+    return ", ".join([*map(_way, found[:MAX_NAMED]), *more])
 
 
 def _way(off: JointOff) -> str:

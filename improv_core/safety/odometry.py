@@ -24,7 +24,7 @@ LEGS_KEPT = 1000
 """The number of changes of velocity that are remembered until a later pose arrives."""
 JUMP, JUMP_TURN = 0.1, 0.3
 """Meters and radians that count as a jump, beyond the distance that the robot's fastest velocity explains."""
-LEAST_SPEED, LEAST_TURN = 1.0, 3.0
+MIN_SPEED, MIN_TURN = 1.0, 3.0
 """m/s and rad/s: if a robot's limits are unknown, this is never a jump, since somebody else may drive it."""
 BEYOND = 1.5
 """The factor by which a robot may exceed its limits: wheels roll farther than they should, and slopes help."""
@@ -227,8 +227,8 @@ class _Track:
     in_world: bool = False
     aligned: int = 1
     latest: RawPose | None = None
-    fastest: float = LEAST_SPEED
-    fastest_turn: float = LEAST_TURN
+    fastest: float = MIN_SPEED
+    fastest_turn: float = MIN_TURN
     profile: Profile = DEFAULT
     accelerations: tuple[float, float] = (math.inf, math.inf)
     limits: tuple[float, float] | None = None

@@ -20,7 +20,7 @@ PATIENCE = 2.0
 poses are late, and they may have to turn first."""
 LOOK_PERIOD = 0.02
 """The fewest seconds between checks of robots of which no pose has come."""
-MOST_NAMED = 3
+MAX_NAMED = 3
 """The most pairs that a line names."""
 
 
@@ -167,9 +167,9 @@ def as_line(found: Collection[Near], keep_apart: float) -> str:
     """Return a line for people about robots that are too near to each other."""
     each = [
         f"{one} and {other} are {max(gap, 0.0):.2f} m apart{f' and approach at {approach:.2f} m/s' if approach else ''}"
-        for (one, other), gap, approach in [*found][:MOST_NAMED]
+        for (one, other), gap, approach in [*found][:MAX_NAMED]
     ]
-    more = f" (and {len(found) - MOST_NAMED} more pairs)" if len(found) > MOST_NAMED else ""
+    more = f" (and {len(found) - MAX_NAMED} more pairs)" if len(found) > MAX_NAMED else ""
     return f"paused: {', '.join(each)}{more}, and `keep_apart` is {keep_apart:g} m: make room, then resume"
 
 

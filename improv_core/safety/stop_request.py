@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # `improv stop` imports nothing that it does not need: somebo
 
 ASK = b"stop\n"
 """The line with which a request begins. One line of JSON about the stop may follow, in the same packet."""
-MOST_BYTES = 1_000
+MAX_BYTES = 1_000
 """The longest request, and the most bytes of an answer to read at once. More of a request is not read."""
 BUSY_LIMIT, BUSY_PERIOD = 0.05, 0.001
 """Seconds for which to ask again a server that takes no connections, as in a flood, and seconds between two tries."""
@@ -66,7 +66,7 @@ class StopRequest:
                 path, connection = self._asked[number]
                 said = b""
                 with suppress(OSError):
-                    said = connection.recv(MOST_BYTES)
+                    said = connection.recv(MAX_BYTES)
                 heard[path] = heard.get(path, b"") + said
                 if not said:  # that was all
                     poll.unregister(number)

@@ -16,7 +16,7 @@ from typing import cast
 
 from improv_core.protocol.commands import Stop
 from improv_core.safety.private_folder import private_folder
-from improv_core.safety.stop_request import ASK, MOST_BYTES
+from improv_core.safety.stop_request import ASK, MAX_BYTES
 from improv_core.score.json_types import fits
 
 with suppress(ImportError):  # on Windows, where nothing listens
@@ -24,7 +24,7 @@ with suppress(ImportError):  # on Windows, where nothing listens
 
 READ_LIMIT = 2.0
 """Seconds for which a connection may stay silent."""
-MOST_SILENT = 128
+MAX_SILENT = 128
 """The most connections that may be silent at a time. One more closes the oldest, unless its request has arrived."""
 LOOK_PERIOD = 1.0
 """Seconds between two looks for the socket, which somebody may have removed together with everything in /tmp."""
@@ -51,7 +51,7 @@ class StopServer:
         self._take = take
         self._closed = threading.Event()
         self._changing = threading.Lock()
-        self._silent: deque[socket.socket] = deque(maxlen=MOST_SILENT)
+        self._silent: deque[socket.socket] = deque(maxlen=MAX_SILENT)
         self._server, self._folder = _listening_at(path)
         try:
             threading.Thread(target=self._serve, daemon=True).start()
@@ -92,7 +92,7 @@ class StopServer:
             except OSError:  # closed; or the system has no file handles left for now
                 self._closed.wait(AGAIN)
                 continue
-            if len(self._silent) == MOST_SILENT:
+            if len(self._silent) == MAX_SILENT:
                 with suppress(OSError, IndexError):  # it has spoken meanwhile
                     self._silent[0].shutdown(socket.SHUT_RD)  # what has arrived can still be read
             self._silent.append(asking)
@@ -106,7 +106,7 @@ class StopServer:
         said = b""
         with suppress(OSError):
             asking.settimeout(READ_LIMIT)
-            said = asking.recv(MOST_BYTES)
+            said = asking.recv(MAX_BYTES)
         with suppress(ValueError, IndexError):  # later ones have replaced it
             self._silent.remove(asking)
         if said.startswith(ASK):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.protocol.output import RawPose
-from improv_core.safety.odometry import BEYOND, LEAST_SPEED
+from improv_core.safety.odometry import BEYOND, MIN_SPEED
 from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile, slow_speeds
@@ -131,7 +131,7 @@ class Track:
     def heard(self, raw: RawPose, max_speed: float | None) -> Track:
         """Return the track after a pose. If the robot can't have moved there, it counts once the next one agrees."""
         track = self if raw.told is None else self.after(raw.told, raw.at)
-        fastest = BEYOND * max_speed if max_speed else max(LEAST_SPEED, BEYOND * track.top_speed)
+        fastest = BEYOND * max_speed if max_speed else max(MIN_SPEED, BEYOND * track.top_speed)
         last = track.poses[-1] if track.poses else None
         if last is None or abs(raw.at - last.at) > OLDEST:
             return replace(track, poses=(raw,), doubted=None)

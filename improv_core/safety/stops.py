@@ -21,7 +21,7 @@ from improv_core.protocol.commands import VOIDED_BY_STOP, PageOpened, PageReques
 if TYPE_CHECKING:
     from improv_core.protocol.messages import Pressed, ToStage
 
-MOST_DIRECT = 256
+MAX_DIRECT = 256
 """Stops that have gone straight to stages and are remembered, to count and obey each of them once."""
 NEVER = -1
 """The count of requests that are older than a stop: they move nothing."""
@@ -144,7 +144,7 @@ class Stops:
                     if "by" in timed:
                         again["by"] = timed["by"]
                 self._direct[direct] = again is None
-                if len(self._direct) > MOST_DIRECT:
+                if len(self._direct) > MAX_DIRECT:
                     del self._direct[next(iter(self._direct))]
             for stage in self._stages:
                 stage.send(timed)
@@ -261,7 +261,7 @@ class StopFence:
 
     def hear_direct(self, stop: str) -> StopFence:
         """Return the fence after a stop has come straight here, unless so many wait already that it stays closed."""
-        waits = stop not in self.known and len(self.direct) < MOST_DIRECT
+        waits = stop not in self.known and len(self.direct) < MAX_DIRECT
         return replace(self, direct=self.direct | {stop}) if waits else self
 
     def has(self, stop: str) -> bool:
@@ -270,7 +270,7 @@ class StopFence:
 
     def settle(self, stop: str) -> StopFence:
         """Return the fence after the parent has sent this stop, too: what it sends from now on was requested later."""
-        return replace(self, direct=self.direct - {stop}, known=(*self.known, stop)[-MOST_DIRECT:])
+        return replace(self, direct=self.direct - {stop}, known=(*self.known, stop)[-MAX_DIRECT:])
 
     def lose(self) -> StopFence:
         """Return the fence after too long a silence has stopped robots: no request until now may move them."""

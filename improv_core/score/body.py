@@ -17,7 +17,7 @@ Home = Literal["wait", "move"]
 there, or they move there first."""
 ROOT = -1
 """The carrier of the first joints of a skeleton."""
-MOST_BONES = 1_000
+MAX_BONES = 1_000
 Vector = Annotated[Sequence[float], Long(3, 3)]
 JointKind = Literal["turns", "slides", "stays"]
 START = "start"
@@ -195,4 +195,4 @@ def is_whole(body: Body) -> bool:
 
 def _is_tree(bones: Sequence[Bone]) -> bool:
     """Return whether bones make up a skeleton: each comes after its carrier, and they aren't too many."""
-    return len(bones) <= MOST_BONES and all(ROOT <= bone.carrier < number for number, bone in enumerate(bones))
+    return len(bones) <= MAX_BONES and all(ROOT <= bone.carrier < number for number, bone in enumerate(bones))

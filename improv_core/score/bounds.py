@@ -27,7 +27,7 @@ _PEAKS = Shared(Peak, 10_000)
 _bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
 """The bounds of an empty movement."""
-MOST_FACTOR, LEAST_FACTOR = Fraction(10**300), Fraction(1, 10**300)
+MAX_FACTOR, MIN_FACTOR = Fraction(10**300), Fraction(1, 10**300)
 
 
 @lru_cache(maxsize=10_000)
@@ -120,9 +120,9 @@ def sped_up(bounds: Bounds, above: int, below: int) -> Bounds:
 def _near(factor: Exact) -> float:
     """Return a positive factor as a float. A factor beyond the range of floats becomes nearly as large or as small as
     they get: it is refused later, for its bounds."""
-    if LEAST_FACTOR <= factor <= MOST_FACTOR:
+    if MIN_FACTOR <= factor <= MAX_FACTOR:
         return float(factor)
-    return float(MOST_FACTOR if factor > 1 else LEAST_FACTOR)
+    return float(MAX_FACTOR if factor > 1 else MIN_FACTOR)
 
 
 def faster(peak: Peak, rate: Exact) -> Peak:

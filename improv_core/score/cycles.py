@@ -11,12 +11,12 @@ from improv_core.score.algebra import Parallel, Repeat
 from improv_core.score.measured import in_si
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, NOTHING_AROUND, Exact, InTurn, Movement, Through
-from improv_core.score.path import MOST_MEASURED_LIVE, common_multiple, displacement
+from improv_core.score.path import MAX_MEASURED_LIVE, common_multiple, displacement
 from improv_core.score.score import Part
 from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.walk import walk
 
-MOST_ROUNDS = 1_000
+MAX_ROUNDS = 1_000
 """Rounds after which a robot that isn't back counts as drifting."""
 _SAME_PLACE = 1e-9
 """Meters and radians by which rounding may keep a path from closing."""
@@ -44,13 +44,13 @@ def closed_cycle(part: Part) -> Cycle | None:
         beats = _circle(part, found.begins)
         return None if beats is None else Cycle(begins, beats)
     before, after = (
-        displacement(part.movement, beats, part.profile, MOST_MEASURED_LIVE)
+        displacement(part.movement, beats, part.profile, MAX_MEASURED_LIVE)
         for beats in (found.begins, found.begins + found.beats)
     )
     if before is None or after is None:
         return None
     gone = once = before.inverse().then(after)
-    for rounds in range(1, MOST_ROUNDS + 1):
+    for rounds in range(1, MAX_ROUNDS + 1):
         if _is_origin(gone):
             return Cycle(begins, found.beats * rounds)
         gone = gone.then(once)

@@ -18,7 +18,7 @@ from improv_core.score.score import Score
 from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
 from improv_core.score.world import EMPTY, World
 
-MOST_WORK = 2_000_000
+MAX_WORK = 2_000_000
 """The most segments, pairs, and moments to examine, which takes a few seconds. Then fewer beats are checked."""
 
 
@@ -46,7 +46,7 @@ def follow_all(
     theirs. Return the beat at which that became too much work; None if it didn't."""
     half = score.world.margin / 2  # the other half is around the robots
     things = [each._replace(box=each.box.larger(half, 0)) for each in obstacles(score.world)]
-    work = Budget(most_work or MOST_WORK)
+    work = Budget(most_work or MAX_WORK)
     for place in range(max(blocks, known.blocks)):
         begin = start + place * BLOCK
         is_known = place < known.blocks
@@ -69,7 +69,7 @@ def follow_all(
 def first_encounter(one: Trajectory, other: Trajectory, margin: float, end: float) -> float | None:
     """Return the beat at which two robots first come too near, before a beat; None if they don't."""
     found, bound = Encounters(), _bound(one.part.profile.radius, other.part.profile.radius, margin)
-    work = Budget(MOST_WORK)
+    work = Budget(MAX_WORK)
     for number in range(math.ceil((end - one.start) / BLOCK)):
         mine, others = one.block(number), other.block(number)
         if not (mine and others):

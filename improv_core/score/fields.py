@@ -10,7 +10,7 @@ from typing import Any
 
 from improv_core.score.json_types import read
 from improv_core.score.measured import Component, Measure
-from improv_core.score.movement import MOST_THROWS, Exact, Factors, JsonForm, Velocity, exact
+from improv_core.score.movement import MAX_THROWS, Exact, Factors, JsonForm, Velocity, exact
 from improv_core.text import Span
 
 _FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
@@ -54,7 +54,7 @@ def _read_component(value: Any) -> Component:
 
 
 def _count(value: object) -> int:
-    if type(value) is not int or not 0 <= value <= MOST_THROWS:
+    if type(value) is not int or not 0 <= value <= MAX_THROWS:
         raise ValueError("a count is wrong")
     return value
 

@@ -24,7 +24,7 @@ GAIN = 2.0
 """k1 and k3, per second. k2 is such that an error to the side is critically damped at the highest speed."""
 RESTS = 0.25
 """Seconds after the end of a turn from which on a robot no longer turns: its motors need time, and its base recoils."""
-MOST_LATE = 0.25
+MAX_LATE = 0.25
 """The largest lateness that is learned: a robot that is off by more was held or pushed."""
 SAFE_DELAY = math.pi / 4 / GAIN
 """Seconds of delay that the feedback may have: half of those with which e' = -k e would begin to swing without end."""
@@ -91,9 +91,9 @@ def learned(late: float, error: float, speed: float, limit: float) -> float:
     Each turn corrects the next (D. A. Bristow, M. Tharayil, and A. G. Alleyne, A survey of iterative learning control,
     IEEE Control Systems 26(3), 2006). A slow turn, or an error that no base makes by itself, counts for nothing.
     """
-    if abs(speed) < SHARE * limit or abs(error) > MOST_LATE * abs(speed):
+    if abs(speed) < SHARE * limit or abs(error) > MAX_LATE * abs(speed):
         return late
-    return _clamped(late - error / speed, MOST_LATE)
+    return _clamped(late - error / speed, MAX_LATE)
 
 
 def _clamped(value: float, most: float) -> float:

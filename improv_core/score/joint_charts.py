@@ -13,7 +13,7 @@ from improv_core.score.body import Joint
 from improv_core.score.joints import JointMoment, joint_moments, limbs_of
 from improv_core.score.score import Score
 
-LEAST_WIDTH = 316.0
+MIN_WIDTH = 316.0
 """The least width in pixels at which charts can be read: two beside each other."""
 _WIDE, _HIGH = 150.0, 48.0
 """Pixels: the least width of a chart, and the height of its curve."""

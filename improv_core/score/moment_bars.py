@@ -7,7 +7,7 @@ from html import escape
 
 from improv_core.score.movement import ENDLESS, Source
 from improv_core.score.score import Score
-from improv_core.score.strokes import ENDLESS_BEATS, MOST_STROKES, pictured
+from improv_core.score.strokes import ENDLESS_BEATS, MAX_STROKES, pictured
 from improv_core.score.suppositions import certain_beats
 from improv_core.score.walk import walk
 
@@ -33,9 +33,9 @@ def bars(score: Score, colors: Mapping[str, str], left: float, top: float, width
     for place, (name, part) in enumerate(score.parts.items()):
         y = top + _HEAD + 12 + place * _ROW
         shapes.append(f'<text x="{left:g}" y="{y:.1f}" fill="{colors[name]}">{escape(name)}</text>')
-        doubtful = certain_beats(assumed.parts[name].movement, part.movement, MOST_STROKES)
+        doubtful = certain_beats(assumed.parts[name].movement, part.movement, MAX_STROKES)
         for count, moment in enumerate(walk(part.movement)):
-            if moment.start >= beats or count == MOST_STROKES:
+            if moment.start >= beats or count == MAX_STROKES:
                 break
             x = left + float(moment.start) / beats * width
             wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * width - 1, 0.5)

@@ -80,13 +80,13 @@ FINEST = 1_000_000
 LARGEST = 10**100
 """The most beats, steps per beat, quarter turns per beat, and items per beat of a movement. With any tempo and step,
 the product of any two of them stays below the largest float (1.8e308)."""
-MOST_BITS = 4096
+MAX_BITS = 4096
 """The most bits of the exact fractions of a movement: nested odd factors multiply."""
-MOST_VOICES = 250
+MAX_VOICES = 250
 """The most voices that may play at once, including those within names: each is walked by itself."""
-MOST_DEPTH = 250
+MAX_DEPTH = 250
 """The deepest nesting of walks. Each level costs two of Python's levels of recursion."""
-MOST_THROWS = 2**MOST_BITS
+MAX_THROWS = 2**MAX_BITS
 """The most throws of one stream: their number is written into each throw's key."""
 
 

@@ -14,7 +14,7 @@ from improv_core.score.trajectories import BLOCK, Beat, Segment, Trajectory
 
 EXACT = 1e-4
 """Meters by which a distance may be off."""
-MOST_WORK = 1_000_000
+MAX_WORK = 1_000_000
 """The most moments that are examined, which takes a second or two."""
 
 
@@ -32,7 +32,7 @@ def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str
     """
     trajectories = {name: Trajectory(part) for name, part in pictured(score).parts.items()}
     found: dict[tuple[str, str], Nearest] = {}
-    work = Budget(MOST_WORK)
+    work = Budget(MAX_WORK)
     try:
         for number in range(math.ceil(end / BLOCK)):
             for one, other in combinations(trajectories, 2):

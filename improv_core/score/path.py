@@ -35,13 +35,13 @@ from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.traversal import inner_first
 from improv_core.score.walk import walk
 
-MOST_WALKED = 2_000
+MAX_WALKED = 2_000
 """Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
-MOST_MEASURED_THROWS = 100_000
+MAX_MEASURED_THROWS = 100_000
 """The most throws to examine: the turns of a repeat with dice differ, so they can't be multiplied."""
-MOST_MEASURED_LIVE = 10_000
+MAX_MEASURED_LIVE = 10_000
 """The same limit for a pose, which is computed while robots play."""
-MOST_VELOCITIES = 1_000
+MAX_VELOCITIES = 1_000
 """The number of velocities in meters that are kept: most are those of a few words."""
 VISITS_PER_THROW = 5
 """The number of parts that may be visited for each of these throws."""
@@ -93,13 +93,13 @@ def extent(movement: Movement, profile: Profile) -> Extent | None:
 
     outcomes = Outcomes(Extent(0.0, 0.0), stretch)
     try:
-        whole = Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
+        whole = Budget(MAX_MEASURED_THROWS * VISITS_PER_THROW)
         return None if movement.duration == ENDLESS else outcomes.until(movement, movement.duration, whole)
     except TooLongError:
         return None
 
 
-def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> Pose | None:
+def pose_at(part: Part, beat: Exact, most_throws: int = MAX_MEASURED_LIVE) -> Pose | None:
     """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or throws too many.
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
@@ -163,7 +163,7 @@ class _Flight(NamedTuple):
 
 
 def _flights(profile: Profile) -> Outcomes[_Flight]:
-    twists = lru_cache(MOST_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
+    twists = lru_cache(MAX_VELOCITIES)(lambda velocity: twist(velocity, profile, A_BEAT_A_SECOND))
 
     def held(velocity: Velocity, beats: float) -> _Flight:
         pose = Pose().after(twists(velocity), beats)
@@ -243,7 +243,7 @@ class Outcomes(Generic[M]):
             once, last = (self.walked(played, beats) for beats in (period, rest))
             return self._times(once, int(turns)).then(last)
         movement = reverse(played.movement) if played.backward else played.movement
-        own = None if played.dice else Budget(MOST_WALKED)
+        own = None if played.dice else Budget(MAX_WALKED)
         done = self._nothing
         for moment in walk(movement, merge=True, dice=played.dice):
             left = until - moment.start

@@ -32,7 +32,7 @@ LIKELY = 4.0
 """The factor by which a clock may run faster or slower after a jump. Anything else is a hiccup of this machine."""
 TRUSTED = 8
 """The number of sightings that the rate counts for that is kept when a clock has jumped."""
-MOST_BENT = 0.05
+MAX_BENT = 0.05
 """The share of a clock's rate by which ours may be faster or slower, to meet it."""
 SETTLE = 0.5
 """Seconds in which most of an error that is small is corrected."""
@@ -112,7 +112,7 @@ def sighted(estimate: Estimate, at: float, phase: float, gap: float = GAP) -> Es
 
 def bent(anchor: Anchor, late: float) -> float:
     """Return the other clock's units to make in a second, in order to meet it, if ours is this many seconds late."""
-    return anchor.rate * (1 + min(max(late / SETTLE, -MOST_BENT), MOST_BENT))
+    return anchor.rate * (1 + min(max(late / SETTLE, -MAX_BENT), MAX_BENT))
 
 
 def _stray(estimate: Estimate, at: float, phase: float, gap: float) -> Estimate:

@@ -13,7 +13,7 @@ from improv_core.score.movement import STILL, Around, Duration, Exact, Movement
 from improv_core.score.performing import Decision, Performed, Sensed, UnforeseenError, begin
 from improv_core.score.throws import ROBOTS, dice_of
 
-MOST_SKIPPED = 1_000
+MAX_SKIPPED = 1_000
 """The most changes of all robots that are performed to find what plays at a beat that playback jumps to."""
 
 

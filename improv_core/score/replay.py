@@ -18,17 +18,17 @@ from improv_core.score.joints import limbs_of
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.path import Paths, pose_at
-from improv_core.score.performer import MOST_SKIPPED, Performer, performer_at
+from improv_core.score.performer import MAX_SKIPPED, Performer, performer_at
 from improv_core.score.projection import BASE, base_of
 from improv_core.score.score import Part, Score, twist
-from improv_core.score.seeking import MOST_VISITED
+from improv_core.score.seeking import MAX_VISITED
 from improv_core.score.senses import CUE, BuiltIn
 from improv_core.score.traversal import outer_first
 from improv_core.score.walk import Moment, walk
 
-MOST_PAST = 500
+MAX_PAST = 500
 """The most moments of each robot that senses have decided and that are kept. Older ones are forgotten."""
-MOST_AHEAD = 20_000
+MAX_AHEAD = 20_000
 """The most moments that senses decide and that are performed for one answer."""
 
 
@@ -51,7 +51,7 @@ class Replay:
         self._now: dict[str, tuple[Iterator[Moment], Moment | None]] = {}
         self._open: dict[_Track, _OpenPart] = {}
         self._closed: dict[_Track, Movement] = {}  # movements that have been projected
-        changes, visits = Budget(MOST_SKIPPED), Budget(MOST_VISITED)
+        changes, visits = Budget(MAX_SKIPPED), Budget(MAX_VISITED)
         for robot, part in score.parts.items():
             whole = part.of_scene(score.scene)
             if not whole.open:
@@ -188,7 +188,7 @@ class _OpenPart:
         ahead._performer = self._performer.fork()
         ahead._edges, ahead._values = self._edges.copy(), self._values.copy()
         steps = iter(lambda: ahead._step(ENDLESS), None)
-        return map(self._rewritten, chain(tuple(self._past), islice(steps, MOST_AHEAD)))
+        return map(self._rewritten, chain(tuple(self._past), islice(steps, MAX_AHEAD)))
 
     def pose(self, beat: Exact) -> Pose | None:
         known = self._past[0].start if self._past else self._performer.beat
@@ -203,20 +203,20 @@ class _OpenPart:
         """Move to a beat without a past. If that takes too long to compute, begin there."""
         self._past.clear()
         try:
-            self._performer = performer_at(self._movement, self._part.begins, beat, Budget(MOST_SKIPPED))
+            self._performer = performer_at(self._movement, self._part.begins, beat, Budget(MAX_SKIPPED))
             self._entered = Paths().pose(self._part, self._performer.beat, visits)
         except TooLongError:
             self._performer, self._entered = Performer(self._movement, beat), None
 
     def _perform(self, beat: Exact, budget: Budget | None = None) -> None:
         """Perform up to a beat. Later changes can't alter that."""
-        for _ in range(MOST_AHEAD):
+        for _ in range(MAX_AHEAD):
             if self._performer.beat >= beat or not (moment := self._step(beat)):
                 return
             if budget:
                 budget.spend()
             self._past.append(moment)
-            if len(self._past) > MOST_PAST:
+            if len(self._past) > MAX_PAST:
                 first = self._past.popleft()
                 self._line = _line(self._line, first)
                 self._entered = self._entered and self._moved(self._entered, first, first.duration)

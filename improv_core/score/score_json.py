@@ -17,10 +17,10 @@ from improv_core.score.fields import above_zero
 from improv_core.score.json_types import as_json, hints_of, read
 from improv_core.score.movement import (
     LARGEST,
-    MOST_BITS,
-    MOST_DEPTH,
-    MOST_THROWS,
-    MOST_VOICES,
+    MAX_BITS,
+    MAX_DEPTH,
+    MAX_THROWS,
+    MAX_VOICES,
     Bounds,
     Movement,
     Several,
@@ -33,7 +33,7 @@ from improv_core.score.score import Part, Score
 from improv_core.score.senses import require_valid
 from improv_core.score.traversal import inner_first
 
-MOST_KNOWN = 10_000
+MAX_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
 FASTEST_RATE = 1_000
 """Commands per second that a robot may be sent."""
@@ -69,7 +69,7 @@ class RowsWritten:
 
     def renewed(self) -> RowsWritten:
         """Return this, or a new one once most of its rows may belong to scores that no longer play."""
-        return RowsWritten() if len(self.rows) > 2 * self.whole + MOST_KNOWN else self
+        return RowsWritten() if len(self.rows) > 2 * self.whole + MAX_KNOWN else self
 
 
 class _Written(NamedTuple):
@@ -191,7 +191,7 @@ def _fields(kind: type, names: Sequence[str], data: Mapping[str, Any]) -> dict[s
 def _playable(movement: Movement) -> Movement:
     """Return a movement that the language would accept too, so walking it costs no more. Raises ValueError."""
     duration = movement.duration
-    is_long = not isinstance(duration, float) and (duration > _LONGEST or bits(duration) > _MOST_DURATION_BITS)
+    is_long = not isinstance(duration, float) and (duration > _LONGEST or bits(duration) > _MAX_DURATION_BITS)
     if is_long or not _are_playable(movement.bounds):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
@@ -200,18 +200,18 @@ def _playable(movement: Movement) -> Movement:
 @lru_cache(maxsize=10_000)
 def _are_playable(bounds: Bounds) -> bool:
     return (
-        bounds.width <= MOST_VOICES
-        and bounds.depth <= MOST_DEPTH + _AROUND_STATEMENTS
-        and bounds.bits <= MOST_BITS
-        and bounds.throws <= MOST_THROWS
+        bounds.width <= MAX_VOICES
+        and bounds.depth <= MAX_DEPTH + _AROUND_STATEMENTS
+        and bounds.bits <= MAX_BITS
+        and bounds.throws <= MAX_THROWS
         and not (is_too_fast(bounds.peak) or is_too_fast(bounds.body.peak))
     )
 
 
 _LONGEST = LARGEST**2
 _AROUND_STATEMENTS = 2  # the series of a scene, and that of all scenes
-_MOST_DURATION_BITS = 4 * MOST_BITS
-"""The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
+_MAX_DURATION_BITS = 4 * MAX_BITS
+"""The durations of one robot's statements share a denominator of up to `MAX_BITS`."""
 
 
 def _add(whole: Movement, rows: list[list[Any]], written: RowsWritten) -> int:

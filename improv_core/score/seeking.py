@@ -10,10 +10,10 @@ from improv_core.score.joints import moved_parts
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Exact
 from improv_core.score.path import Paths
-from improv_core.score.performer import MOST_SKIPPED, performer_at
+from improv_core.score.performer import MAX_SKIPPED, performer_at
 from improv_core.score.score import Part, Score
 
-MOST_VISITED = 10_000
+MAX_VISITED = 10_000
 """The most parts of movements to visit for the poses of all robots. That takes 0.1 s, or a little longer."""
 
 
@@ -30,7 +30,7 @@ def known_poses(parts: Collection[Part], beat: Exact, paths: Paths) -> dict[str,
     poses = {}
     for part in parts:
         with suppress(TooLongError):
-            poses[part.robot] = paths.pose(part, beat, Budget(MOST_VISITED // len(parts)))
+            poses[part.robot] = paths.pose(part, beat, Budget(MAX_VISITED // len(parts)))
     return poses
 
 
@@ -39,7 +39,7 @@ def arrive(score: Score, beat: Exact, paths: Paths) -> Mapping[str, Pose]:
 
     Raises TooFarError if it takes too long to compute one of them, or what a robot plays there.
     """
-    visits, changes = Budget(MOST_VISITED), Budget(MOST_SKIPPED)
+    visits, changes = Budget(MAX_VISITED), Budget(MAX_SKIPPED)
     scene, _ = score.scene_at(beat)
     poses = {}
     for robot, part in score.parts.items():

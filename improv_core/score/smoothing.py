@@ -13,8 +13,8 @@ from itertools import groupby
 from improv_core.score.algebra import Series, series
 from improv_core.score.movement import (
     ENDLESS,
-    MOST_BITS,
-    MOST_DEPTH,
+    MAX_BITS,
+    MAX_DEPTH,
     NOTHING_AROUND,
     STILL,
     Exact,
@@ -72,7 +72,7 @@ def _eased(part: Movement, rate: Exact, fits: Fits) -> Movement:
     if not fits(part.uniform.times(all_by(exact(rate * FASTEST_EASE)))):
         return part
     found = ease(part)
-    return found if found.bounds.depth + _ROOM < MOST_DEPTH and found.bounds.bits <= MOST_BITS else part
+    return found if found.bounds.depth + _ROOM < MAX_DEPTH and found.bounds.bits <= MAX_BITS else part
 
 
 def _stretch(part: Movement) -> Velocity | None:

@@ -15,9 +15,9 @@ from improv_core.score.score import Part, Score, twist
 from improv_core.score.suppositions import as_pictured, certain_beats
 from improv_core.score.walk import walk
 
-MOST_STROKES = 400
+MAX_STROKES = 400
 """The most lines and arcs of a path. This keeps a picture under 20 KB, which suits hovers in editors."""
-MOST_MOMENTS = 20_000
+MAX_MOMENTS = 20_000
 """The most moments of a path that are walked."""
 ENDLESS_BEATS = 64
 """The number of beats drawn of an endless movement."""
@@ -59,9 +59,9 @@ class Path:
 
 def paths(
     score: Score,
-    most_moments: int = MOST_MOMENTS,
+    most_moments: int = MAX_MOMENTS,
     prediction: Prediction | None = None,
-    most_strokes: int = MOST_STROKES,
+    most_strokes: int = MAX_STROKES,
 ) -> list[Path]:
     """Return the ideal path of each robot: only the first beats of an endless path, and repeated strokes only once.
     Where a prediction assumes nothing, a path is certain."""
@@ -122,8 +122,8 @@ def path_of(
     score: Score,
     part: Part,
     assumed: Movement,
-    most_moments: int = MOST_MOMENTS,
-    most_strokes: int = MOST_STROKES,
+    most_moments: int = MAX_MOMENTS,
+    most_strokes: int = MAX_STROKES,
     most_beats: Duration | None = None,
     longest: float = _LONGEST,
 ) -> Path:

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import NamedTuple
 
-from improv_core.score.joint_charts import LEAST_WIDTH, charts, curves
+from improv_core.score.joint_charts import MIN_WIDTH, charts, curves
 from improv_core.score.meetings import Meeting
 from improv_core.score.moment_bars import bars, drawn_beats
 from improv_core.score.motion import Pose
 from improv_core.score.prediction import Prediction
 from improv_core.score.score import Score
-from improv_core.score.strokes import ENDLESS_BEATS, MOST_MOMENTS, Path, Stroke, apex, outermost, paths, pictured
+from improv_core.score.strokes import ENDLESS_BEATS, MAX_MOMENTS, Path, Stroke, apex, outermost, paths, pictured
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
@@ -30,7 +30,7 @@ _MARGIN = 26.0  # room for names
 
 
 def picture(
-    score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS, prediction: Prediction | None = None
+    score: Score, size: float = SIZE, most_moments: int = MAX_MOMENTS, prediction: Prediction | None = None
 ) -> str:
     """Return an SVG of only the paths, their starts, and ends; under 20 KB for one robot. Senses are as predicted."""
     drawn = paths(score, most_moments, prediction)
@@ -42,7 +42,7 @@ def picture(
 def plot(
     score: Score,
     timeline: bool = False,
-    most_moments: int = MOST_MOMENTS,
+    most_moments: int = MAX_MOMENTS,
     size: float = LARGE,
     meetings: Sequence[Meeting] = (),
     prediction: Prediction | None = None,
@@ -53,7 +53,7 @@ def plot(
     points = [point for path in drawn for point in outermost(path)]
     beats = drawn_beats(prediction.score if prediction else score)
     joints = curves(pictured(score), beats, most_moments)
-    wide = size - 2 * _MARGIN if timeline else LEAST_WIDTH if joints else 0.0  # beats and names of scenes need room
+    wide = size - 2 * _MARGIN if timeline else MIN_WIDTH if joints else 0.0  # beats and names of scenes need room
     frame = _Frame.around([*points, *_outline(score.world)], size, _heights(drawn), wide)
     below, height = _from_the_side(drawn, frame)
     parts = [*_obstacles(score.world, frame), *_paths(drawn, frame), *_named(drawn, frame)]

@@ -19,7 +19,7 @@ from improv_core.slices import checkpoint
 
 BLOCK = 16
 """The number of beats that are computed at a time. Robots that are far apart for a whole block need no closer look."""
-MOST_SEGMENTS = 4_000
+MAX_SEGMENTS = 4_000
 """The most segments of a block. A robot with more is not followed any further."""
 
 
@@ -163,7 +163,7 @@ class Trajectory:
                 if self._now.start < begin + 1:
                     here.append(self._now)
                 count += 1
-                if count > MOST_SEGMENTS:
+                if count > MAX_SEGMENTS:
                     return
             beats.append(Beat(here, _around([_box(each, begin, begin + 1) for each in here])))
         self._blocks.append(Block(beats, _around([beat.box for beat in beats]), BLOCK + count))

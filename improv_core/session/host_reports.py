@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 CLOSE = 0.005
 """Seconds by which two stages' reports of the same instant may differ."""
-MOST_PRESSES = 20
+MAX_PRESSES = 20
 """The counts of presses that are remembered. Hosts refuse a score that somebody asked for longer ago."""
 
 
@@ -210,7 +210,7 @@ def _pressed(state: SessionState) -> StateAndActs:
     """Report the emergency stops that are on, on any host."""
     counts = {host: stage.pressed["count"] for host, stage in state.robots.items()}
     topics = sorted({topic for stage in state.robots.values() for topic in stage.pressed["topics"]})
-    kept = dict([*state.presses.items(), (sum(counts.values()), counts)][-MOST_PRESSES:])
+    kept = dict([*state.presses.items(), (sum(counts.values()), counts)][-MAX_PRESSES:])
     return replace(state, presses=kept), [
         Announce({"type": "pressed", "topics": topics, "count": sum(counts.values())})
     ]

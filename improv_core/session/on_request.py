@@ -23,7 +23,7 @@ StageRequest = Change | Resume | ProgramMessage | ProgramSource | Draft | Answer
 """The requests to all stages: a change, to resume after a pause, or to show something on pages."""
 ProblemFields = tuple[str, int, int, str, str]
 """The values of the fields of a `Problem`."""
-MOST_ERRORS = 20
+MAX_ERRORS = 20
 """The most errors that pages list."""
 Request = PlayScore | StageRequest | PageRequest | PageOpened
 
@@ -66,7 +66,7 @@ def program_message(
     """Return the program to play, and the errors that keep it from being played, for pages."""
     problems: list[Problem] = [
         {"file": file, "line": line, "column": column, "word": word, "message": message}
-        for file, line, column, word, message in errors[:MOST_ERRORS]
+        for file, line, column, word, message in errors[:MAX_ERRORS]
     ]
     shown: ProgramMessage = {
         "type": "program",

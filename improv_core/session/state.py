@@ -55,7 +55,7 @@ Mode = Literal["stopped", "gathering", "armed", "unplaced", "playing", "paused"]
 """`gathering` until all are ready for beat 0, `armed` while that waits for a person or a time, and `unplaced` if a
 robot that is not in its place has prevented it."""
 
-MOST_SENT = 100
+MAX_SENT = 100
 """The most scores to compare with: of hundreds of saves during a long dance, only the last will play."""
 
 
@@ -148,7 +148,7 @@ class PartEditions:
         parts = {robot: replace(part, editions=self._editions(part, new)) for robot, part in score.parts.items()}
         score = replace(score, parts=parts)
         sent = {**self.sent, generation: score}
-        if len(sent) > MOST_SENT:
+        if len(sent) > MAX_SENT:
             del sent[list(sent)[1]]  # the first one plays
         return PartEditions(next(new) - 1, sent), score
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from improv_core.protocol.commands import AUTOMATIONS, Automation, Resume
-from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.limits import MAX_AHEAD
 from improv_core.protocol.messages import CountJson, TransportMessage
 from improv_core.score.takeover import Takeover
 from improv_core.session.acts import Act, Now, StateAndActs, send
@@ -61,7 +61,7 @@ def robots_of(state: SessionState, host: str) -> list[str]:
 
 def ahead(state: SessionState) -> float:
     """Return the seconds by which all must get a command early in order to obey it at the same instant."""
-    return min(max((stage.lag for stage in state.robots.values() if stage.alive), default=0.0), MOST_AHEAD)
+    return min(max((stage.lag for stage in state.robots.values() if stage.alive), default=0.0), MAX_AHEAD)
 
 
 def bar(state: SessionState) -> int:

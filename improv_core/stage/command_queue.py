@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 from improv_core.ipc.arrivals import Ordered, Request, request_in
 from improv_core.protocol.commands import VOIDED_BY_STOP, Pause
-from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.limits import MAX_AHEAD
 from improv_core.protocol.messages import Play
 from improv_core.safety.stops import StopFence
 from improv_core.score.score import Score
@@ -113,4 +113,4 @@ def _time_of(arrival: Ordered, now: float) -> float:
     if not isinstance(arrival, dict):
         return -math.inf
     at = arrival.get("at")
-    return at if isinstance(at, float) and at <= now + MOST_AHEAD else -math.inf
+    return at if isinstance(at, float) and at <= now + MAX_AHEAD else -math.inf

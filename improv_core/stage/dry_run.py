@@ -24,7 +24,7 @@ from improv_core.slices import checkpoint
 
 LONGEST = 120.0
 """The most seconds of a dance in which senses are decided in advance."""
-MOST_STEPS = 40_000
+MAX_STEPS = 40_000
 """The most steps of all robots together."""
 PERIOD = 0.1
 """Seconds of the dance between two moments at which deciding senses in advance may be interrupted."""
@@ -74,12 +74,12 @@ def predict(score: Score) -> Prediction | None:
     """Predict what the simulator's senses decide, with robots on their ideal paths: nobody pushes them, and they have
     no motors. All other senses never hold. None if the score reads no sense that the simulator computes.
 
-    After 1,000 beats, two minutes of the dance, or `MOST_STEPS`, the score is cut off.
+    After 1,000 beats, two minutes of the dance, or `MAX_STEPS`, the score is cut off.
     """
     senses = {name: part.senses.values() for name, part in score.parts.items() if score.open}
     if not any(is_computed(each) for sources in senses.values() for each in sources):
         return None
-    seconds = min(LONGEST, score.seconds(LAST_BEAT), MOST_STEPS / STEPS_PER_SECOND / len(score.parts))
+    seconds = min(LONGEST, score.seconds(LAST_BEAT), MAX_STEPS / STEPS_PER_SECOND / len(score.parts))
     ideal = {
         name: replace(part, profile=replace(part.profile, dynamics="ideal", smooth=False))
         for name, part in score.parts.items()

@@ -124,11 +124,11 @@ def remove_left(target: Path, keep: Callable[[bytes], None] = lambda text: None)
             with os.fdopen(left, "rb") as file:
                 fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if stat.S_ISREG(os.fstat(left).st_mode):
-                    keep(file.read(_MOST_KEPT))
+                    keep(file.read(_MAX_KEPT))
                     path.unlink()
 
 
-_MOST_KEPT = 10_000_000
+_MAX_KEPT = 10_000_000
 """Bytes of a text that is kept: no text that we write is longer."""
 
 

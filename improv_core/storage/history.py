@@ -19,7 +19,7 @@ from pathlib import Path
 from improv_core.program.files import ReadError, read_program
 from improv_core.storage.atomic_write import replacing, why
 
-MOST = 200
+MAX_VERSIONS = 200
 """Programs that are kept; after that, each new one replaces the oldest."""
 VARIABLE = "IMPROV_HISTORY"
 """The environment variable that turns the history off: set it to `off`."""
@@ -95,7 +95,7 @@ def keep(file: str, text: str, now: datetime) -> None:
         name = f"{now:%Y%m%dT%H%M%S.%fZ}-{secrets.token_hex(4)}.improv"
         with replacing(folder() / name, private=True) as kept:
             kept.write((header + text).encode())
-        for old in _files()[MOST:]:
+        for old in _files()[MAX_VERSIONS:]:
             old.unlink(missing_ok=True)  # another process may have done so
     except (OSError, ValueError) as error:
         reason = why(error) if isinstance(error, OSError) else "it is not text"

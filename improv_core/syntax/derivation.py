@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 from improv_core.slices import checkpoint
 
-MOST_INSERTED = 2
+MAX_INSERTED = 2
 """The most missing terminals that may be inserted in a row: `fast ||` lacks a number and a movement."""
-MOST_REPAIRS = 20
+MAX_REPAIRS = 20
 """After this many errors in a statement, tokens that don't fit are only skipped: repairs are slow, and only the first
 error is reported."""
 NEVER = frozenset({"STRAY", "DOLLAR", "EQUAL", "BEAT", "SCENE"})
@@ -109,7 +109,7 @@ class _Repairing:
         for at, kind in enumerate(terminals):
             checkpoint()
             is_hopeless = self.unexpected and kind in NEVER
-            if not is_hopeless and not self.feed(_leaf(kind, at)) and repairs < MOST_REPAIRS:
+            if not is_hopeless and not self.feed(_leaf(kind, at)) and repairs < MAX_REPAIRS:
                 repairs += 1
                 self._insert_before(_leaf(kind, at))
 
@@ -135,7 +135,7 @@ class _Repairing:
         """Insert what is missing before a leaf that does not fit. If that does not help, skip the leaf."""
         parser, known = self.parser, len(self.leaves)
         self.parser = parser.copy(deepcopy_values=False)
-        for _ in range(MOST_INSERTED):
+        for _ in range(MAX_INSERTED):
             if not self.insert(leaf.at):
                 break
             if leaf.type in self.parser.accepts():

@@ -26,7 +26,7 @@ from improv_core.text import Span
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
 
 
-MOST_KEPT = 4_000_000
+MAX_KEPT = 4_000_000
 """The most characters of all statements whose trees are cached. A tree takes about 50 bytes per character."""
 
 
@@ -63,7 +63,7 @@ class Kept:
         return known
 
 
-_KEPT = Kept(MOST_KEPT)
+_KEPT = Kept(MAX_KEPT)
 
 
 def _parsed(text: str) -> Statement:

@@ -30,7 +30,7 @@ from improv_core.syntax.vocabulary import UNITS, WORDS
 from improv_core.text import Span
 
 LONGEST_EXPONENT = 2
-MOST_PARTS = 12
+MAX_PARTS = 12
 """The most tokens before and after one of a number in a foreign notation."""
 _PLACES = frozenset({"at", "around", "facing"})
 _PARTS = frozenset({"NUMBER", "NAME", "STRAY"})
@@ -72,11 +72,11 @@ def number_meant(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     first = last = at
     while first and _touches(tokens, first - 1) and tokens[first - 1].type in _PARTS:
         first -= 1
-        if at - first > MOST_PARTS:
+        if at - first > MAX_PARTS:
             return None
     while _touches(tokens, last) and tokens[last + 1].type in _PARTS:
         last += 1
-        if last - at > MOST_PARTS:
+        if last - at > MAX_PARTS:
             return None
     written = "".join([token.text for token in tokens[first : last + 1]])
     unit = _UNIT_AT_END.findall(written)[0]

@@ -24,7 +24,7 @@ _NAMES = {
     "robot": ("robot", "name", "id", "drone", "agent", "dancer"),
 }
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([A-Za-z°]+)\s*[\])])?\s*")
-_MOST_METERS = 200.0
+_MAX_METERS = 200.0
 """Coordinates without a unit that are farther from one another are taken to be millimeters."""
 _LONGEST_STEP = 5.0
 """Times without a unit whose usual step is longer are taken to be milliseconds."""
@@ -123,7 +123,7 @@ def _units(columns: Mapping[str, _Column], rows: Sequence[Mapping[str, float]], 
     steps = sorted(after["time"] - here["time"] for here, after in pairwise(rows) if after["time"] > here["time"])
     slow = bool(steps) and steps[len(steps) // 2] > _LONGEST_STEP
     ways = [abs(row[axis]) for row in rows for axis in ("x", "y")]
-    far = max(ways, default=0.0) > _MOST_METERS
+    far = max(ways, default=0.0) > _MAX_METERS
     turned = max((abs(row["heading"]) for row in rows if "heading" in row), default=0.0) > 2 * math.tau
     likely = {
         "time": (0.001, "milliseconds") if slow else (1.0, "seconds"),

@@ -25,9 +25,9 @@ from improv_core.transcription.wording import (
 
 _LONGEST_PERIOD = 64
 """The most nodes of a repeated body."""
-_MOST_FOLDS = 200
-_MOST_NAMES = 6
-_LEAST_SAVED = 0.5
+_MAX_FOLDS = 200
+_MAX_NAMES = 6
+_MIN_SAVED = 0.5
 """The words that a fold must save: with fewer, it makes the program harder to read."""
 _WORTH_A_NAME = 3.0
 _NAME_COST = 2.3
@@ -86,9 +86,9 @@ def _length(node: Node) -> Fraction:
 def folded(items: Sequence[Node]) -> Node:
     """Return a series with repetitions folded, those first that save the most."""
     left = list(items)
-    for _ in range(_MOST_FOLDS):
+    for _ in range(_MAX_FOLDS):
         best = max(_repetitions(left), default=None, key=lambda each: each[0])
-        if best is None or best[0] < _LEAST_SAVED:
+        if best is None or best[0] < _MIN_SAVED:
             break
         _, first, period, times = best
         body = left[first : first + period]
@@ -121,7 +121,7 @@ def with_names(lines: Sequence[Node], taken: Sequence[str]) -> tuple[dict[str, N
     names: dict[str, Node] = {}
     found = list(lines)
     free = [name for name in NAMES if name not in taken]
-    while len(names) < min(_MOST_NAMES, len(free)):
+    while len(names) < min(_MAX_NAMES, len(free)):
         best = _best_phrase([*names.values(), *found])
         if best is None:
             break
@@ -160,7 +160,7 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
         [[kinds.setdefault(each, len(kinds)) for each in _turned(turns, items)] for turns in range(len(TURNS))]
         for items in lists
     ]
-    best, saved = None, _LEAST_SAVED
+    best, saved = None, _MIN_SAVED
     for size in range(1, _LONGEST_PERIOD + 1):
         places: dict[tuple[int, ...], list[tuple[int, int, int]]] = defaultdict(list)  # of each canonical form
         for number, items in enumerate(lists):

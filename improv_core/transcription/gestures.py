@@ -15,13 +15,13 @@ from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.folding import bracketed, folded
 from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_for, series_text
 
-LEAST = 0.05
+MIN_LENGTH = 0.05
 """Meters: a hand that moved less has drawn nothing."""
 _TREMOR = 0.015
 """The inaccuracy of a hand, as a share of the drawing's size."""
-_LEAST_TREMOR = 0.01
+_MIN_TREMOR = 0.01
 """The least inaccuracy, in meters."""
-_MOST_POINTS = 100
+_MAX_POINTS = 100
 """More points of a stroke say nothing more, and each pair of them is a curve to try."""
 _PATIENCE = 6
 """After this many more points through which a curve can't be drawn, no more are tried."""
@@ -75,7 +75,7 @@ class _Curve(NamedTuple):
 
 def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
     """Return the pose at which a stroke begins, to a centimeter, and the words that draw it; none if it is shorter than
-    `LEAST`.
+    `MIN_LENGTH`.
 
     The robot first turns to it from its `heading` (radians), or begins that way if it has none. Each line or arc takes
     the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat. Until it begins, the robot
@@ -147,7 +147,7 @@ def _moves(curves: Sequence[_Curve], start: Pose, profile: Profile, parts: int) 
 
 
 def _rounding(length: float) -> Rounding:
-    return Rounding(max(_ROUNDING * length, LEAST / 2), _TURN_ROUNDING)
+    return Rounding(max(_ROUNDING * length, MIN_LENGTH / 2), _TURN_ROUNDING)
 
 
 def _after(pose: Pose, move: Move, profile: Profile) -> Pose:
@@ -158,11 +158,11 @@ def _curves(stroke: Sequence[DrawnPoint]) -> list[_Curve]:
     """Return the fewest lines and arcs that a hand may have meant; none if it hardly moved."""
     places = [complex(each.x, each.y) for each in stroke]
     size = max((abs(place - places[0]) for place in places), default=0.0)
-    if size < LEAST:
+    if size < MIN_LENGTH:
         return []
-    tremor = max(size * _TREMOR, _LEAST_TREMOR)
+    tremor = max(size * _TREMOR, _MIN_TREMOR)
     length = sum(abs(after - here) for here, after in pairwise(places))
-    kept = _spaced(stroke, max(tremor / 2, length / _MOST_POINTS))
+    kept = _spaced(stroke, max(tremor / 2, length / _MAX_POINTS))
     places = _calmed([complex(each.x, each.y) for each in kept])
     costs = [0.0, *[math.inf] * (len(places) - 1)]
     best: dict[int, tuple[int, _Curve]] = {}

@@ -25,11 +25,11 @@ SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 """Shares of the seconds by which a robot may be early or late."""
 _STEPS = 2
 """The number of times that amounts are improved: each step nearly ends the error that is left."""
-_MOST_UNKNOWNS = 160
+_MAX_UNKNOWNS = 160
 _NUDGE = 1e-5
 _RIDGE = 1e-9
 """The weight of an unknown besides that of its samples, so that one on which they don't depend stays as it is."""
-_MOST_ROWS = 300
+_MAX_ROWS = 300
 """The most rows of a robot: neighboring samples are added up to one row."""
 _WORD = 4.0
 """The cost of a measure, in natural units of information."""
@@ -119,7 +119,7 @@ def fits_of(
     A robot that has too many alone keeps its items.
     """
     groups = grouped({robot: items[robot] for robot in robots}, robots, tempo)
-    if len(groups.unknowns) + 4 * len(robots) <= _MOST_UNKNOWNS:
+    if len(groups.unknowns) + 4 * len(robots) <= _MAX_UNKNOWNS:
         return [FittedGroups(groups, {robot: starts[robot] for robot in robots}, robots, tempo)]
     names = [*robots]
     halves = (names[: len(names) // 2], names[len(names) // 2 :]) if len(names) > 1 else ()
@@ -273,7 +273,7 @@ def _change(one: Pose, other: Pose) -> tuple[float, float, float, float]:
 
 def _row(values: Sequence[tuple[float, float, float, float]], weights: Sequence[float]) -> list[float]:
     """Return weighted values one after another; neighbors are added up."""
-    size = max(1, math.ceil(len(values) / _MOST_ROWS))
+    size = max(1, math.ceil(len(values) / _MAX_ROWS))
     found: list[float] = []
     for axis, weight in zip(zip(*values, strict=True), weights, strict=True):
         scale = weight / math.sqrt(size)

@@ -9,7 +9,7 @@ from improv_core.transcription.ros_source import read_recording
 from improv_core.transcription.sources import Recording, SourceError
 from improv_core.transcription.svg_source import read_svg
 
-MOST_BYTES = 200_000_000
+MAX_BYTES = 200_000_000
 """No larger file is read."""
 
 
@@ -19,8 +19,8 @@ def read_source(path: Path, seconds: float, scale: float | None) -> Recording:
     Raises SourceError, and OSError if there is no such file.
     """
     kind = path.suffix.lower()
-    if path.stat().st_size > MOST_BYTES:
-        raise SourceError(f"{path}: it is larger than {MOST_BYTES // 1_000_000} MB: cut it")
+    if path.stat().st_size > MAX_BYTES:
+        raise SourceError(f"{path}: it is larger than {MAX_BYTES // 1_000_000} MB: cut it")
     if kind in (".csv", ".tsv", ".txt"):
         return read_csv(path)
     if kind == ".svg":

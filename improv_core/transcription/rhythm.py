@@ -25,7 +25,7 @@ _PART_COST = {1: 0.0, 2: 2.0, 3: 4.0, 4: 4.0}
 """The cost of an end on such a part of a beat, in natural units of information."""
 _FINE_COST = 6.0
 """The cost of an end on a finer part."""
-_MOST_TRIED = 24
+_MAX_TRIED = 24
 """The most movements that are tried as an `ease` of several motions, the simplest first."""
 _DENSE = 1.5
 """The fewest stretches in each beat of such an `ease`."""
@@ -33,7 +33,7 @@ _BAD = 30.0
 """The cost of a motion, besides that of noise, above which there are several."""
 _GENTLE_COST = 4.0
 """The cost of a gentle movement besides what it is made of."""
-_MOST_GENTLE = 32
+_MAX_GENTLE = 32
 """The most beats of a gentle movement."""
 _FEW = 20
 """Poses that are enough to refute most movements that aren't gentle."""
@@ -146,7 +146,7 @@ def items_of(
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
     ends = [bisect_left(nodes, end) for _, end, _ in spans]
     edges: list[list[TrackEdge[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
-    left = 0 if roughly else _MOST_TRIED
+    left = 0 if roughly else _MAX_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
         if stops():
             break
@@ -231,7 +231,7 @@ def _gentle_spans(
     for first in range(len(placed) - 1):
         ramps = _monotone(placed[first:], rates[first:])
         for past in range(first + 2, len(placed) + 1):
-            if ends[past] - ends[first] > _MOST_GENTLE:
+            if ends[past] - ends[first] > _MAX_GENTLE:
                 break
             eases = rates[first] < rates[first + 1] and rates[past - 1] < rates[past - 2]
             ratio = _ratio(placed, rates, first, past - 1) if past - first <= ramps else None

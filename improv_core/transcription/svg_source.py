@@ -26,7 +26,7 @@ _TURN = 2.0
 """The radians that it turns there in the time in which it drives one unit of the drawing."""
 _WIDTH = 4.0
 """The width of a drawing without a scale, in meters."""
-_MOST_POINTS = 100_000
+_MAX_POINTS = 100_000
 
 Matrix = tuple[complex, complex, complex]
 """A map of the plane: z → a z + b conj(z) + c."""
@@ -81,8 +81,8 @@ def _shapes(path: Path, element: Any, outer: Matrix) -> Iterator[tuple[str, list
             points = [complex(*(float(element.get(f"{axis}{end}", 0)) for axis in "xy")) for end in "12"]
     except ValueError as error:
         raise SourceError(f"{path}, {element.get('id') or tag}: {error}") from None
-    if len(points) > _MOST_POINTS:
-        raise SourceError(f"{path}, {element.get('id') or tag}: it has over {_MOST_POINTS} points")
+    if len(points) > _MAX_POINTS:
+        raise SourceError(f"{path}, {element.get('id') or tag}: it has over {_MAX_POINTS} points")
     a, b, c = matrix
     if points:
         yield element.get("id") or path.stem, [a * p + b * p.conjugate() + c for p in points]

@@ -32,7 +32,7 @@ ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10
 """Degrees to which an angle is rounded."""
 _REPEAT_COST = 2.5
 """A `repeat` costs more than a `slow`, which motions beside each other can share."""
-_MOST_COPIES = 24
+_MAX_COPIES = 24
 """The most beats of a motion that may be written as one word for each beat; a longer one is one slow word."""
 
 
@@ -181,7 +181,7 @@ def moves_for(beats: Fraction, amounts: Amounts, profile: Profile, rounding: Rou
     """Return the cheapest moves that make this motion, within what rounding allows: one, or one in each beat."""
     whole = [(each,) for each in _moves(beats, amounts, profile, rounding)]
     count = beats.numerator
-    if beats.denominator > 1 or not 1 < count <= _MOST_COPIES:
+    if beats.denominator > 1 or not 1 < count <= _MAX_COPIES:
         return min(whole, key=_cost_of_copies)
     one, near = amounts.times(1 / count), rounding.times(1 / count)
     copies = [(each,) * count for each in _moves(Fraction(1), one, profile, near)]

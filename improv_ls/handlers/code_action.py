@@ -23,7 +23,7 @@ from improv_ls.positions import to_range, to_scenes, to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import workspace_edit
 
-MOST_EDITS = 20
+MAX_EDITS = 20
 """The most edits of an action that are sent before somebody chooses it, to editors that ask for the edits then."""
 
 
@@ -34,7 +34,7 @@ def code_action(ls: Session, document: AnyDocument, params: types.CodeActionPara
     later = later and bool(ls.editor.can("text_document.code_action.data_support"))
     fixes_all = _is_one_of(FIX_ALL, only)
     edits = [
-        _converted(ls, document, action, edited, span if later and len(action.edits) > MOST_EDITS else None)
+        _converted(ls, document, action, edited, span if later and len(action.edits) > MAX_EDITS else None)
         for action, edited in _actions(ls, document, span, fixes_all)
         if not only or _is_one_of(action.kind, only)
     ]

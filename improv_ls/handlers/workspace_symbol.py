@@ -18,7 +18,7 @@ from improv_ls.programs import names_in_file, programs_in
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import symbol_information
 
-MOST_SYMBOLS = 1_000
+MAX_SYMBOLS = 1_000
 
 
 async def workspace_symbol(ls: Session, params: types.WorkspaceSymbolParams) -> list[types.SymbolInformation]:
@@ -49,7 +49,7 @@ def search(
         if is_cancelled():
             return found
         for entry in entries:
-            if len(found) == MOST_SYMBOLS:
+            if len(found) == MAX_SYMBOLS:
                 return found
             if has_in_order(entry.name.lower(), query.lower()):
                 found.append(symbol_information(uri, lines, entry, encoding))

@@ -20,7 +20,7 @@ from typing import Any
 import aiohttp
 
 from improv_core.classroom.children import Children
-from improv_core.classroom.roster import MOST_CHILDREN
+from improv_core.classroom.roster import MAX_CHILDREN
 from improv_core.commands.class_room import Class
 from improv_core.commands.terminal import performance
 from improv_core.session.acts import News
@@ -99,7 +99,7 @@ async def _measure(site: Path, seconds: float) -> None:
         performing.interrupted.set()
         await teaching
     busy = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / lasted
-    print(f"{MOST_CHILDREN} pages for {lasted:.0f} s, {machine()}: {sent['sent']} dances sent, {len(took)} stops\n")
+    print(f"{MAX_CHILDREN} pages for {lasted:.0f} s, {machine()}: {sent['sent']} dances sent, {len(took)} stops\n")
     if not took:
         sys.exit("no dance played when the teacher stopped it: measure on a machine with less work")
     print_head("what", "value", "goal")
@@ -137,7 +137,7 @@ async def _flood(address: str, code: str, seconds: float) -> None:
     async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http:
         for number in range(TOGETHER):  # their numbers are the first ones
             await child(http, number)
-        await asyncio.gather(*(child(http, number) for number in range(TOGETHER, MOST_CHILDREN)))
+        await asyncio.gather(*(child(http, number) for number in range(TOGETHER, MAX_CHILDREN)))
     print(json.dumps({"sent": sent}))
 
 

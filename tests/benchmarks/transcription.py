@@ -31,7 +31,7 @@ GALLERY = (
 """Programs of docs/gallery.md that end, that no sense decides, and in which only bases move."""
 STRUCTURES = ("repeat", "canon", "reflect", "retrograde")
 RATE = 20
-MOST_BEATS = 200
+MAX_BEATS = 200
 CLEAN = Tolerance(0.001, math.radians(0.3), 0.01)
 NOISE = (0.005, math.radians(1))
 _WORDS = re.compile(r"[0-9.]+(?:/[0-9]+)?(?:cm|mm|m|deg)?|\w+")
@@ -102,7 +102,7 @@ def places(score: Score, noise: tuple[float, float] | None) -> Mapping[str, list
     dice = random.Random(1)
     found: dict[str, list[TimedPlace]] = {}
     for robot, part in score.parts.items():
-        beats = min(part.begins + part.movement.duration, MOST_BEATS)
+        beats = min(part.begins + part.movement.duration, MAX_BEATS)
         ends = Fraction(beats) * 60 / score.tempo
         found[robot] = []
         for number in range(int(ends * RATE) + 2):

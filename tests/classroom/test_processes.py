@@ -18,7 +18,7 @@ import pytest
 
 from improv_core.classroom.children import Children, ChildrenError
 from improv_core.ipc.stage_process import Stage
-from improv_core.page.connections import MOST_OF_ONE
+from improv_core.page.connections import MAX_PER_ADDRESS
 from improv_core.session.state import HERE, StageKey
 from tests.classroom.conftest import Running
 from tests.classroom.test_class import WORST, a_class, make_site
@@ -98,7 +98,7 @@ def test_strangers_who_read_nothing_of_a_large_file_fill_no_memory_and_shut_nobo
     host = children.address.removeprefix("http://").rstrip("/")
     name, port = host.split(":")
     silent = []
-    for _ in range(MOST_OF_ONE + 50):
+    for _ in range(MAX_PER_ADDRESS + 50):
         connection = socket.create_connection((name, int(port)))
         connection.sendall(f"GET /large.wasm HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
         silent.append(connection)

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from improv_core.classroom.roster import (
-    MOST_CHILDREN,
-    MOST_GUESSES,
+    MAX_CHILDREN,
+    MAX_GUESSES,
     SILENT,
     ForbiddenError,
     Room,
@@ -24,7 +24,14 @@ from improv_core.classroom.roster import (
     shown_name,
     without,
 )
-from improv_core.page.connections import MOST, MOST_OF_ONE, STALL_LIMIT, OpenConnection, stalled, to_close
+from improv_core.page.connections import (
+    MAX_CONNECTIONS,
+    MAX_PER_ADDRESS,
+    STALL_LIMIT,
+    OpenConnection,
+    stalled,
+    to_close,
+)
 
 ROOM = Room("ABC234")
 
@@ -83,7 +90,7 @@ def test_only_the_right_code_lets_children_join(code: str, right: bool) -> None:
 
 def test_too_many_wrong_codes_block_only_their_address() -> None:
     room = ROOM
-    for _ in range(MOST_GUESSES):
+    for _ in range(MAX_GUESSES):
         room, right = guess(room, "10.0.0.1", "?", 5.0)
         assert not right
     with pytest.raises(ForbiddenError, match="too many wrong codes: wait a minute") as problem:
@@ -97,7 +104,7 @@ def test_too_many_wrong_codes_block_only_their_address() -> None:
 
 def test_a_whole_class_can_join_from_one_address_but_not_again_and_again() -> None:
     room = ROOM
-    for number in range(MOST_CHILDREN):
+    for number in range(MAX_CHILDREN):
         room, _ = guess(room, "10.0.0.1", room.code, 5.0)
         room, _ = join(room, "Ada", f"secret {number}", f"browser {number}")
     with pytest.raises(ForbiddenError, match="wait a minute") as problem:
@@ -123,8 +130,8 @@ def test_a_browser_has_one_place() -> None:
     assert after.number > before.number
     with pytest.raises(ForbiddenError, match="join the class first"):
         send(room, "own", 0.0)
-    full = joined(*("x" for _ in range(MOST_CHILDREN)))
-    assert len(join(full, "Ada", "own", "browser 3")[0].members) == MOST_CHILDREN
+    full = joined(*("x" for _ in range(MAX_CHILDREN)))
+    assert len(join(full, "Ada", "own", "browser 3")[0].members) == MAX_CHILDREN
 
 
 @pytest.mark.parametrize(
@@ -153,15 +160,15 @@ def test_a_child_who_was_away_comes_back_to_its_dances_from_any_browser() -> Non
 
 def test_children_who_are_away_are_as_many_as_a_class() -> None:
     room = ROOM
-    for number in range(MOST_CHILDREN + 5):
+    for number in range(MAX_CHILDREN + 5):
         room, _ = join(room, f"child {number}", f"secret {number}", "browser")
         room = sent(room, f"secret {number}")
-    assert len(room.away) == MOST_CHILDREN
-    assert room.away[-1].name == f"child {MOST_CHILDREN + 3}"
+    assert len(room.away) == MAX_CHILDREN
+    assert room.away[-1].name == f"child {MAX_CHILDREN + 3}"
 
 
 def test_a_full_class_and_an_empty_name_are_refused() -> None:
-    full = joined(*("x" for _ in range(MOST_CHILDREN)))
+    full = joined(*("x" for _ in range(MAX_CHILDREN)))
     with pytest.raises(ForbiddenError, match="this class is full") as problem:
         join(full, "one more", "secret", "browser")
     assert status_of(problem) == 409
@@ -223,9 +230,9 @@ def crowd(*counts: int) -> dict[int, OpenConnection]:
     ("open_now", "address", "closed"),
     [
         (crowd(240), "10.0.0.0", None),  # 40 browsers behind one address
-        (crowd(MOST_OF_ONE, 1), "10.0.0.0", 0),  # one of its own
-        (crowd(MOST_OF_ONE, 1), "10.0.0.1", None),
-        (crowd(6, MOST_OF_ONE, MOST - MOST_OF_ONE - 6), "10.0.0.3", 6),  # one of the address with the most
+        (crowd(MAX_PER_ADDRESS, 1), "10.0.0.0", 0),  # one of its own
+        (crowd(MAX_PER_ADDRESS, 1), "10.0.0.1", None),
+        (crowd(6, MAX_PER_ADDRESS, MAX_CONNECTIONS - MAX_PER_ADDRESS - 6), "10.0.0.3", 6),  # of the largest crowd
         (crowd(6, 6), "10.0.0.0", None),
     ],
 )
@@ -236,7 +243,7 @@ def test_the_connection_that_has_rested_longest_gives_way_to_a_new_one(
 
 
 def test_connections_that_must_stay_give_way_to_none() -> None:
-    assert to_close({key: OpenConnection("a", math.inf) for key in range(MOST_OF_ONE)}, "a") is None
+    assert to_close({key: OpenConnection("a", math.inf) for key in range(MAX_PER_ADDRESS)}, "a") is None
 
 
 def test_a_connection_on_which_nothing_progresses_is_closed() -> None:

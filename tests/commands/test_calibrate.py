@@ -66,7 +66,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow("a robot drives the distances that are measured")
 def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("improv_core.commands.calibrate.LEAST_ROUNDS", 2)
+    monkeypatch.setattr("improv_core.commands.calibrate.MIN_ROUNDS", 2)
     terminal = Conversation()
     terminal.wait("In improv.toml, a step is 0.2 m, and a quarter turn 90°.")
     terminal.answer("How many meters of free floor are ahead of anna, at least a step of 0.2 m? [2]", "0.1", "0.6")

@@ -10,13 +10,13 @@ import select
 import socket
 import sys
 
-MOST = 65_536
+MAX_BYTES = 65_536
 """Bytes that are read at once."""
 
 server = socket.create_connection((sys.argv[1], int(sys.argv[2])))
 while True:
     for each in select.select([0, server.fileno()], [], [])[0]:
-        if not (data := os.read(each, MOST)):
+        if not (data := os.read(each, MAX_BYTES)):
             sys.exit()
         if each == 0:
             server.sendall(data)

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, cast
 
-from improv_core.hosts.near import MOST_DIRECT, NearEnd
+from improv_core.hosts.near import MAX_DIRECT, NearEnd
 from improv_core.safety.stage_stops import StageSocket, stop_stages
 
 LIMIT = 60.0
@@ -65,8 +65,8 @@ def test_a_stop_of_the_parent_goes_before_the_rest_of_a_long_score() -> None:
 
 def test_a_flood_of_stops_that_nobody_confirms_is_bounded() -> None:
     near, answered = Near(), list[int]()
-    for number in range(2 * MOST_DIRECT):
+    for number in range(2 * MAX_DIRECT):
         near._stop({"type": "stop", "direct": str(number)}, lambda line, number=number: answered.append(number))  # type: ignore[misc]
-    for number in range(2 * MOST_DIRECT):
+    for number in range(2 * MAX_DIRECT):
         near._pass_up({**OBEYED, "direct": str(number)})
-    assert answered == [*range(MOST_DIRECT, 2 * MOST_DIRECT)]
+    assert answered == [*range(MAX_DIRECT, 2 * MAX_DIRECT)]

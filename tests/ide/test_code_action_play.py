@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.code_action_play import MOST_ROBOTS, PlayAction, play_actions
+from improv_core.ide.code_action_play import MAX_ROBOTS, PlayAction, play_actions
 from improv_core.ide.rehearsal import Scenes
 from improv_core.program.analysis import analyze
 
@@ -72,4 +72,4 @@ def test_each_of_several_robots_can_be_muted_and_soloed() -> None:
     check(program, f"{this}s t $", *ALL, "Mute s", "Solo s", "Mute t", "Solo t")
     check(program, f"{this}s t $", *ALL, "Unmute s", "Solo s", "Mute t", "Unsolo t", muted="s", soloed="t")
     many = list(play_actions(analyze("a b c d e $ up"), 3))
-    assert len(many) == len(ALL) + 2 * MOST_ROBOTS
+    assert len(many) == len(ALL) + 2 * MAX_ROBOTS

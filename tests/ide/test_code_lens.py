@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.code_lens import MOST_SCENES, lenses
+from improv_core.ide.code_lens import MAX_SCENES, lenses
 from improv_core.program.analysis import analyze
 from improv_core.program.program import scene_ids
 
@@ -62,5 +62,5 @@ def test_no_line_gets_a_lens_while_somebody_types() -> None:
 
 
 def test_only_the_first_scenes_get_a_lens() -> None:
-    analysis = analyze("r $ up\n---\n" * 3 * MOST_SCENES)
-    assert len(list(lenses(analysis, scene_ids(analysis)))) == 1 + 2 * MOST_SCENES
+    analysis = analyze("r $ up\n---\n" * 3 * MAX_SCENES)
+    assert len(list(lenses(analysis, scene_ids(analysis)))) == 1 + 2 * MAX_SCENES

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.diagnostics import MOST_SHOWN
+from improv_core.diagnostics import MAX_SHOWN
 from improv_core.ide.document_symbol import OutlineEntry, names_in, outline
 from improv_core.program.analysis import analyze
 
@@ -79,5 +79,5 @@ def test_names_of_a_program_that_is_only_searched() -> None:
 
 
 def test_lines_with_syntax_errors_are_listed_as_far_as_they_are_marked() -> None:
-    entries = outline(analyze("r $ up\nwrong = (\n" + "wrong = (\n" * MOST_SHOWN + "s $ up\n"))
-    assert [entries[0].name, entries[-1].name, len(entries)] == ["r", "s", MOST_SHOWN + 2]
+    entries = outline(analyze("r $ up\nwrong = (\n" + "wrong = (\n" * MAX_SHOWN + "s $ up\n"))
+    assert [entries[0].name, entries[-1].name, len(entries)] == ["r", "s", MAX_SHOWN + 2]

@@ -23,7 +23,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 ALONE = {"cue": "senses decide when its scenes begin, so others can't play at the same time"}
 """The examples that can't be merged, and why."""
 DANCES = sorted([*EXAMPLES.glob("*.improv"), *EXAMPLES.glob("senses/*.improv")])
-MOST = 60
+MAX_BEATS = 60
 """Segments of a robot that are compared."""
 
 Stroke = tuple[float, float, list[float]]
@@ -54,7 +54,7 @@ def alone(path: Path) -> dict[str, Played]:
 
 
 def played(analysis: Analysis) -> dict[str, Played]:
-    robots = compiled(analysis, MOST)["robots"]
+    robots = compiled(analysis, MAX_BEATS)["robots"]
     return {name: joined(robot["segments"], robot["truncated"]) for name, robot in robots.items()}
 
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from improv_core.ide.moments import MOST_WORDS, LitWords, Places, lit_words
+from improv_core.ide.moments import MAX_WORDS, LitWords, Places, lit_words
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import Exact
@@ -101,8 +101,8 @@ def test_lit_words_change_at_the_next_beat_of_any_robot() -> None:
 
 
 def test_the_words_of_names_within_names_are_limited() -> None:
-    played = analyze("x = forward\n" + "x = x left\n" * (MOST_WORDS + 10) + "r $ x\n")
-    assert len(words(played, 0)) == MOST_WORDS
+    played = analyze("x = forward\n" + "x = x left\n" * (MAX_WORDS + 10) + "r $ x\n")
+    assert len(words(played, 0)) == MAX_WORDS
 
 
 def test_lit_words_follow_senses() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.ipc.arrivals import MOST_SENSED, UrgentQueue
+from improv_core.ipc.arrivals import MAX_SENSED, UrgentQueue
 from improv_core.protocol.output import Edge, StopButton
 from improv_core.score.senses import RobotSense
 
@@ -76,7 +76,7 @@ def test_sensors_that_flood_hold_up_nothing_and_become_few() -> None:
     """Their latest changes are kept, so no touch is missed and no reaction comes late."""
     waiting: UrgentQueue[object] = UrgentQueue()
     touch = Edge(RobotSense("a", "bump"), True, 0.5)
-    flood = [Edge(RobotSense("b", "near"), at % 2 == 0, float(at)) for at in range(2 * MOST_SENSED)]
+    flood = [Edge(RobotSense("b", "near"), at % 2 == 0, float(at)) for at in range(2 * MAX_SENSED)]
     for item in (flood[0], touch, *flood[1:], "SCORE", {"type": "ping"}):
         waiting.put(item)
     assert [waiting.get() for _ in range(5)] == [touch, "SCORE", flood[-2], {"type": "ping"}, flood[-1]]

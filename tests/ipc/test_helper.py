@@ -56,7 +56,7 @@ def test_one_that_hangs_is_killed_when_it_is_closed() -> None:
 
 
 def test_one_that_does_not_read_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(helper, "MOST_WAITING", 2)
+    monkeypatch.setattr(helper, "MAX_WAITING", 2)
     heard = Heard(SAY + "import time; say('1'); time.sleep(1000)")
     heard.messages.get(timeout=LIMIT)
     for _ in range(4):

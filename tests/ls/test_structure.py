@@ -73,6 +73,6 @@ def test_a_huge_folder_is_searched_only_in_part(tmp_path: Path, monkeypatch: pyt
     for number in range(5):
         (tmp_path / f"{number}.improv").touch()
     assert programs_in([tmp_path]).complete
-    monkeypatch.setattr(programs, "MOST_FILES", 3)
+    monkeypatch.setattr(programs, "MAX_FILES", 3)
     found = programs_in([tmp_path])
     assert (len(found.paths), found.complete) == (3, False)

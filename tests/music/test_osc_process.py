@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from improv_core.ipc.child import Child, Policy
-from improv_core.ipc.rate_limit import MOST, PERIOD
+from improv_core.ipc.rate_limit import MAX_MESSAGES, PERIOD
 from improv_core.music.osc import OscDesk
 from improv_core.music.osc_wire import Argument, OscMessage, read, written
 from improv_core.protocol.decoding import dumps, loads
@@ -82,7 +82,7 @@ def test_unreadable_messages_and_strangers_move_nothing_and_are_reported_once() 
 
 def test_only_stops_count_in_a_flood() -> None:
     flood = [datagram("seek", float(beat)) for beat in range(10_000)]
-    line = f"more than {MOST} OSC messages came within a second: only stops count"
+    line = f"more than {MAX_MESSAGES} OSC messages came within a second: only stops count"
     check([*flood, datagram("stop"), *flood, datagram("pause")], ["seek", "stop", "pause"], [line])
     bundle = written([("/improv/seek", [beat]) for beat in range(100)] + [("/improv/stop", [])], WALL)
     check([bundle] * 20, ["seek", "stop", "stop"], [line])

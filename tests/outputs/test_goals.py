@@ -13,7 +13,7 @@ import pytest
 
 from improv_core.outputs.ros.joints import controllers as ros_controllers
 from improv_core.outputs.ros.joints.controller import RosController
-from improv_core.outputs.ros.joints.goals import ABORTED, MOST, OVERDUE, QUIET, Goals
+from improv_core.outputs.ros.joints.goals import ABORTED, MAX_GOALS, OVERDUE, QUIET, Goals
 from tests.outputs import test_ros_controllers as topics
 from tests.outputs.test_ros_controllers import HEAD, TOPIC, Robot, part
 
@@ -161,9 +161,9 @@ def test_a_trajectory_waits_until_the_controller_has_answered_the_one_before(ser
 
 
 def test_goals_without_results_are_forgotten(server: Server) -> None:
-    goals = sent(server, count=MOST + 5)
+    goals = sent(server, count=MAX_GOALS + 5)
     goals.stop(0.0)
-    assert len(server.requests["cancel_goal"]) == MOST
+    assert len(server.requests["cancel_goal"]) == MAX_GOALS
 
 
 @pytest.mark.parametrize(("listeners", "canceled"), [(1, 0.1), (0, 0.0)])

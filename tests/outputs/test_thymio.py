@@ -28,7 +28,7 @@ from improv_core.outputs.devices.sink import DeviceSink
 from improv_core.outputs.thymio import bus as bus_module
 from improv_core.outputs.thymio.bus import DESCRIBE, DESCRIPTION, LIST_NODES, PRESENT, Bus, wire_to
 from improv_core.outputs.thymio.program import MOTOR_PERIOD, NEEDED, RobotMemory, program
-from improv_core.outputs.thymio.thymio import MOST, MOST_LOOKS, UNITS, WHEELS, Thymio, advanced, targets
+from improv_core.outputs.thymio.thymio import MAX_LOOKS, MAX_WHEEL_SPEED, UNITS, WHEELS, Thymio, advanced, targets
 from improv_core.program.files import robots_in
 from improv_core.safety.allowed import approve
 from improv_core.score.motion import STILL, Pose, Twist
@@ -69,7 +69,7 @@ def test_wheels_turn_as_fast_as_a_velocity_needs() -> None:
     assert targets(Twist(0.1)) == (round(0.1 * UNITS),) * 2
     assert targets(Twist(yaw=1.0)) == (-round(WHEELS / 2 * UNITS), round(WHEELS / 2 * UNITS))
     left, right = targets(Twist(0.3, yaw=1.0))
-    assert right == MOST
+    assert right == MAX_WHEEL_SPEED
     assert left / right == pytest.approx((0.3 - WHEELS / 2) / (0.3 + WHEELS / 2), abs=0.01)
 
 
@@ -84,8 +84,8 @@ def test_a_pose_advances_by_as_much_as_wheels_rolled_unless_reports_were_lost_fo
 
     assert after(1, meter // 100).x == pytest.approx(0.01, rel=0.01)
     assert after(1, 0, round(meter * WHEELS / 2 / 10)).heading == pytest.approx(0.1, rel=0.01)
-    assert after(MOST_LOOKS, meter // 100) == after(1, meter // 100)
-    assert after(MOST_LOOKS + 1, meter // 100) == Pose()
+    assert after(MAX_LOOKS, meter // 100) == after(1, meter // 100)
+    assert after(MAX_LOOKS + 1, meter // 100) == Pose()
 
 
 def test_firmware_that_lacks_something_is_too_old() -> None:

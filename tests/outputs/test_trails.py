@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from improv_core.outputs.simulator.robot import MOST_PLACES, TimedPose, Trail
+from improv_core.outputs.simulator.robot import MAX_PLACES, TimedPose, Trail
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.player.player import Player
 from improv_core.program.analysis import analyze
@@ -93,10 +93,10 @@ def test_a_seek_begins_another_trail() -> None:
 
 def test_a_trail_that_is_too_long_loses_its_older_half() -> None:
     trail = Trail(0.0, Pose())
-    for number in range(MOST_PLACES):
+    for number in range(MAX_PLACES):
         trail.add(number + 1.0, Pose(number + 1.0))
     renewed = trail.renewed()
     assert renewed is not trail
-    assert renewed.places == trail.places[MOST_PLACES // 2 :]
+    assert renewed.places == trail.places[MAX_PLACES // 2 :]
     assert renewed.renewed() is renewed
-    assert Fraction(len(renewed.places), MOST_PLACES) < 1
+    assert Fraction(len(renewed.places), MAX_PLACES) < 1

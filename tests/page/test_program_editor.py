@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from improv_core.ide.semantic_tokens_legend import TYPES
-from improv_core.page.program_editor import MOST_PROBLEMS, PageEditor
+from improv_core.page.program_editor import MAX_PROBLEMS, PageEditor
 from improv_core.program.analysis import analyze
 from improv_core.protocol.editing import Analyze, Analyzed, ArrangeRobots, PlaceRobots, RoomChecked, TuneMusic
 from improv_core.robots.config import read_robots
@@ -119,15 +119,15 @@ def test_nothing_is_added_without_meetings_or_after_an_edit(editor: PageEditor) 
 
 def test_of_many_problems_the_first_are_listed_and_all_are_counted(editor: PageEditor) -> None:
     answer = ask(editor, "r $ x\n" * 200)
-    assert (len(answer["problems"]), answer["count"]) == (MOST_PROBLEMS, 200)
+    assert (len(answer["problems"]), answer["count"]) == (MAX_PROBLEMS, 200)
 
 
 def test_many_hints_hide_no_collision(editor: PageEditor) -> None:
-    program = "".join(f"unused{number} = left\n" for number in range(2 * MOST_PROBLEMS)) + HEAD_ON
+    program = "".join(f"unused{number} = left\n" for number in range(2 * MAX_PROBLEMS)) + HEAD_ON
     ask(editor, program)
     answer = in_room(editor, program)
     assert answer
-    assert [each["severity"] for each in answer["problems"]] == ["warning", *["hint"] * (MOST_PROBLEMS - 1)]
+    assert [each["severity"] for each in answer["problems"]] == ["warning", *["hint"] * (MAX_PROBLEMS - 1)]
     assert [each["line"] for each in answer["problems"][1:4]] == [1, 2, 3]
 
 

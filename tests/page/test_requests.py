@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.page.routes import MOST_BYTES
+from improv_core.page.routes import MAX_BYTES
 from improv_core.protocol.fields import LONGEST_TEXT
 from improv_core.protocol.page_messages import read
 
@@ -108,4 +108,4 @@ def test_the_longest_text_fits_into_a_message() -> None:
     for request in ({"type": "analyze"}, {"type": "write", "revision": "0"}):
         longest = {**request, "number": 1, "text": "é" * LONGEST_TEXT}
         assert read(json.dumps(longest)) == longest
-        assert len(json.dumps(longest)) + 1000 < MOST_BYTES
+        assert len(json.dumps(longest)) + 1000 < MAX_BYTES

@@ -24,14 +24,14 @@ import pytest
 
 from improv_core.outputs.simulator.simulator import Simulator
 from improv_core.page import connections, own_machine, routes
-from improv_core.page.answers import MOST_BEATS
-from improv_core.page.routes import MOST_BYTES, NO_TOKEN
+from improv_core.page.answers import MAX_BEATS
+from improv_core.page.routes import MAX_BYTES, NO_TOKEN
 from improv_core.page.server import PageServer
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.commands import PageRequest
 from improv_core.protocol.drawn import Bump, Snapshot
-from improv_core.protocol.editing import MOST_PAGES
+from improv_core.protocol.editing import MAX_PAGES
 from improv_core.protocol.page_messages import AskWindow
 from improv_core.protocol.robot_messages import RobotInstant
 from improv_core.protocol.tickets import Tickets, issue
@@ -393,7 +393,7 @@ def test_only_known_commands_are_passed_on(viewer: PageServer, commands: Command
             await socket.send_str(json.dumps({"type": "stop", "more": 1}))
             assert await asyncio.to_thread(asked, commands) == {"type": "stop"}
             with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
-                await socket.send_str("x" * (MOST_BYTES + 1))
+                await socket.send_str("x" * (MAX_BYTES + 1))
             async for _ in socket:
                 pass
             assert socket.close_code in {aiohttp.WSCloseCode.MESSAGE_TOO_BIG, aiohttp.WSCloseCode.ABNORMAL_CLOSURE}
@@ -533,8 +533,8 @@ def test_a_page_that_asks_gets_the_next_beats(viewer: PageServer) -> None:
             await asking.send_json({"type": "window", "generation": 2, "from": 0, "to": 4})  # of an earlier score
             await asking.send_json({"type": "window", "generation": 3, "from": 1, "to": 1e9})
             answer = await until(asking, lambda message: message["type"] == "window")
-            assert (answer["generation"], answer["from"], answer["to"]) == (3, 1, 1 + MOST_BEATS)
-            assert len(answer["robots"]["ada"]["moments"]) == MOST_BEATS
+            assert (answer["generation"], answer["from"], answer["to"]) == (3, 1, 1 + MAX_BEATS)
+            assert len(answer["robots"]["ada"]["moments"]) == MAX_BEATS
             assert answer["robots"]["ada"]["pose"] == [2.0, 0.0, 0.0, 0.0]
             viewer.publish(transport(3, "playing"))
             assert (await until(other, lambda message: message["type"] in ("window", "transport")))[
@@ -610,7 +610,7 @@ def test_a_page_that_does_not_read_delays_nobody(viewer: PageServer) -> None:
 def test_the_number_of_pages_is_bounded(viewer: PageServer) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as session:
-            sockets = [await connected(viewer, session) for _ in range(MOST_PAGES)]
+            sockets = [await connected(viewer, session) for _ in range(MAX_PAGES)]
             with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
                 await connected(viewer, session)
             assert refused.value.status == 503
@@ -669,7 +669,7 @@ def test_a_connection_that_is_used_is_not_cut(monkeypatch: pytest.MonkeyPatch, v
 
 def test_connections_without_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch, viewer: PageServer) -> None:
     most = 16
-    monkeypatch.setattr(connections, "MOST_OF_ONE", most)
+    monkeypatch.setattr(connections, "MAX_PER_ADDRESS", most)
     monkeypatch.setattr(connections, "STALL_LIMIT", 1000.0)
 
     async def check() -> None:

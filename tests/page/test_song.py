@@ -137,7 +137,7 @@ def test_one_line_says_why_there_is_no_song(playing: PageServer, folder: Path, m
     check(playing, Music("loop.wav", str(folder)), "loop.wav can't be read: Too many levels of symbolic links.")
     os.mkfifo(folder / "pipe.wav")
     check(playing, Music("pipe.wav", str(folder)), "pipe.wav is not a file.")
-    monkeypatch.setattr(song_file, "MOST_BYTES", 1024)
+    monkeypatch.setattr(song_file, "MAX_BYTES", 1024)
     large = "song.wav has more than 0 MB: save it as MP3, or take a part of it."
     check(playing, Music("song.wav", str(folder)), large)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.page.stop_confirmations import MOST_PAGES, Order, PageStops
+from improv_core.page.stop_confirmations import MAX_PAGES, Order, PageStops
 
 PAGE, OTHER = "a page", "another page"
 
@@ -58,7 +58,7 @@ def test_those_yet_to_obey_a_stop_are_known_until_the_next_one() -> None:
 
 def test_pages_that_were_closed_are_forgotten() -> None:
     stops = PageStops()
-    for number in range(MOST_PAGES + 1):
+    for number in range(MAX_PAGES + 1):
         stops.arrive(f"page {number}", 1)
     assert stops.arrive("page 0", 1)
-    assert not stops.arrive(f"page {MOST_PAGES}", 1)
+    assert not stops.arrive(f"page {MAX_PAGES}", 1)

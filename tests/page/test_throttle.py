@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from improv_core.ipc.rate_limit import MOST, Flood, Throttle
+from improv_core.ipc.rate_limit import MAX_MESSAGES, Flood, Throttle
 from improv_core.protocol.commands import PageRequest
 
 
@@ -94,6 +94,6 @@ def test_a_request_that_waits_keeps_the_time_at_which_it_came() -> None:
 
 def test_a_page_that_sends_more_than_ours_ever_do_counts_as_flooding() -> None:
     flood = Flood()
-    assert not any(flood.counts(7.0 + number / MOST) for number in range(10 * MOST))
-    assert [flood.counts(20.0) for _ in range(MOST + 1)] == [*[False] * MOST, True]
+    assert not any(flood.counts(7.0 + number / MAX_MESSAGES) for number in range(10 * MAX_MESSAGES))
+    assert [flood.counts(20.0) for _ in range(MAX_MESSAGES + 1)] == [*[False] * MAX_MESSAGES, True]
     assert not flood.counts(21.0)

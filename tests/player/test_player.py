@@ -11,7 +11,7 @@ import pytest
 
 from improv_core.player.player import Player
 from improv_core.player.sensing import Foreseen
-from improv_core.player.subscribers import LOOK_AT, MOST_LINES, PATIENCE
+from improv_core.player.subscribers import LOOK_AT, MAX_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage, TransportMessage, When
@@ -345,8 +345,8 @@ def test_a_look_costs_no_more_with_many_robots_and_reports_few_lines() -> None:
     stage.sink.notes = {robot: f"{robot} bumped into a wall" for robot in robots}
     stage.run(1.2)
     assert max(asked) == LOOK_AT
-    assert len(stage.lines) == MOST_LINES + 1
-    assert stage.lines[-1] == f"and {1000 - MOST_LINES} more warnings"
+    assert len(stage.lines) == MAX_LINES + 1
+    assert stage.lines[-1] == f"and {1000 - MAX_LINES} more warnings"
 
 
 STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)

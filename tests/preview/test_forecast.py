@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.preview.forecast import AHEAD, MOST_POSES, Forecast
+from improv_core.preview.forecast import AHEAD, MAX_POSES, Forecast
 from improv_core.protocol.messages import When
 from improv_core.score.motion import Pose
 from tests.player.test_player import Stage, score
@@ -78,7 +78,7 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
 @pytest.mark.slow("walks the longest paths")
 @pytest.mark.parametrize(
     ("program", "length"),
-    [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],
+    [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MAX_POSES)],
 )
 def test_a_path_has_a_limited_number_of_poses(program: str, length: int) -> None:
     stage = PageOpened(program)

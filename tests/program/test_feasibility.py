@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.diagnostics import MOST_SHOWN, Diagnostic
+from improv_core.diagnostics import MAX_SHOWN, Diagnostic
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
@@ -260,14 +260,14 @@ def test_diagnostics_held_back_are_complete_once_they_are_shown() -> None:
         *("burger $ strafeleft", "burger $ fast 9 forward", "burgr $ left", "burger $ left strafeleft fast 9 forward"),
         "burger $ fast 99 left",
     ]
-    text = "".join(f"{line}\n" for line in lines * (MOST_SHOWN // 4))
+    text = "".join(f"{line}\n" for line in lines * (MAX_SHOWN // 4))
 
     def shown(analysis: Analysis) -> list[Diagnostic]:
         return [each for each in analysis.diagnostics if not each.code.startswith("more-")]
 
     analysis = analyze(text, ROBOTS)
     more = analysis.diagnostics[-1]
-    assert (len(shown(analysis)), more.code) == (MOST_SHOWN, "more-errors")
+    assert (len(shown(analysis)), more.code) == (MAX_SHOWN, "more-errors")
     for left in (550, 300, 20):
         start = sum(len(line) + 1 for line in text.splitlines()[:-left])
         edited = analysis.edited(0, start, "")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.diagnostics import MOST_SHOWN
+from improv_core.diagnostics import MAX_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
 from improv_core.program.files import (
     LARGEST_ROBOTS_FILE,
@@ -78,8 +78,8 @@ def test_a_program_that_is_too_long_is_not_analyzed_until_it_is_shorter() -> Non
 
 @pytest.mark.parametrize("line", ["r $ oops{0}\n", "name{0} = oops{0}\n", "r $ left )\n", "beat 60\n"])
 def test_of_many_wrong_lines_the_first_are_marked_and_the_others_counted(line: str) -> None:
-    analysis = analyze("".join(line.format(number) for number in range(MOST_SHOWN + 100)))
-    assert len(analysis.diagnostics) == MOST_SHOWN + 1
+    analysis = analyze("".join(line.format(number) for number in range(MAX_SHOWN + 100)))
+    assert len(analysis.diagnostics) == MAX_SHOWN + 1
     assert "more lines have problems that aren't marked yet" in analysis.diagnostics[-1].message
     assert not analysis.ok
 
@@ -97,7 +97,7 @@ def test_hints_that_are_not_marked_do_not_keep_a_program_from_playing() -> None:
 
 
 def test_errors_that_are_not_marked_still_keep_a_program_from_playing() -> None:
-    shown = "r $ fast 1000 forward\n" * MOST_SHOWN  # too short for a command: a warning
+    shown = "r $ fast 1000 forward\n" * MAX_SHOWN  # too short for a command: a warning
     lengths = "".join(f"r $ fast {10**28 + number} forward\n" for number in range(60))
     analysis = analyze(shown + lengths)
     assert {each.code for each in analysis.diagnostics} == {"too-short", "more-errors"}
@@ -107,7 +107,7 @@ def test_errors_that_are_not_marked_still_keep_a_program_from_playing() -> None:
 def test_values_of_an_improv_toml_are_counted_too(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text("".join(f"wrong{number} = 1\n" for number in range(2_000)))
     robots = robots_near(tmp_path)
-    assert len(robots.diagnostics) == MOST_SHOWN + 1
+    assert len(robots.diagnostics) == MAX_SHOWN + 1
     assert "1,500 more values are wrong" in robots.diagnostics[-1].message
 
 

@@ -14,11 +14,11 @@ from improv_core.score.score_json import to_json
 from improv_core.score.walk import walk
 from tests.program.huge import CHAINS, LONG
 
-MOST_MEMORY = 50_000_000
+MAX_MEMORY = 50_000_000
 """Bytes for the analysis, the score, and a thousand moments from the middle, and of other threads of the tests.
 
 Without sharing, it would be gigabytes."""
-MOST_ROWS = 3_100
+MAX_ROWS = 3_100
 """Rows of movements in the score. Of a thousand items, `accumulate` makes a thousand beginnings and their series."""
 
 
@@ -38,5 +38,5 @@ def test_huge_programs_take_little_memory(text: str) -> None:
     finally:
         tracemalloc.stop()
     assert moments[0].start == middle
-    assert len(rows) < MOST_ROWS
-    assert most < MOST_MEMORY
+    assert len(rows) < MAX_ROWS
+    assert most < MAX_MEMORY

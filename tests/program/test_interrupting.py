@@ -24,7 +24,7 @@ TEXTS = list(dict.fromkeys(case["program"] for case in CASES))
 
 
 @contextmanager
-def nothing_parsed_yet(most: int = parser.MOST_KEPT) -> Iterator[parser.Kept]:
+def nothing_parsed_yet(most: int = parser.MAX_KEPT) -> Iterator[parser.Kept]:
     """Empty the cache of statements' trees, so that both works have to make them."""
     before, parser._KEPT = parser._KEPT, parser.Kept(most)
     try:

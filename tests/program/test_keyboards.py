@@ -26,7 +26,7 @@ EVERY = [
     *((case["program"], "") for case in json.loads((TESTS / "conformance.json").read_text(encoding="utf-8"))["cases"]),
     *((case["program"], group["toml"]) for group in (BODIES, BODIES["poses"]) for case in group["cases"]),
 ]
-MOST_BEATS = 30
+MAX_BEATS = 30
 
 
 @cache  # each worker collects this file, and one runs it
@@ -35,7 +35,7 @@ def every_program() -> Sequence[tuple[str, str]]:
 
 
 def played(analysis: Analysis) -> Mapping[str, Any]:
-    robots: Mapping[str, Any] = compiled(analysis, MOST_BEATS)["robots"]
+    robots: Mapping[str, Any] = compiled(analysis, MAX_BEATS)["robots"]
     return robots
 
 

@@ -335,7 +335,7 @@ def test_fixes_that_did_not_help_are_tried_again_once_one_of_the_two_moves_other
 def test_many_meetings_are_counted() -> None:
     names = " ".join(f"r{number}" for number in range(20))
     found = report(f"{names} at line 0.001\n").diagnostics
-    assert len(found) == room.MOST_MARKED + 1
+    assert len(found) == room.MAX_MARKED + 1
     assert [each.message for each in found if each.code == "more-hints"] == [
         "fix what is marked first: 90 more problems of this kind aren't marked yet"
     ]

@@ -26,7 +26,7 @@ every_word = pytest.mark.parametrize("word", WORDS.values(), ids=lambda word: wo
 words_that_take_movements = pytest.mark.parametrize(
     "word", [word for word in WORDS.values() if word.make], ids=lambda word: word.text
 )
-MOST_MOMENTS = 50
+MAX_MOMENTS = 50
 
 
 def program_with(word: Word) -> str:
@@ -55,9 +55,9 @@ def test_its_movement_is_performed_alike_after_json(word: Word) -> None:
     copy = from_json(json.loads(json.dumps(to_json(score))))
     for robot, part in score.parts.items():
         assert same(copy.parts[robot].movement, part.movement)
-        walked = list(islice(walk(part.movement), MOST_MOMENTS))
-        assert list(islice(walk(copy.parts[robot].movement), MOST_MOMENTS)) == walked
-        performed = [moment for *_, moment in islice(perform([{Mover(robot): part.movement}], ()), MOST_MOMENTS)]
+        walked = list(islice(walk(part.movement), MAX_MOMENTS))
+        assert list(islice(walk(copy.parts[robot].movement), MAX_MOMENTS)) == walked
+        performed = [moment for *_, moment in islice(perform([{Mover(robot): part.movement}], ()), MAX_MOMENTS)]
         assert walked
         assert [moment.velocity for moment in performed] == [moment.velocity for moment in walked]
 

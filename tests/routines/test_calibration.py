@@ -15,7 +15,7 @@ from improv_core.protocol.fields import to_pose_json
 from improv_core.protocol.robot_messages import MeasuredRobot
 from improv_core.robots.config import read_robots
 from improv_core.routines.calibration import (
-    MOST_ROUNDS,
+    MAX_ROUNDS,
     PRECISION,
     QUARTERS,
     Goal,
@@ -85,7 +85,7 @@ def test_noise_averages_out_and_its_size_is_known() -> None:
             Straight(exact.straight.distance + lots.gauss(0, 0.02), exact.straight.bend + lots.gauss(0, 0.02)),
             exact.turn + lots.gauss(0, 0.1),
         )
-        for _ in range(MOST_ROUNDS)
+        for _ in range(MAX_ROUNDS)
     ]
     found = calibrate(NOMINAL, GOAL, rounds, SEPARATION)
     right = calibrate(NOMINAL, GOAL, [exact], SEPARATION).settings

@@ -15,7 +15,7 @@ from improv_core.player.separation_monitor import QUIET, from_elsewhere
 from improv_core.protocol.messages import RobotsSeen
 from improv_core.protocol.output import RawPose
 from improv_core.safety.odometry import CONTINUOUS
-from improv_core.safety.separation import MOST_NAMED, PATIENCE, Near, Proximity, as_line
+from improv_core.safety.separation import MAX_NAMED, PATIENCE, Near, Proximity, as_line
 from improv_core.safety.stopping_distance import JITTER, Base
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import CREATE3, TURTLEBOT4
@@ -119,7 +119,7 @@ def test_a_near_pair_is_found_by_the_stages_that_move_it() -> None:
 
 
 def test_a_line_names_the_nearest_pairs() -> None:
-    pairs = [Near(("a", "b"), -0.02), *(Near(("c", f"r{number}"), 0.2) for number in range(MOST_NAMED + 1))]
+    pairs = [Near(("a", "b"), -0.02), *(Near(("c", f"r{number}"), 0.2) for number in range(MAX_NAMED + 1))]
     assert as_line(pairs[:1], 0.3) == (
         "paused: a and b are 0.00 m apart, and `keep_apart` is 0.3 m: make room, then resume"
     )

@@ -25,7 +25,7 @@ from improv_core.safety.stage_stops import (
     stop_stages,
 )
 from improv_core.safety.stop_request import ASK
-from improv_core.safety.stop_server import MOST_SILENT
+from improv_core.safety.stop_server import MAX_SILENT
 from improv_core.safety.stop_socket import StopSocket, stop_all
 from tests.safety.stages import Stages, die
 from tests.session.story import at
@@ -171,11 +171,11 @@ def test_a_flood_of_connections_that_stay_silent_delays_no_stop_and_is_bounded(
     monkeypatch.setattr(stop_server, "READ_LIMIT", 10 * LIMIT)  # no connection ends by itself
     stages, before = Stages(show, "ros"), answering()
     with ExitStack() as stack:
-        for _ in range(3 * MOST_SILENT):
+        for _ in range(3 * MAX_SILENT):
             silent = stack.enter_context(socket.socket(socket.AF_UNIX))  # which waits if it has to
             silent.connect(str(socket_of(show, "ros")))
         assert stop_stages(show, STOP, LIMIT) == []
-        until(lambda: len(answering() - before) <= MOST_SILENT)
+        until(lambda: len(answering() - before) <= MAX_SILENT)
     stages.close()
 
 

@@ -29,14 +29,14 @@ TOLERANCE = 0.001
 TOO_CLOSE_TO_CALL = 0.002
 """Meters from the bound within which two may be found to meet or not."""
 SAME_BEAT = 0.01
-MOST_BEATS = 24
+MAX_BEATS = 24
 _WORDS = (
     *("forward", "forward", "backward", "left", "right", "halfleft", "halfright"),
     *("strafeleft", "straferight", "rest"),
 )
 
 
-def disagreements(seed: int, beats: int = MOST_BEATS) -> list[str]:
+def disagreements(seed: int, beats: int = MAX_BEATS) -> list[str]:
     """Return the differences between the check and brute force about the first beats of a random dance."""
     program, toml = random_dance(seed)
     analysis = analyze(program, read_robots(toml))

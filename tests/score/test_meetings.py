@@ -227,7 +227,7 @@ def test_too_much_work_is_checked_for_fewer_beats(program: str, end: float) -> N
 
 
 def test_a_thousand_robots_on_one_spot_are_answered(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encounters, "MOST_WORK", 20_000)
+    monkeypatch.setattr(encounters, "MAX_WORK", 20_000)
     names = [f"r{number}" for number in range(100)]
     starts = "".join(f"[robots.{name}]\nstart = {{}}\n" for name in names)
     result = checked(f"{' '.join(names)} $ repeat (forward choose (left right))", starts)

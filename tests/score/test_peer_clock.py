@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.score.peer_clock import MOST_BENT, Anchor, Estimate, bent, first_seen, jumped, sighted
+from improv_core.score.peer_clock import MAX_BENT, Anchor, Estimate, bent, first_seen, jumped, sighted
 
 Phase = Callable[[float], float]
 """The position of a simulated clock at a time, in beats."""
@@ -114,6 +114,6 @@ def test_sightings_at_one_time_or_backward_give_no_rate() -> None:
 @pytest.mark.parametrize("late", [-10.0, -0.5, -0.01, 0.0, 0.01, 0.5, 10.0])
 def test_we_bend_toward_it_by_a_twentieth_at_most(late: float) -> None:
     rate = bent(Anchor(0, 0, 2.0, 0.1), late)
-    assert abs(rate / 2 - 1) <= MOST_BENT + 1e-12
+    assert abs(rate / 2 - 1) <= MAX_BENT + 1e-12
     assert (rate > 2) == (late > 0)
     assert (rate < 2) == (late < 0)

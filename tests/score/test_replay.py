@@ -101,9 +101,9 @@ def test_thousands_of_edges_are_remembered() -> None:
     """The first senses still count, though most of the performance is forgotten."""
     program = "r $ until near (repeat forward)\nr $ repeat (if near left else forward)\n"
     replayed = sensing(program, (0, False))
-    for edge in range(2 * replay.MOST_PAST):
+    for edge in range(2 * replay.MAX_PAST):
         replayed.sense("r", "near", bool(edge % 2 == 0), Fraction(edge + 6, 4))
-    last = Fraction(2 * replay.MOST_PAST + 5, 4)
+    last = Fraction(2 * replay.MAX_PAST + 5, 4)
     assert words(replayed, 0, program, 1) != "0 forward"
     assert words(replayed, int(last) + 1, program, 1) == f"{int(last) + 1} forward"
     now = replayed.now("r", last)

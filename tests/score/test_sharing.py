@@ -14,7 +14,7 @@ from improv_core.score import score_json
 from improv_core.score.score import Score
 from improv_core.score.score_json import LackingError, RowsRead, RowsWritten, from_json, to_json
 from improv_core.score.walk import walk
-from improv_core.session.state import MOST_SENT, PartEditions
+from improv_core.session.state import MAX_SENT, PartEditions
 
 PROGRAM = (
     "".join(f"x{line} = forward left {line + 1} right\n" for line in range(100)) + "anna $ x1 x2 x3\nbert $ x4 x5\n"
@@ -104,7 +104,7 @@ def test_after_an_unreadable_score_the_next_one_has_to_be_whole() -> None:
 
 
 def test_the_movements_that_are_kept_do_not_grow_forever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(score_json, "MOST_KNOWN", most := 500)
+    monkeypatch.setattr(score_json, "MAX_KNOWN", most := 500)
     line = Line()
     for turn in range(2, 20):
         line.writer = line.writer.renewed()
@@ -143,9 +143,9 @@ def test_a_part_is_compared_with_all_that_may_play() -> None:
 
 
 def test_saves_that_wait_for_the_end_of_a_dance_do_not_pile_up() -> None:
-    saves = [f"anna $ repeat left\nbert $ repeat {times} forward\n" for times in range(1, 3 * MOST_SENT)]
+    saves = [f"anna $ repeat left\nbert $ repeat {times} forward\n" for times in range(1, 3 * MAX_SENT)]
     editions, (first, *_, last) = numbered(saves)
     assert first.parts["anna"].editions == last.parts["anna"].editions
-    assert len(editions.sent) == MOST_SENT
-    _, again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MOST_SENT)
+    assert len(editions.sent) == MAX_SENT
+    _, again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MAX_SENT)
     assert again.parts["bert"].editions == first.parts["bert"].editions

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.score.peer_clock import MOST_BENT
+from improv_core.score.peer_clock import MAX_BENT
 from improv_core.score.score import Follow, OutsideClock
 from improv_core.session import clock
 from improv_core.session.state import HERE
@@ -105,7 +105,7 @@ def test_all_bend_at_one_instant_and_alike() -> None:
     assert instants(story) == {story.now + SPARE}
     assert story.sent(HERE) == story.sent(PI)
     bend = story.sent(PI)[0]
-    assert (bend["beat"], bend["pace"]) == (pytest.approx(20 + 2 * (0.25 + SPARE)), pytest.approx(1 + MOST_BENT))
+    assert (bend["beat"], bend["pace"]) == (pytest.approx(20 + 2 * (0.25 + SPARE)), pytest.approx(1 + MAX_BENT))
     story.now += 0.1
     assert hear(story, 20.8) == [], "not all the time"
 

@@ -13,7 +13,7 @@ import pytest
 from improv_core.ipc.arrivals import DirectStop, End, First, Lost
 from improv_core.protocol.commands import VOIDED_BY_STOP, Stop
 from improv_core.safety.stage_stops import StageSocket, stop_stages
-from improv_core.safety.stops import MOST_DIRECT, StopFence
+from improv_core.safety.stops import MAX_DIRECT, StopFence
 from improv_core.score.motion import STILL
 from tests.player.test_player import Memory
 from tests.safety.stages import die
@@ -75,14 +75,14 @@ def test_a_stop_that_comes_late_voids_nothing_after_it_has_come_from_the_parent(
 
 def test_a_flood_of_stops_keeps_the_fence_closed_and_is_forgotten() -> None:
     state = StopFence()
-    for number in range(3 * MOST_DIRECT):
+    for number in range(3 * MAX_DIRECT):
         state = state.hear_direct(str(number))
-    assert len(state.direct) == MOST_DIRECT
+    assert len(state.direct) == MAX_DIRECT
     assert state.voids("load", 0)
-    for number in range(3 * MOST_DIRECT):
+    for number in range(3 * MAX_DIRECT):
         state = state.settle(str(number))
     assert not state.voids("load", 0)
-    assert len(state.known) == MOST_DIRECT
+    assert len(state.known) == MAX_DIRECT
 
 
 def test_a_save_from_before_a_stop_of_which_the_parent_has_not_heard_does_not_play() -> None:

@@ -91,7 +91,7 @@ def test_it_ends_after_enough_seconds_1000_beats_or_enough_steps(
     program: str, cut: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dry_run, "LONGEST", 12.0)
-    monkeypatch.setattr(dry_run, "MOST_STEPS", 5_000)
+    monkeypatch.setattr(dry_run, "MAX_STEPS", 5_000)
     assert prediction(program).cut == (cut and pytest.approx(cut, abs=1e-6))
 
 

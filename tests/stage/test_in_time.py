@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from improv_core.ipc.arrivals import End, First
-from improv_core.protocol.limits import MOST_AHEAD
+from improv_core.protocol.limits import MAX_AHEAD
 from improv_core.protocol.messages import FromStage, Play
 from improv_core.score.motion import STILL
 from improv_core.score.score import Host, Score
@@ -65,7 +65,7 @@ def test_the_next_message_waits_for_an_early_one() -> None:
 
 
 def test_a_time_that_is_too_far_ahead_counts_as_now() -> None:
-    late = START + 1 + MOST_AHEAD + 0.1
+    late = START + 1 + MAX_AHEAD + 0.1
     check(
         (1, {"type": "seek", "beat": 8.0, "at": late}),
         (3, {"type": "stop"}),

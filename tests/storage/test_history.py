@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.storage import history
-from improv_core.storage.history import MOST, HistoryError, keep, read
+from improv_core.storage.history import MAX_VERSIONS, HistoryError, keep, read
 
 NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
 
@@ -50,8 +50,9 @@ def test_a_program_is_kept_word_for_word(state: Path, text: str) -> None:
 
 
 def test_only_the_last_ones_are_kept_and_only_their_user_can_read_them(state: Path) -> None:
-    check(" ".join(f"a:{n}" for n in range(MOST + 2)), " ".join(f"a:{n}" for n in reversed(range(2, MOST + 2))))
-    assert len(list(state.iterdir())) == MOST
+    kept = [f"a:{n}" for n in range(MAX_VERSIONS + 2)]
+    check(" ".join(kept), " ".join(reversed(kept[2:])))
+    assert len(list(state.iterdir())) == MAX_VERSIONS
     assert {stat.S_IMODE(path.stat().st_mode) for path in state.iterdir()} == {0o600}
     assert stat.S_IMODE(state.stat().st_mode) == 0o700
 

@@ -27,7 +27,7 @@ enum {
   BAR,
 };
 
-enum { MOST_PARAMETERS = 120 }; // tree-sitter gives the state 1,024 bytes
+enum { MAX_PARAMETERS = 120 }; // tree-sitter gives the state 1,024 bytes
 
 typedef struct {
   uint32_t hash; // of the name
@@ -38,7 +38,7 @@ typedef struct {
   uint32_t open_brackets;
   uint32_t next_line; // END or LINE_BREAK for blank lines and comments, whose line ends are already decided; or UNKNOWN
   uint32_t parameter_count;
-  Parameter parameters[MOST_PARAMETERS];
+  Parameter parameters[MAX_PARAMETERS];
 } Scanner;
 
 enum { UNKNOWN = 0xFF };
@@ -180,7 +180,7 @@ static void scan_line_end(Scanner *scanner, TSLexer *lexer) {
 }
 
 static void add_parameter(Scanner *scanner, uint32_t hash, uint32_t symbol) {
-  if (scanner->parameter_count < MOST_PARAMETERS) {
+  if (scanner->parameter_count < MAX_PARAMETERS) {
     scanner->parameters[scanner->parameter_count++] = (Parameter){hash, symbol};
   }
 }

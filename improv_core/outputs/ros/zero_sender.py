@@ -13,7 +13,7 @@ from improv_core.outputs.ros.topic import Now, RosTopic
 from improv_core.safety.pending_zeros import PendingZero, TopicFacts, check, pending_zero
 from improv_core.score.motion import STILL
 
-MOST_CHECKS = 4
+MAX_CHECKS = 4
 """The most topics to check in one `retry`. With 100 topics on a busy machine, each took 0.3 to 0.6 ms."""
 ZERO = twist_message(STILL)
 
@@ -66,7 +66,7 @@ class PendingZeros:
     def retry(self, now: float) -> None:
         """Send zeros that are due again, or find out that listeners have received them."""
         due = [name for name, entry in self._pending.items() if entry.state.due <= now]
-        for name in due[:MOST_CHECKS]:
+        for name in due[:MAX_CHECKS]:
             entry = self._pending.pop(name)
             found = check(entry.state, now, self._facts(entry.topic))
             if found.pending:

@@ -15,7 +15,7 @@ from improv_core.score.joints import JointMotion
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
 
-MOST_PLACES = 20_000
+MAX_PLACES = 20_000
 """The most places kept in one trail: an hour and a half, if the robot changes its movement four times a second."""
 SHARPEST = 1.0
 """The most radians that a robot turns between two places. Below half a turn, only one arc joins two poses."""
@@ -125,10 +125,10 @@ class Trail:
 
     def renewed(self) -> Trail:
         """Return the trail without its older half if it has too many places."""
-        if len(self.places) <= MOST_PLACES:
+        if len(self.places) <= MAX_PLACES:
             return self
         trail = Trail(self.until, Pose())
-        trail.places = self.places[MOST_PLACES // 2 :]
+        trail.places = self.places[MAX_PLACES // 2 :]
         return trail
 
 

@@ -24,7 +24,7 @@ LOOK = 24
 """Steps between two searches for what is near (0.1 s). A robot that can't touch anything until then isn't pushed."""
 MARGIN = 0.05
 """Extra meters that count as near, because pushing can make robots faster."""
-MOST_PARTS = 16
+MAX_PARTS = 16
 """The most parts of a step. Steps are divided so that fast or small discs move at most half their radius at once."""
 BUMPS_KEPT = 200
 
@@ -245,7 +245,7 @@ class Simulator(Sink):
             math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
             for name, (before, after) in paths.items()
         )
-        return max(1, min(MOST_PARTS, math.ceil(2 * farthest)))
+        return max(1, min(MAX_PARTS, math.ceil(2 * farthest)))
 
     def _push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> None:
         pushed = self._collisions.push(paths, start, end)

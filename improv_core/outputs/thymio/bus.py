@@ -30,7 +30,7 @@ CONNECT_LIMIT, ANSWER_LIMIT = 2.0, 10.0
 """Seconds for a connection, and for a robot to answer and to describe itself, which is slow over radio."""
 ASK_PERIOD = 0.5
 """Seconds between two questions which robots are there."""
-MOST_WORDS = 256
+MAX_WORDS = 256
 """The most words of a program in one message."""
 
 Report = Callable[[Sequence[int]], None]
@@ -150,8 +150,8 @@ class Bus:
 
     def run(self, number: int, words: Sequence[int]) -> None:
         """Have a robot run a program. Raises OSError."""
-        for begin in range(0, len(words), MOST_WORDS):
-            self._send(SET_BYTECODE, number, begin, *words[begin : begin + MOST_WORDS])
+        for begin in range(0, len(words), MAX_WORDS):
+            self._send(SET_BYTECODE, number, begin, *words[begin : begin + MAX_WORDS])
         self._send(RUN, number)
 
     def set(self, number: int, *values: tuple[int, Sequence[int]]) -> None:

@@ -18,11 +18,11 @@ UNITS = 500 / 0.166
 its makers has 2,930 (thymio_navigation_driver, SPEED_COEF)."""
 WHEELS = 0.094
 """Meters between its wheels (Enki, as above; the driver has 95 mm)."""
-MOST = 500
+MAX_WHEEL_SPEED = 500
 """The highest motor target."""
 SILENT = 2.0
 """Seconds without a report after which the robot counts as lost. It reports ten times a second."""
-MOST_LOOKS = int(0.5 / (PERIOD / 1000))
+MAX_LOOKS = int(0.5 / (PERIOD / 1000))
 """The most checks of the program between reports of the wheels: after more, 16 bits are too few for the distance."""
 START_LIMIT = 10.0
 """Seconds within which the program begins to report."""
@@ -122,7 +122,7 @@ class Thymio(Device):
 def targets(twist: Twist) -> tuple[int, int]:
     """Return the motor targets, left and right, for a velocity; of one that is too fast, in the same proportion."""
     wheels = [UNITS * (twist.x + side * twist.yaw * WHEELS / 2) for side in (-1, 1)]
-    scale = min(MOST / max(*map(abs, wheels), MOST), 1.0)
+    scale = min(MAX_WHEEL_SPEED / max(*map(abs, wheels), MAX_WHEEL_SPEED), 1.0)
     left, right = (round(wheel * scale) for wheel in wheels)
     return left, right
 
@@ -134,7 +134,7 @@ def rolling(left: int, right: int) -> Twist:
 
 def advanced(pose: Pose, before: Sequence[int], now: Sequence[int]) -> Pose:
     """Return the pose of a robot that was at this one, by its report then and the next one."""
-    if (now[0] - before[0]) % 65_536 > MOST_LOOKS:
+    if (now[0] - before[0]) % 65_536 > MAX_LOOKS:
         return pose
     left, right = ((now[wheel] - before[wheel] + 32_768) % 65_536 - 32_768 for wheel in (2, 3))
     return pose.after(rolling(left, right), MOTOR_PERIOD)

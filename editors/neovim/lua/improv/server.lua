@@ -2,7 +2,7 @@
 
 local M = { cmd = { "improv-ls" } }
 
-local MOST_STARTS = 4 -- how often servers are started again within `RECENTLY`: then something is wrong with them
+local MAX_STARTS = 4 -- how often servers are started again within `RECENTLY`: then something is wrong with them
 local RECENTLY = 180 -- seconds
 local SIGTERM = 15 -- by which Neovim stops a server that does not end when it is asked to
 
@@ -118,7 +118,7 @@ local function lost(answered)
   end
   local now = vim.uv.hrtime() / 1e9
   started_again = vim.tbl_filter(function(time) return now - time < RECENTLY end, started_again)
-  if #started_again == MOST_STARTS then
+  if #started_again == MAX_STARTS then
     return M.say("Improv's server keeps ending and stays off: save to start it", "WarningMsg")
   end
   table.insert(started_again, now)

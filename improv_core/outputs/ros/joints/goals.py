@@ -21,7 +21,7 @@ QUIET = 2.0
 """Seconds after which a refused or aborted trajectory no longer counts."""
 OVERDUE = 0.5
 """Seconds after which a controller that hasn't answered doesn't serve the action, until it does."""
-MOST = 100
+MAX_GOALS = 100
 """Goals whose results are awaited, at most."""
 ABORTED = 6
 """The status of a goal that ended like that: STATUS_ABORTED of action_msgs/msg/GoalStatus."""
@@ -79,7 +79,7 @@ class Goals:
         request = self._sending.srv_type.Request(goal=self._action.Goal())
         request.goal_id.uuid = [*goal]
         request.goal.trajectory = deserialize_message(message, JointTrajectory)
-        if len(self._live) >= MOST:  # its server never says how goals end
+        if len(self._live) >= MAX_GOALS:  # its server never says how goals end
             self._live.pop(next(iter(self._live))).cancel()
         self._asked = self._now()
         self._live[goal] = self._sending.call_async(request)

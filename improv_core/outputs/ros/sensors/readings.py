@@ -13,7 +13,7 @@ from typing import Any
 from improv_core.score.senses import Message, Topic
 
 _TURN = 2 * math.pi
-_MOST_TURNS = 2
+_MAX_TURNS = 2
 """The most turns of a valid scan, and the farthest that it may start from straight ahead."""
 _SLACK = 0.01
 """Tolerance in increments: angles are 32-bit floats, so a reading on the edge of a sector may be barely outside."""
@@ -67,9 +67,9 @@ def _nearest(readings: Iterable[float], least: float, most: float) -> float | No
 @lru_cache(maxsize=1_000)
 def _sector(start: float, end: float, first: float, step: float, count: int) -> Sequence[slice]:
     """The readings of a scan from one angle to another. Angles may increase or decrease, and wrap around."""
-    if not count or not abs(first) <= _MOST_TURNS * _TURN or not abs(step) * count <= _MOST_TURNS * _TURN:
+    if not count or not abs(first) <= _MAX_TURNS * _TURN or not abs(step) * count <= _MAX_TURNS * _TURN:
         return ()
-    turns = [each * _TURN - first for each in range(-2 * _MOST_TURNS - 1, 2 * _MOST_TURNS + 2)]
+    turns = [each * _TURN - first for each in range(-2 * _MAX_TURNS - 1, 2 * _MAX_TURNS + 2)]
     if not step:
         # A sensor with one beam needs no increment. More readings at one angle are malformed.
         return [slice(0, 1)] if count == 1 and any(start + turn <= 0 <= end + turn for turn in turns) else ()

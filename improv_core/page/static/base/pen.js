@@ -22,7 +22,7 @@ export function fillRect(pen, color, x, y, width, height) {
   pen.fillRect(x, y, width, height)
 }
 
-const MOST_PICTURES = 600
+const MAX_PICTURES = 600
 
 /** @type {Map<string, ImageBitmap>} */
 const pictures = new Map()
@@ -31,7 +31,7 @@ const pictures = new Map()
 export function picture(key, draw) {
   const known = pictures.get(key)
   if (known) return known
-  if (pictures.size >= MOST_PICTURES) pictures.clear()
+  if (pictures.size >= MAX_PICTURES) pictures.clear()
   const made = draw().transferToImageBitmap() // copied faster than a canvas, which might change
   pictures.set(key, made)
   return made

@@ -16,7 +16,7 @@ import { clearTurntable, stickFigure } from "./turntable.js"
 /** @typedef {{ row: HTMLElement, value: HTMLElement, part: string, joint: Joint, drawn: string }} Row */
 /** @typedef {{ card: HTMLElement, body: Body, picture: Picture | null, rows: Row[], drawn: string }} Card */
 
-const MOST_FIGURES = 48 // figures: of more robots, those whose bodies move come first
+const MAX_FIGURES = 48 // figures: of more robots, those whose bodies move come first
 const FEW = 2 // robots that have much room each
 const SOME = 5
 const FRAMES_PER_ROUND = 3 // many robots are drawn in turns, each once in this many frames
@@ -32,7 +32,7 @@ export class Figures {
   show(score) {
     const bodies = robotList.playing.filter(({ body }) => body.length)
     const moving = (/** @type {Robot} */ { body }) => Number(body.some(({ moves }) => moves))
-    const shown = bodies.length > MOST_FIGURES ? bodies.toSorted((one, other) => moving(other) - moving(one)).slice(0, MOST_FIGURES) : bodies
+    const shown = bodies.length > MAX_FIGURES ? bodies.toSorted((one, other) => moving(other) - moving(one)).slice(0, MAX_FIGURES) : bodies
     clearTurntable()
     this.#cards = new Map(shown.map((robot) => [robot.name, card(robot, this.#picture(robot, score))]))
     find("bodies-list").replaceChildren(...[...this.#cards.values()].map(({ card }) => card))

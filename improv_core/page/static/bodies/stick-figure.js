@@ -21,7 +21,7 @@ const GROWING = 1.15 // a figure that needs more room gets some to spare, so tha
 const FLOOR = 0.4 // of what is shown
 const CORNERS = 32 // of the floor, which is round
 const HAND = 0.09 // the length of what shows that a last joint turns
-const LEAST = 1e-4 // of what is shown: places that are nearer are the same
+const MIN_APART = 1e-4 // of what is shown: places that are nearer are the same
 
 export class StickFigure {
   #skeleton
@@ -105,7 +105,7 @@ export class StickFigure {
 
   /** @param {Place} one @param {Place} other */
   #apart(one, other) {
-    return distance(one, other) > LEAST * this.room.radius
+    return distance(one, other) > MIN_APART * this.room.radius
   }
 }
 

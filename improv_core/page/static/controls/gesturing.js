@@ -24,12 +24,12 @@ import { robotList } from "../score/robot-list.js"
 /** @typedef {"draw" | "perform"} Mode */
 
 const PEN_STEP = 0.1 // meters that an arrow key moves the pen
-const LEAST_STEP = 0.01 // meters between two points that are kept
+const MIN_STEP = 0.01 // meters between two points that are kept
 const LONGEST_FRAME = 0.1 // seconds by which the robot moves at once
 const REACH = 0.02 // meters from a finger at which a robot stands
 const GRAB_RADIUS = 40 // pixels around a robot
 const FINE = 80 // pixels per meter, at least, to draw: 60 cm are as wide as a fingertip
-const MOST = 4_900 // points or keys of a gesture
+const MAX_POINTS = 4_900 // points or keys of a gesture
 const WIDTH = 3 // pixels
 /** The direction ahead, and the turn, that each arrow key means. @type {Record<string, [ahead: number, turn: number]>} */
 const ARROWS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }
@@ -284,7 +284,7 @@ export class Gesturing {
   /** Keeps a place, unless it is close to the latest one. @param {Point} place */
   #note({ x, y }) {
     const [, lastX, lastY] = this.#points.at(-1) ?? [0, Infinity, Infinity]
-    if (this.#points.length >= MOST || Math.hypot(x - lastX, y - lastY) < LEAST_STEP) return
+    if (this.#points.length >= MAX_POINTS || Math.hypot(x - lastX, y - lastY) < MIN_STEP) return
     if (this.#mode === "draw") this.#startClock()
     this.#points.push([this.#beat(), x, y])
     if (this.#mode === "draw" && this.#pose) this.#pose = { ...this.#pose, x, y }
@@ -345,7 +345,7 @@ export class Gesturing {
     if (held) this.#held.add(key)
     else this.#held.delete(key)
     this.#startClock()
-    if (this.#keys.length < MOST) this.#keys.push([this.#beat(), ...this.#directions])
+    if (this.#keys.length < MAX_POINTS) this.#keys.push([this.#beat(), ...this.#directions])
     redraw()
   }
 

@@ -13,7 +13,7 @@ const COLUMNS = ["state", "off", "age", "battery"] // after the name
 /** The faults, the worst first. */
 const ORDER = Object.keys(WORDS)
 const LOW_BATTERY = 0.2 // of a battery: less is trouble
-const MOST_NAMED = 3 // robots in trouble that the line names
+const MAX_NAMED = 3 // robots in trouble that the line names
 const HOST_TIMEOUT = 3 // seconds without a message from a host until a line reports it; usually one comes each second
 const FRESH_AGE = 2 // seconds: while poses come, with a message each second, the latest one is not older
 const SHOW_PERIOD = 250 // milliseconds between two looks: numbers that change faster can't be read
@@ -105,8 +105,8 @@ export class StatusWall {
     const robots = tiles.length === 1 ? "1 robot" : `${tiles.length} robots`
     const wrong = tiles.filter(({ kind }) => kind === "fault")
     if (!wrong.length) return `${robots}, all well`
-    const named = wrong.slice(0, MOST_NAMED).map(({ name, state }) => `${name} ${state}`)
-    const more = wrong.length > MOST_NAMED ? `, and ${wrong.length - MOST_NAMED} more` : ""
+    const named = wrong.slice(0, MAX_NAMED).map(({ name, state }) => `${name} ${state}`)
+    const more = wrong.length > MAX_NAMED ? `, and ${wrong.length - MAX_NAMED} more` : ""
     return `${wrong.length} of ${robots} in trouble: ${named.join("; ")}${more}`
   }
 

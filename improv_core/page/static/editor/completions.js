@@ -5,7 +5,7 @@
 import { element, find, syncChildren, write } from "../base/elements.js"
 import { WORDS, wordButton } from "./word-row.js"
 
-const MOST_TO_TAP = 12 // words
+const MAX_TO_TAP = 12 // words
 export const touches = matchMedia("(pointer: coarse)")
 
 /** @typedef {{ word: string, about: string }} Word */
@@ -58,7 +58,7 @@ export class Completions {
   tap(words, begun) {
     if (!touches.matches) return
     const offered = words.map(({ word }) => word).filter((word) => begun || !WORDS.includes(word))
-    syncChildren(this.#row, offered.slice(0, MOST_TO_TAP), wordButton)
+    syncChildren(this.#row, offered.slice(0, MAX_TO_TAP), wordButton)
   }
 
   /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */

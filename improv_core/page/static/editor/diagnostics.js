@@ -7,7 +7,7 @@ import { button, element, find } from "../base/elements.js"
 /** @typedef {{ title: string, kind: string, edits: Edit[] }} Fix those of one kind may be made together */
 /** @typedef {Span & { file: string, line: number, severity: string, message: string, fixes: Fix[] }} Diagnostic */
 
-const MOST_KINDS = 2
+const MAX_KINDS = 2
 
 /**
  * Shows what is wrong. `go` is called to go to an offset, and `fix` to make edits.
@@ -42,7 +42,7 @@ export function listDiagnostics(diagnostics, count, text, go, fix) {
   find("diagnostics").hidden = !diagnostics.length
   const all = diagnostics.length < count ? `The first ${diagnostics.length} of ${count} messages` : count === 1 ? "1 message" : `${count} messages`
   find("diagnostics-title").textContent = all
-  const kinds = groupFixes(diagnostics).slice(0, MOST_KINDS)
+  const kinds = groupFixes(diagnostics).slice(0, MAX_KINDS)
   find("diagnostics-kinds").replaceChildren(
     ...kinds.map(({ title, edits, times }) => button({ className: "fix-all", textContent: `${title}: all ${times}` }, () => fix(edits))),
   )

@@ -3,7 +3,7 @@
 
 /** @typedef {Messages["bumps"]["bumps"][number]} Bump */
 
-const MOST_BUMPS = 200
+const MAX_BUMPS = 200
 const SHOW_TIME = 0.9 // seconds
 const ANNOUNCE_PERIOD = 3 // seconds between two announcements, so that other announcements get through
 
@@ -36,7 +36,7 @@ export class Bumps {
    * @param {Messages["bumps"]} message
    */
   take({ bumps, past }) {
-    if (!past) this.#coming = [...this.#coming, ...bumps].slice(-MOST_BUMPS)
+    if (!past) this.#coming = [...this.#coming, ...bumps].slice(-MAX_BUMPS)
     this.#setCount(this.#count + bumps.length)
   }
 

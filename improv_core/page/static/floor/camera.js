@@ -7,12 +7,12 @@
 const MARGIN = 2 // radii of the largest robot around everything,
 const EDGE = 36 // and pixels, for names and noses,
 const EDGE_SHARE = 0.06 // or, on a small stage, this part of its shorter side
-const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it
+const MIN_VIEW = 16 // radii: a single robot at rest still has a stage around it
 const EASING_TIME = 0.25 // seconds
 const SPARE_TIME = 8 // seconds for which unused room is kept, so that a dance played again does not zoom
 const FRESH_TIME = 2 // seconds for which none is kept: until all that another dance uses has arrived
-const LEAST_SCALE = 0.5
-const MOST_SCALE = 2000 // pixels per metre
+const MIN_SCALE = 0.5
+const MAX_SCALE = 2000 // pixels per metre
 
 export class Camera {
   /** @type {[Point, Point] | null} */
@@ -54,11 +54,11 @@ export class Camera {
     if ((this.held || this.stays || !this.fits) && this.view) return false
     const width = high.x - low.x + 2 * MARGIN * radius
     const height = high.y - low.y + 2 * MARGIN * radius
-    const least = LEAST_VIEW * radius
+    const least = MIN_VIEW * radius
     const edge = Math.min(EDGE, EDGE_SHARE * this.shorter)
     const free = Math.max(this.size.height - this.insets.top - this.insets.bottom - 2 * edge, 80)
     const across = Math.max(this.size.width - this.insets.left - 2 * edge, 80) / Math.max(width, least)
-    const scale = Math.max(Math.min(across, free / Math.max(height, least * 0.75)), LEAST_SCALE)
+    const scale = Math.max(Math.min(across, free / Math.max(height, least * 0.75)), MIN_SCALE)
     const wanted = { x: (low.x + high.x) / 2, y: (low.y + high.y) / 2, scale }
     if (seconds === Infinity) {
       // Jumps are rarer with room to spare.
@@ -104,7 +104,7 @@ export class Camera {
   zoom(factor, at = { x: this.size.width / 2, y: this.size.height / 2 }) {
     const view = this.sight
     const before = this.toWorld(at)
-    const scale = Math.min(Math.max(view.scale * factor, LEAST_SCALE), MOST_SCALE)
+    const scale = Math.min(Math.max(view.scale * factor, MIN_SCALE), MAX_SCALE)
     this.view = { ...view, scale }
     const after = this.toWorld(at)
     this.view = { x: view.x + before.x - after.x, y: view.y + before.y - after.y, scale }

@@ -23,11 +23,11 @@ import { drawText, textPicture } from "./texts.js"
 /** @typedef {Scene["robots"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
 /** @typedef {Omit<Scene, "robots"> & { robots: Drawn[], camera: Camera, ratio: number }} GroundScene */
 
-const LEAST_PIXELS = 12 // pixels: a robot's radius,
-const LEAST_SHARE = 0.034 // of the stage's shorter side,
+const MIN_PIXELS = 12 // pixels: a robot's radius,
+const MIN_SHARE = 0.034 // of the stage's shorter side,
 const CROWD_SIZE = 8 // as long as there are no more robots; more of them are smaller
-const LEAST_STRIP = 48 // pixels for the scale
-const MOST_NAMES = 200 // in view: more robots are named only if somebody points at them
+const MIN_STRIP = 48 // pixels for the scale
+const MAX_NAMES = 200 // in view: more robots are named only if somebody points at them
 const LINE_HEIGHT = 1.15 // of a name's size, to the next line
 
 export class Floor {
@@ -80,7 +80,7 @@ export class Floor {
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
     const crowd = Math.sqrt(Math.max(seen.length / CROWD_SIZE, 1))
-    const least = Math.max(LEAST_PIXELS / Math.sqrt(crowd), (LEAST_SHARE * camera.shorter) / crowd)
+    const least = Math.max(MIN_PIXELS / Math.sqrt(crowd), (MIN_SHARE * camera.shorter) / crowd)
     const robots = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
@@ -201,7 +201,7 @@ export class Floor {
       ...(rings.length ? [] : robots).map((robot) => ({ ...robot, words: about(robot) })),
     ]
     const seen = named.filter(({ place: { x, y } }) => x > floor.left && x < floor.right && y > floor.top && y < floor.bottom)
-    const shown = seen.length > MOST_NAMES ? seen.filter(({ name }) => name === this.pointed) : seen
+    const shown = seen.length > MAX_NAMES ? seen.filter(({ name }) => name === this.pointed) : seen
     const labeled = shown.map((each) => ({ ...each, lines: this.#lines(each.words, text, each.off) })).map((each) => ({
       ...each,
       wide: Math.max(...each.lines.map(({ picture, size }) => picture.width - size / 2)),
@@ -267,7 +267,7 @@ export class Floor {
   }
 
   #drawScale() {
-    if (this.#strip.width < LEAST_STRIP) return
+    if (this.#strip.width < MIN_STRIP) return
     const pen = this.#pen
     const { size, sight: view, insets } = this.camera
     const meters = roundLength(Math.min(64, this.#strip.width / 2.5) / view.scale)

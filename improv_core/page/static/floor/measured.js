@@ -19,8 +19,8 @@ import { bounds } from "./camera.js"
  * @property {number} follows 1 if the robot is pulled back to its ideal path
  */
 
-const LEAST_DISTANCE = 0.005 // meters by which a simulated robot has to be off, so that this is shown
-const LEAST_TURN = 0.01 // radians
+const MIN_DISTANCE = 0.005 // meters by which a simulated robot has to be off, so that this is shown
+const MIN_TURN = 0.01 // radians
 const LINE_TOLERANCE = 0.003 // meters that a line may leave out
 const NEAR_BEAT = 0.5 // beats between a place and the beat that it is shown for
 const EASING = 12 // how much of the way to its latest place a picture goes in a second
@@ -51,7 +51,7 @@ export class Measured {
           this.version++
         }
         known.push(place)
-        if (!this.#shown.has(name) && (!place.simulated || place.off > LEAST_DISTANCE || place.turned > LEAST_TURN)) {
+        if (!this.#shown.has(name) && (!place.simulated || place.off > MIN_DISTANCE || place.turned > MIN_TURN)) {
           this.#shown.add(name)
           this.version++
         }

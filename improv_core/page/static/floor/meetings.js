@@ -11,7 +11,7 @@ import { formatPosition } from "../score/clock.js"
 /** @typedef {{ beat: number, robots: string[], poses: Point[], words: string }} Meeting */
 /** @typedef {{ meeting: Meeting, place: Point, shows: boolean }} Mark on the screen, and whether its robots are drawn there */
 
-const MOST_DRAWN = 6 // these are drawn with their robots; of more, only the one that somebody points at
+const MAX_DRAWN = 6 // these are drawn with their robots; of more, only the one that somebody points at
 const CLICK_RADIUS = 14 // pixels to a mark
 const SIZE = 8 // pixels from a mark's middle to its edge
 const CLICK_SLOP = 5 // pixels by which a click may move
@@ -71,7 +71,7 @@ export class Meetings {
     const count = ahead.length
     this.#button.hidden = !count
     write(this.#button, count === 1 ? "1 meeting ahead" : `${count} meetings ahead`)
-    this.#button.title = [...ahead.slice(0, MOST_DRAWN).map(({ words }) => words), ...(count > MOST_DRAWN ? ["…"] : [])].join("\n")
+    this.#button.title = [...ahead.slice(0, MAX_DRAWN).map(({ words }) => words), ...(count > MAX_DRAWN ? ["…"] : [])].join("\n")
   }
 
   /** The marks on the screen. @param {Pick<Camera, "toScreen" | "view">} camera @returns {Mark[]} */
@@ -80,7 +80,7 @@ export class Meetings {
     return this.#all.map((meeting) => {
       const places = meeting.poses.map((pose) => camera.toScreen(pose))
       const middle = (/** @type {"x" | "y"} */ key) => places.reduce((sum, place) => sum + place[key], 0) / places.length
-      return { meeting, place: { x: middle("x"), y: middle("y") }, shows: this.#all.length <= MOST_DRAWN || meeting === this.pointed }
+      return { meeting, place: { x: middle("x"), y: middle("y") }, shows: this.#all.length <= MAX_DRAWN || meeting === this.pointed }
     })
   }
 

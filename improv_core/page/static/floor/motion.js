@@ -5,7 +5,7 @@
 /** @typedef {{ at: number, placed: number, poses: Record<string, number[]>, joints: Record<string, number[]> }} Frame */
 
 const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a pose on either side of its own time
-const MOST_FRAMES = 30
+const MAX_FRAMES = 30
 
 export class Motion {
   /** @type {Frame[]} */
@@ -34,7 +34,7 @@ export class Motion {
     const last = this.#frames.at(-1)
     if (at === last?.at) this.#frames.pop() // the list of robots has changed, or a robot was put elsewhere
     this.#frames.push({ at, placed, poses, joints })
-    if (this.#frames.length > MOST_FRAMES) this.#frames.shift()
+    if (this.#frames.length > MAX_FRAMES) this.#frames.shift()
     return startsOver
   }
 

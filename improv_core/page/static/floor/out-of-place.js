@@ -16,7 +16,7 @@ import { drawText, textPicture } from "./texts.js"
 
 const HEAD = 11 // pixels: an arrow's head
 const SIZE = 13 // pixels from a robot's middle to its edge
-const MOST_LINES = 4
+const MAX_LINES = 4
 
 export class Misplaced {
   /** @type {ReturnPath[]} */
@@ -35,8 +35,8 @@ export class Misplaced {
   take({ robots, waits }) {
     const found = Object.entries(robots)
     this.returnPaths = found.map(([name, { place, pose }]) => ({ name, from: pose, to: place }))
-    const lines = found.slice(0, MOST_LINES).map(([, { line }]) => line)
-    if (found.length > MOST_LINES) lines.push(`… and ${found.length - MOST_LINES} more`)
+    const lines = found.slice(0, MAX_LINES).map(([, { line }]) => line)
+    if (found.length > MAX_LINES) lines.push(`… and ${found.length - MAX_LINES} more`)
     this.#list.replaceChildren(...lines.map((line) => element("li", { textContent: line })))
     const title = found.length ? "Not in place" : "All robots are in place"
     if (waits && this.#title.textContent !== title) announce(`${title}: ${lines.join(", ")}`)

@@ -9,7 +9,7 @@ import { colors } from "../base/colors.js"
 /** @typedef {Ring & { place: Point, tip: Point, size: number }} Placed a ring, and the tip of its arrow, in pixels */
 
 const SIZE = 16 // pixels from a ring's middle to its edge, where there is room
-const LEAST_SIZE = 5
+const MIN_SIZE = 5
 const SHARE = 0.29 // of the distance to the nearest other ring, so that their arrows don't touch
 const ARROW = 2.4 // sizes from a ring's middle to its arrow's tip
 const GRAB_RADIUS = 24 // pixels to a ring, or to a tip
@@ -28,7 +28,7 @@ export function placeRings(rings, camera) {
     places.forEach(({ x, y }, other) => {
       if (other !== index) nearest = Math.min(nearest, Math.hypot(x - place.x, y - place.y))
     })
-    const size = Math.min(Math.max(SHARE * nearest, LEAST_SIZE), SIZE)
+    const size = Math.min(Math.max(SHARE * nearest, MIN_SIZE), SIZE)
     const reach = ARROW * size
     return { ...ring, place, size, tip: { x: place.x + reach * Math.cos(ring.heading), y: place.y - reach * Math.sin(ring.heading) } }
   })

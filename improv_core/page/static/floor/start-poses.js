@@ -17,10 +17,10 @@ import { nearestRing, placeRings } from "./rings.js"
 
 const LONG_NAME = 9 // letters: a longer name takes two smaller lines
 const PRECISION = 0.001 // meters and degrees, as they are written
-const MOST_DISTANCE = 1000 // meters along x and y
+const MAX_DISTANCE = 1000 // meters along x and y
 const WRITE_DELAY = 600 // milliseconds without a key after which a number that was typed is written
 const KEYS = /** @type {const} */ (["x", "y", "heading"])
-const FIELDS = { x: { most: MOST_DISTANCE, step: 0.1 }, y: { most: MOST_DISTANCE, step: 0.1 }, heading: { most: 360, step: 15 } }
+const FIELDS = { x: { most: MAX_DISTANCE, step: 0.1 }, y: { most: MAX_DISTANCE, step: 0.1 }, heading: { most: 360, step: 15 } }
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
@@ -104,7 +104,7 @@ export class StartPoses {
     const move = (/** @type {Point} */ to) => {
       const pose = this.#pose(name)
       const world = camera.toWorld(to)
-      if (part === "place") Object.assign(pose, { x: neat(within(world.x, MOST_DISTANCE), 0.05), y: neat(within(world.y, MOST_DISTANCE), 0.05) })
+      if (part === "place") Object.assign(pose, { x: neat(within(world.x, MAX_DISTANCE), 0.05), y: neat(within(world.y, MAX_DISTANCE), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(name)
       this.#move(name)

@@ -7,7 +7,7 @@
  * the page's seconds
  */
 
-const MOST_ANSWERS = 12
+const MAX_ANSWERS = 12
 const SLACK = 0.002 // seconds: clocks have whole milliseconds, and drift
 
 /**
@@ -18,7 +18,7 @@ const SLACK = 0.002 // seconds: clocks have whole milliseconds, and drift
 export function withAnswer(answers, answer) {
   const all = [...answers, answer]
   const [least, most] = bounds(all)
-  return least <= most + SLACK ? all.slice(-MOST_ANSWERS) : [answer]
+  return least <= most + SLACK ? all.slice(-MAX_ANSWERS) : [answer]
 }
 
 /**

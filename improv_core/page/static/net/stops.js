@@ -7,7 +7,7 @@ import { withToken } from "./token.js"
 
 const RESEND_DELAY = 500 // milliseconds until a stop is sent again that is not confirmed
 const TIMEOUT = 8000 // milliseconds that an answer may take: a stage that hangs may still read what it was sent
-const MOST_WAITING = 3 // that may wait for an answer at the same time: browsers open only six connections
+const MAX_WAITING = 3 // that may wait for an answer at the same time: browsers open only six connections
 const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not confirmed
 
 /** The number of stops that somebody has pressed, and of those that were obeyed. */
@@ -65,7 +65,7 @@ export class Stops extends PressedStops {
     clearTimeout(this.#again)
     if (!number) return
     this.#again = window.setTimeout(() => this.#send(), RESEND_DELAY)
-    if (this.#asked >= MOST_WAITING) return
+    if (this.#asked >= MAX_WAITING) return
     this.#asked++
     const address = withToken("stop", { page: this.page, number: String(number) })
     // It is sent even if the page is closed at once.

@@ -8,8 +8,8 @@ import { compose, poseOf, transformBetween } from "../base/path.js"
 /** @import { Pose } from "../base/path.js" */
 
 const CHECK_PERIOD = 0.25 // seconds between two checks
-const MOST_OFFSET = 0.1 // meters that a robot may be off its path
-const MOST_TURN = 0.3 // radians
+const MAX_OFFSET = 0.1 // meters that a robot may be off its path
+const MAX_TURN = 0.3 // radians
 
 export class Anchor {
   /** @type {Map<string, Pose>} */
@@ -57,7 +57,7 @@ export class Anchor {
     for (const [name, pose] of Object.entries(poses)) {
       if (!lookahead.at(name, null, beat) || isSilent(name)) continue
       const ideal = lookahead.poseAt(name, beat)
-      this.#check(name, ideal, poseOf(pose), MOST_OFFSET, MOST_TURN)
+      this.#check(name, ideal, poseOf(pose), MAX_OFFSET, MAX_TURN)
     }
   }
 

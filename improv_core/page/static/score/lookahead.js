@@ -19,10 +19,10 @@ import { ProgramText } from "./program-text.js"
 const FETCH_AHEAD = 48 // beats to fetch of an endless score
 const SHOW_AHEAD = 24 // beats of it that the stage shows
 const KEEP_BEHIND = 8 // past beats to keep
-const LEAST_PIECE = 16 // beats requested at once; more for few robots, so that the server is busy for 0.1 s at most
-const MOST_PIECE = 256 // beats that the server sends at once
+const MIN_PIECE = 16 // beats requested at once; more for few robots, so that the server is busy for 0.1 s at most
+const MAX_PIECE = 256 // beats that the server sends at once
 const PIECE_WORK = 800 // robots times beats
-const MOST_MOMENTS = 40_000 // moments kept
+const MAX_MOMENTS = 40_000 // moments kept
 const NEAR = 1e-6 // beats
 
 export class Lookahead {
@@ -65,16 +65,16 @@ export class Lookahead {
       this.#renews = true
     }
     const end = this.score.beats ?? Infinity
-    if (this.#count > MOST_MOMENTS && this.#known <= beat) this.#forget(beat)
-    else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - KEEP_BEHIND, 0))
+    if (this.#count > MAX_MOMENTS && this.#known <= beat) this.#forget(beat)
+    else if (beat < this.#from || beat > this.#known + MIN_PIECE) this.#forget(Math.max(Math.floor(beat) - KEEP_BEHIND, 0))
     const passed = this.score.beats === null && beat - this.#from > 8 * FETCH_AHEAD
     if (passed) this.#forgetBefore(beat - KEEP_BEHIND)
     const horizon = this.score.beats === null ? beat + FETCH_AHEAD : end
-    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MOST_MOMENTS) return
+    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MAX_MOMENTS) return
     this.#asked = this.#known
     this.#since = performance.now()
-    const most = this.score.beats === null ? FETCH_AHEAD : MOST_PIECE
-    const piece = Math.max(LEAST_PIECE, Math.min(Math.floor(PIECE_WORK / Object.keys(this.score.robots).length), most))
+    const most = this.score.beats === null ? FETCH_AHEAD : MAX_PIECE
+    const piece = Math.max(MIN_PIECE, Math.min(Math.floor(PIECE_WORK / Object.keys(this.score.robots).length), most))
     this.#ask(this.#known, Math.min(this.#known + piece, end))
   }
 

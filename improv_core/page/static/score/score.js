@@ -11,7 +11,7 @@ import { program } from "./program.js"
 /** @import { Color, Light } from "../editor/highlight.js" */
 
 const MARKS = /(?<comment>#.*)|(?<word>[^\s()[\]|#=$]+)/gu
-const MOST_CHARACTERS = 200_000 // characters: beyond, a browser would take long to lay them out
+const MAX_CHARACTERS = 200_000 // characters: beyond, a browser would take long to lay them out
 
 /** The text, where it can only be read. */
 export class Score {
@@ -20,7 +20,7 @@ export class Score {
 
   /** @param {string} text */
   show(text) {
-    const shown = text.slice(0, MOST_CHARACTERS)
+    const shown = text.slice(0, MAX_CHARACTERS)
     /** @type {Color[]} */
     const marks = []
     for (const { 0: mark, index: start, groups } of shown.matchAll(MARKS)) {

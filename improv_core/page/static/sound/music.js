@@ -24,17 +24,17 @@ export const BEND = 0.005 // of the speed, by which the song itself is bent: nob
 const BEND_AFTER = 0.0005 // seconds that the song may be off before it is bent
 const JUMP_AFTER = 0.008 // seconds beyond which it jumps, with a short fade
 const CORRECTION_TIME = 1 // seconds in which it would be right again if bent without limit
-const LEAST_BEND = 0.0001 // of the speed: smaller changes are not worth it
+const MIN_BEND = 0.0001 // of the speed: smaller changes are not worth it
 const SMEAR = 0.01 // seconds by which a grain may be off at its ends
-const LEAST_GRAIN = 0.03 // seconds of a grain
-const MOST_GRAIN = 0.25
+const MIN_GRAIN = 0.03 // seconds of a grain
+const MAX_GRAIN = 0.25
 const BEGINNING = 0.5 // seconds after which a browser that doesn't report what is audible at least knows its latency
-const MOST_HEARINGS = 15 // hearings
+const MAX_HEARINGS = 15 // hearings
 const HEARING_LIFE = 5 // seconds after which one no longer counts: two clocks drift
 const MOVED_BY = 0.03 // seconds that hearings may differ before the earlier ones are forgotten
 const MOVED_COUNT = 3 // hearings that have to differ
 const CLICK_TOLERANCE = 0.003 // seconds by which clicks may be off before they are scheduled again
-const MOST_LATENESS = 0.05 // seconds by which a click may be late: beyond that, there is none
+const MAX_LATENESS = 0.05 // seconds by which a click may be late: beyond that, there is none
 
 /**
  * The sound that is heard now, as the browser reports it: a time of the context, and the time at which it is audible. A
@@ -56,7 +56,7 @@ export function hearing({ contextTime = 0, performanceTime = 0 }, { currentTime,
  * @param {Hearing} hearing
  */
 export function heard(hearings, hearing) {
-  const all = [...hearings.filter(({ page }) => hearing.page - page < HEARING_LIFE), hearing].slice(-MOST_HEARINGS)
+  const all = [...hearings.filter(({ page }) => hearing.page - page < HEARING_LIFE), hearing].slice(-MAX_HEARINGS)
   const latest = all.slice(-MOVED_COUNT)
   const moved = latest.every((each) => Math.abs(shift([each]) - shift(all)) > MOVED_BY)
   return moved ? latest : all
@@ -138,7 +138,7 @@ export function follow(plays, line, { now, ahead, length, align = (_, wanted) =>
     const position = plays.position + (now - plays.time) * plays.speed
     const late = positionAt(line, now) - position
     const asked = line.rate + (Math.abs(late) > BEND_AFTER ? within(late / CORRECTION_TIME, BEND) : 0)
-    const speed = Math.abs(asked - plays.speed) > LEAST_BEND ? asked : plays.speed
+    const speed = Math.abs(asked - plays.speed) > MIN_BEND ? asked : plays.speed
     if (Math.abs(late) <= JUMP_AFTER && speed === plays.speed) return [plays, []]
     if (Math.abs(late) <= JUMP_AFTER) return [{ kind: "song", time: now, position, speed }, [{ act: "bend", at: now, speed }]]
   }
@@ -174,7 +174,7 @@ function grains(plays, line, { now, ahead, length, align, acts }) {
 
 /** The length of a grain in seconds: short enough that nothing in it is heard too early or too late. @param {number} rate */
 export function grainLength(rate) {
-  return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), LEAST_GRAIN), MOST_GRAIN)
+  return Math.min(Math.max((2 * SMEAR * rate) / Math.abs(1 - rate), MIN_GRAIN), MAX_GRAIN)
 }
 
 /** @param {SongLine} one @param {SongLine} two @param {number} time */
@@ -202,7 +202,7 @@ export function click(clicks, line, { now, ahead, bar }) {
   const present = beatAt(line, now)
   const heard = clicks && off ? beatAt(clicks.line, now) : clicks?.next
   const goesOn = heard !== undefined && (!off || Math.abs(heard - present) < 0.5) // otherwise it is elsewhere in the dance
-  const first = goesOn ? Math.max(heard, beatAt(line, now - MOST_LATENESS)) : present
+  const first = goesOn ? Math.max(heard, beatAt(line, now - MAX_LATENESS)) : present
   let next = Math.ceil(Math.max(first, line.beat) - 1e-6)
   for (const end = Math.min(beatAt(line, ahead), line.until - 1e-6); next < end; next++) {
     acts.push({ act: "click", at: Math.max(timeAt(line, next), now), high: bar !== null && next % bar === 0 })

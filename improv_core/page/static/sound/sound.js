@@ -11,7 +11,7 @@ import { changes } from "../score/changes.js"
 import { clock } from "../score/clock.js"
 import { program } from "../score/program.js"
 import { tomlLines } from "../editor/toml-lines.js"
-import { LEAST_TAPS, tapped, tempoOf } from "./tapping.js"
+import { MIN_TAPS, tapped, tempoOf } from "./tapping.js"
 import { Waveform } from "./waveform.js"
 
 /** @import { Audio, Song } from "./audio.js" */
@@ -19,7 +19,7 @@ import { Waveform } from "./waveform.js"
 /** @typedef {NonNullable<Messages["score"]["music"]>} Music */
 
 const UNLOCK_TIMEOUT = 300 // milliseconds in which a browser turns sound on, if it does without a click
-const MOST_BYTES = 128 * 1024 * 1024 // of a file, as at the server
+const MAX_BYTES = 128 * 1024 * 1024 // of a file, as at the server
 
 export class Sound {
   #showToml = tomlLines("sound-toml")
@@ -156,7 +156,7 @@ export class Sound {
   async #take(file) {
     const audio = await this.#ready()
     this.#turnOn()
-    const buffer = file.size > MOST_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
+    const buffer = file.size > MAX_BYTES ? null : await file.arrayBuffer().then((bytes) => decoded(audio, bytes), () => null)
     if (buffer) {
       this.#dropped = { name: file.name, buffer }
       this.#showToml("")
@@ -236,7 +236,7 @@ export class Sound {
   #tap() {
     this.#taps = tapped(this.#taps, performance.now() / 1000)
     const tempo = tempoOf(this.#taps)
-    const left = LEAST_TAPS - this.#taps.length
+    const left = MIN_TAPS - this.#taps.length
     find("tapped").textContent = tempo === null ? `${left} more` : `${tempo} beats a minute`
     find("use-tempo").hidden = tempo === null
     find("use-tempo").textContent = `beat ${tempo}`
@@ -260,7 +260,7 @@ export class Sound {
 /** Why a file can't be played. @param {number} size in bytes @param {string} type */
 function whyNot(size, type) {
   if (!size) return "is empty"
-  if (size > MOST_BYTES) return `has more than ${MOST_BYTES / 1024 ** 2} MB`
+  if (size > MAX_BYTES) return `has more than ${MAX_BYTES / 1024 ** 2} MB`
   if (!element("audio").canPlayType(type)) return "can't be played: this browser doesn't know its format"
   return "can't be played: it is damaged, or so long that this browser has no room for its sound"
 }

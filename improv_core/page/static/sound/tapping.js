@@ -1,15 +1,15 @@
 // @ts-check
 // A tempo from taps. Pure.
 
-export const LEAST_TAPS = 8 // taps
-const MOST_TAPS = 32
-const MOST_GAP = 2.5 // seconds after which taps start over
+export const MIN_TAPS = 8 // taps
+const MAX_TAPS = 32
+const MAX_GAP = 2.5 // seconds after which taps start over
 const [SLOWEST, FASTEST] = [20, 400] // beats a minute
 
 /** The taps that count after another one, in seconds. @param {number[]} taps @param {number} now */
 export function tapped(taps, now) {
   const last = taps.at(-1)
-  return [...(last !== undefined && now - last > MOST_GAP ? [] : taps), now].slice(-MOST_TAPS)
+  return [...(last !== undefined && now - last > MAX_GAP ? [] : taps), now].slice(-MAX_TAPS)
 }
 
 /**
@@ -18,7 +18,7 @@ export function tapped(taps, now) {
  * @param {number[]} taps
  */
 export function tempoOf(taps) {
-  if (taps.length < LEAST_TAPS) return null
+  if (taps.length < MIN_TAPS) return null
   const middle = (taps.length - 1) / 2
   const mean = taps.reduce((sum, tap) => sum + tap, 0) / taps.length
   const along = taps.reduce((sum, tap, index) => sum + (index - middle) * (tap - mean), 0)

@@ -14,8 +14,8 @@ import { direction, itemsOf, labels, namesOf, outline, runs } from "./items.js"
 /** @import { RowPlace, TimelineView } from "./timesheet.js" */
 /** @typedef {TimelineView & RowPlace & { pen: Pen, current: Lookahead }} Row with all that is needed to draw it */
 
-const MOST_ITEMS = 600 // per row: more would be finer than pixels
-const LEAST_HEIGHT = 0.12 // of a lane, so that a robot that is about to stop is seen
+const MAX_ITEMS = 600 // per row: more would be finer than pixels
+const MIN_HEIGHT = 0.12 // of a lane, so that a robot that is about to stop is seen
 
 /**
  * Draws all of a row, up to a beat.
@@ -30,7 +30,7 @@ export function paintRow(place, right, meetings, decisions) {
   const segments = current.track(robot.name, robot.part)
   const first = current.indexAt(segments, left)
   let last = first
-  while (last < segments.length && segments[last].start < right && last - first < MOST_ITEMS) last++
+  while (last < segments.length && segments[last].start < right && last - first < MAX_ITEMS) last++
   const items = itemsOf(segments, first, last)
   drawItems(place, items, false)
   pen.font = `600 ${letter * 0.75}px ${FONT}`
@@ -148,7 +148,7 @@ export function drawItems({ pen, current, robot, left, scale, letter, y: above, 
  */
 function trace(pen, item, voice, toX, top, tall) {
   pen.moveTo(toX(item.start), top + tall)
-  for (const [beat, high] of outline(item, voice)) pen.lineTo(toX(beat), top + tall * (1 - Math.max(high, LEAST_HEIGHT)))
+  for (const [beat, high] of outline(item, voice)) pen.lineTo(toX(beat), top + tall * (1 - Math.max(high, MIN_HEIGHT)))
   pen.lineTo(toX(item.end), top + tall)
 }
 

@@ -13,7 +13,7 @@ import { formatPosition } from "../score/clock.js"
  *   height: number, colors: Colors }} Ruler up to a last beat
  */
 
-const LEAST_BEAT = 6 // pixels between the lines of beats within a bar
+const MIN_BEAT = 6 // pixels between the lines of beats within a bar
 
 /**
  * Draws lines at beats, or at bars and thinner ones at their beats, and their numbers. With little room, only
@@ -29,7 +29,7 @@ export function paintRuler(pen, ruler) {
   const wide = pen.measureText(numbered(unit * Math.ceil(last / unit))).width + letter * 0.8
   const step = unit * 2 ** Math.max(Math.ceil(Math.log2(Math.max(wide, letter * 2.2) / (scale * unit))), 0)
   const xOf = (/** @type {number} */ beat) => Math.round((beat - left) * scale)
-  if (bar && step === bar && scale >= LEAST_BEAT) {
+  if (bar && step === bar && scale >= MIN_BEAT) {
     pen.fillStyle = colors.grid
     for (let beat = Math.max(Math.floor(left), 0); beat <= last; beat++) pen.fillRect(xOf(beat), head, 1, height)
   }

@@ -20,10 +20,10 @@ import { TimelineSheet } from "./timesheet.js"
 /** @import { TimelineRow } from "./timesheet.js" */
 
 const LONG_NAME = 12 // letters: a longer name takes two or three smaller lines
-const LEAST_BEAT_WIDTH = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
+const MIN_BEAT_WIDTH = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const PLAYHEAD_AT = 0.25 // where in the view the playhead stays
 const CROWD_SIZE = 8 // robots; with more, rows are lower, to leave room for the stage
-const MOST_MARKS = 500
+const MAX_MARKS = 500
 const SNAP_DISTANCE = 7 // pixels from a mark to a pointer
 const SEEK_PERIOD = 60 // milliseconds between two seeks while scrubbing
 
@@ -66,7 +66,7 @@ export class Timeline {
 
   /** Marks in a robot's row what its senses have decided. @param {Messages["decided"]} decision */
   mark(decision) {
-    this.#sheet.marks = [...this.#sheet.marks, decision].slice(-MOST_MARKS)
+    this.#sheet.marks = [...this.#sheet.marks, decision].slice(-MAX_MARKS)
     this.touch()
   }
 
@@ -160,7 +160,7 @@ export class Timeline {
     const { current } = program
     if (!current || !width || height < 2) return
     const { letter } = this.#sizes
-    const least = (LEAST_BEAT_WIDTH * letter) / 16
+    const least = (MIN_BEAT_WIDTH * letter) / 16
     const beat = this.#scrubbed ?? clock.beat()
     const beats = current.score.beats ?? Infinity
     const fits = beats * least <= width

@@ -3,7 +3,7 @@
 
 import { find, findA } from "../base/elements.js"
 import { store, stored } from "../base/storage.js"
-import { answered, asked, describe, MOST_TRIES, UNSENT } from "./handing-in.js"
+import { answered, asked, describe, MAX_TRIES, UNSENT } from "./handing-in.js"
 import { decoded } from "./link.js"
 
 /** @import { Saving } from "../editor/saving.js" */
@@ -48,7 +48,7 @@ export function joinClass(saving) {
     if (isOnItsWay) return
     const secret = child?.secret
     let answer = await post("send", state.text, secret)
-    for (let tries = 1; answer.status === 429 && tries < MOST_TRIES; tries++) {
+    for (let tries = 1; answer.status === 429 && tries < MAX_TRIES; tries++) {
       await new Promise((done) => setTimeout(done, SEND_PERIOD))
       answer = await post("send", state.text, secret)
     }

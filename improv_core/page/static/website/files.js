@@ -10,8 +10,8 @@ import { download } from "../base/elements.js"
  */
 /** @typedef {(options: object) => Promise<Chosen>} Save */
 
-const MOST_BYTES = 400_000
-const MOST_CHARACTERS = 100_000 // characters
+const MAX_BYTES = 400_000
+const MAX_CHARACTERS = 100_000 // characters
 const TYPES = [{ description: "Improv", accept: { "text/plain": [".improv"] } }]
 
 /**
@@ -39,10 +39,10 @@ export async function saveText(name, text) {
 
 /** The program in a file; null if it is too long or no text. @param {File} file */
 export async function textOf(file) {
-  if (file.size > MOST_BYTES) return null
+  if (file.size > MAX_BYTES) return null
   try {
     const text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()).replaceAll("\r\n", "\n")
-    return text.length <= MOST_CHARACTERS ? text : null
+    return text.length <= MAX_CHARACTERS ? text : null
   } catch {
     return null
   }

@@ -14,7 +14,7 @@ import { when } from "../base/when.js"
  */
 /** @typedef {{ status: number, problem?: string }} Answer */
 
-export const MOST_TRIES = 5 // of a dance that follows another one too soon
+export const MAX_TRIES = 5 // of a dance that follows another one too soon
 
 /** @type {HandingIn} */
 export const UNSENT = { state: "unsent", text: "", received: "", at: 0, problem: "", again: false }

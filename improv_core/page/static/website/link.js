@@ -7,12 +7,12 @@ import { isStill } from "./still.js"
 /** @typedef {{ text: string, toml: string, beat: number, still: Still }} Work a program, its improv.toml, where to begin, and its paths */
 
 const KEY = "dance="
-const MOST_BYTES = 200_000 // bytes of what a link holds: longer programs are files
-const MOST_LINK_CHARACTERS = 8_000 // characters of a link that all mail and chat programs take
+const MAX_BYTES = 200_000 // bytes of what a link holds: longer programs are files
+const MAX_LINK_CHARACTERS = 8_000 // characters of a link that all mail and chat programs take
 // Characters that don't show, or that show others in another order: nobody could read what such a link plays.
 const HIDDEN = /[\u0000-\u0008\u000B-\u001F\u007F-\u009F\u200B\u200E\u200F\u2028-\u202E\u2060-\u2069\uFEFF]/
 
-export const TOO_LONG = `this dance is too long for a link (${MOST_LINK_CHARACTERS.toLocaleString("en")} characters): save it as a file`
+export const TOO_LONG = `this dance is too long for a link (${MAX_LINK_CHARACTERS.toLocaleString("en")} characters): save it as a file`
 export const UNFIT = "this dance can't be a link: it is too long, or has characters that don't show; save it as a file"
 export const BROKEN = "this link is broken, perhaps because its end is missing: ask for it again"
 export const STRANGE = "this link holds something that isn't a dance: it was not opened"
@@ -26,7 +26,7 @@ export async function fragmentOf({ text, toml, beat, still }) {
 }
 
 /** Returns whether a link with this fragment is too long to pass on. @param {string} link */
-export const isTooLong = (link) => link.length > MOST_LINK_CHARACTERS
+export const isTooLong = (link) => link.length > MAX_LINK_CHARACTERS
 
 /**
  * The work in a fragment, or a line that says why there is none; null if it is no link of ours.
@@ -39,7 +39,7 @@ export async function workIn(fragment) {
   /** @type {unknown} */
   let found
   try {
-    const bytes = await piped(fromBase64(link.slice(KEY.length + 1)), new DecompressionStream("deflate-raw"), MOST_BYTES)
+    const bytes = await piped(fromBase64(link.slice(KEY.length + 1)), new DecompressionStream("deflate-raw"), MAX_BYTES)
     if (!bytes) return STRANGE
     found = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes))
   } catch {

@@ -12,8 +12,8 @@ import { drawCode } from "../net/worker-backend.js"
 /** @import { Still } from "./still.js" */
 
 const NO_SITE = "To get a link, enter the address of a website that improv site has built."
-const MOST_IN_CODE = 2_900 // characters: a QR code of this size can still be read from a screen
-const MOST_WITH_STILL = 2_000 // characters: a longer link has no room for a picture
+const MAX_IN_CODE = 2_900 // characters: a QR code of this size can still be read from a screen
+const MAX_WITH_STILL = 2_000 // characters: a longer link has no room for a picture
 
 /**
  * @param {Saving} saving has the text on the page
@@ -31,7 +31,7 @@ export function offerSharing(saving, getBeat, getStill) {
   async function showLink() {
     const work = { text: saving.text, toml: saving.toml, beat: getBeat(), still: getStill(saving.text) }
     const pictured = await fragmentOf(work)
-    const fragment = pictured.length > MOST_WITH_STILL ? await fragmentOf({ ...work, still: [] }) : pictured
+    const fragment = pictured.length > MAX_WITH_STILL ? await fragmentOf({ ...work, still: [] }) : pictured
     const link = `${isWebsite ? location.origin + location.pathname : site.value}${fragment}`
     const problem = !isWebsite && (!site.value || !site.validity.valid) ? NO_SITE : isTooLong(link) ? TOO_LONG : typeof (await workIn(fragment)) === "string" ? UNFIT : ""
     find("linked").hidden = problem !== ""
@@ -39,7 +39,7 @@ export function offerSharing(saving, getBeat, getStill) {
     say(problem)
     const begins = work.beat ? `; it begins at beat ${Math.floor(work.beat) + 1}, where it is paused` : ""
     find("link-length").textContent = `${link.length.toLocaleString("en")} characters; all of the dance is in it${begins}`
-    code.hidden = !isWebsite || problem !== "" || link.length > MOST_IN_CODE // its room is kept, so nothing moves later
+    code.hidden = !isWebsite || problem !== "" || link.length > MAX_IN_CODE // its room is kept, so nothing moves later
     code.removeAttribute("src")
     const drawn = code.hidden ? null : await drawCode(link)
     if (drawn) code.src = svgAddress(drawn)

@@ -10,7 +10,7 @@ import { bounds } from "../floor/camera.js"
 
 const SIZE = 400 // units of the picture, to which points are rounded,
 const MARGIN = 20 // and around it
-const MOST_POINTS = 300
+const MAX_POINTS = 300
 
 /**
  * The picture of paths; empty if there are none, or if they would make a link long.
@@ -18,7 +18,7 @@ const MOST_POINTS = 300
  * @returns {Still}
  */
 export function stillOf(robots) {
-  if (robots.flat(2).length > MOST_POINTS) return []
+  if (robots.flat(2).length > MAX_POINTS) return []
   const [low, high] = bounds(robots.flat())
   const scale = SIZE / Math.max(high.x - low.x, high.y - low.y, 0.1)
   const place = (/** @type {number} */ from, /** @type {number} */ to) => Math.round(SIZE / 2 + (to - from) * scale)

@@ -14,8 +14,10 @@ from improv_core.transcription.track import Track
 
 _COARSE = 4
 """The search for changes first takes one in this many samples, and then all samples near those it found."""
-_STEPS = 30
-"""The number of steps of a search for the time at which two stretches meet: they leave 5 millionths of it."""
+_GOLDEN = (math.sqrt(5) - 1) / 2
+"""The share of the time in which two stretches may meet that is left by each step of a search (Kiefer, 1953)."""
+_STEPS = 25
+"""The number of these steps: they leave 6 millionths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,15 @@ def _apart(one: FittedVelocity, other: FittedVelocity, time: float) -> float:
 
 def _meeting(one: FittedVelocity, other: FittedVelocity, low: float, high: float) -> float:
     """Return the time at which both poses come nearest."""
+    early, late = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_early, at_late = _apart(one, other, early), _apart(one, other, late)
     for _ in range(_STEPS):
-        early, late = low + (high - low) / 3, high - (high - low) / 3
-        low, high = (low, late) if _apart(one, other, early) <= _apart(one, other, late) else (early, high)
+        if at_early <= at_late:
+            high, late, at_late = late, early, at_early
+            early = high - _GOLDEN * (high - low)
+            at_early = _apart(one, other, early)
+        else:
+            low, early, at_early = early, late, at_late
+            late = low + _GOLDEN * (high - low)
+            at_late = _apart(one, other, late)
     return (low + high) / 2

@@ -16,7 +16,7 @@ from typing import TypeAlias
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import Amounts
-from improv_core.transcription.grouping import Grouped, GroupMember, grouped, motions_of
+from improv_core.transcription.grouping import Grouped, grouped, motions_of
 from improv_core.transcription.rhythm import Gentle, Item, TimedMotion, TrackedRobot
 from improv_core.transcription.track import Sample, Track
 from improv_core.transcription.wording import ANGLES, LENGTHS
@@ -30,14 +30,15 @@ _NUDGE = 1e-5
 _RIDGE = 1e-9
 """The weight of an unknown besides that of its samples, so that one on which they don't depend stays as it is."""
 _MAX_ROWS = 300
-"""The most rows of a robot: neighboring samples are added up to one row."""
+"""The most rows of a robot: of more samples, neighbors share a row."""
 _WORD = 4.0
 """The cost of a measure, in natural units of information."""
 _DIGIT = 2.3
 """The cost of each further digit."""
 _Unknown: TypeAlias = "tuple[str, int] | tuple[int, int]"
 """A robot or the number of a group, and a coordinate of its start or an amount."""
-_UNITS = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
+_Column: TypeAlias = list[list[float]]
+"""Values of x, y, z, and the heading, in standard deviations of the noise."""
 
 
 class TranscribedPath:
@@ -70,10 +71,7 @@ class TranscribedPath:
         return self._firsts[place + 1] - 1, 1.0
 
     def pose(self, beat: float) -> Pose:
-        return self.pose_in(*self.at(beat))
-
-    def pose_in(self, number: int, share: float) -> Pose:
-        """Return the pose after a share of a motion."""
+        number, share = self.at(beat)
         return self.starts[number].after(self._timed[number][1], share)
 
 
@@ -90,7 +88,7 @@ def deviations_of(
 
     def missed(sample: Sample, late: float) -> tuple[float, float, float, float]:
         pose = performed.pose((sample.time - origin + late) * tempo / 60)
-        return sample.x - pose.x, sample.y - pose.y, sample.z - pose.z, sample.heading - pose.heading
+        return _apart(pose, sample.pose)
 
     def apart(misses: Sequence[tuple[float, float, float, float]]) -> tuple[float, float]:
         x, y, z, yaw = (sum(each) / len(misses) for each in zip(*misses, strict=True))
@@ -146,10 +144,10 @@ class FittedGroups:
             for robot, tracked in robots.items():
                 columns, missed = self._columns(robot, tracked, tempo)
                 for one, column in columns.items():
-                    wanted[one] += _dot(column, missed)
+                    wanted[one] += sum(map(_dot, column, missed))
                     for other in columns:
                         if other <= one:
-                            normal[one][other] += _dot(column, columns[other])
+                            normal[one][other] += sum(map(_dot, column, columns[other]))
             self._factors, self._variances = _factored(normal)
             change = _solved(self._factors, self._variances, wanted)
             self._set([old + by for old, by in zip(self._values(), change, strict=True)])
@@ -189,58 +187,46 @@ class FittedGroups:
         self._groups = replace(self._groups, amounts=[Amounts(*each) for each in amounts])
         self._starts = {robot: Pose(*each) for robot, each in poses.items()}
 
-    def _columns(self, robot: str, tracked: TrackedRobot, tempo: int) -> tuple[dict[int, list[float]], list[float]]:
-        """Return how the poses of a robot change with each unknown, and how far they are from its track."""
-        track, noise = tracked.track, tracked.noise
-        weights = (1 / noise.meters, 1 / noise.meters, 1 / noise.meters, 1 / noise.radians)
-        path = TranscribedPath(self._starts[robot], self._groups.items(robot))
-        members = self._groups.members[robot]
-        places = [path.at((sample.time - track[0].time) * tempo / 60) for sample in track]
-        poses = [path.pose_in(*place) for place in places]
-        missed = [(s.x - p.x, s.y - p.y, s.z - p.z, s.heading - p.heading) for s, p in zip(track, poses, strict=True)]
-        columns = {}
-        start = self._starts[robot]
-        for place, (who, at) in enumerate(self._unknowns):
-            if who == robot:
-                spun = [(start.y - p.y, p.x - start.x, 0.0, 1.0) if at == 3 else _UNITS[at] for p in poses]
-                columns[place] = _row(spun, weights)
-            elif not isinstance(who, str) and any(each.group == who and each.signs[at] for each in members):
-                columns[place] = _row(self._moved(path, members, who, at, places, poses), weights)
-        return columns, _row(missed, weights)
+    def _poses(self, robot: str, places: Sequence[tuple[int, float]]) -> list[Pose]:
+        """Return the poses of a robot after shares of its motions."""
+        twists = [Twist(*self._groups.motion(each).amounts) for each in self._groups.members[robot]] or [Twist()]
+        starts = list(accumulate(twists, lambda pose, twist: pose.after(twist, 1.0), initial=self._starts[robot]))
+        return [starts[number].after(twists[number], share) for number, share in places]
 
-    def _moved(
-        self,
-        path: TranscribedPath,
-        members: Sequence[GroupMember],
-        group: int,
-        at: int,
-        places: Sequence[tuple[int, float]],
-        poses: Sequence[Pose],
-    ) -> list[tuple[float, float, float, float]]:
-        """Return how poses change with an amount of a group: within its motions, and behind them as one rigid body."""
-        far, lift, turn = 0j, 0.0, 0.0
-        carried: list[tuple[complex, float, float, Amounts | None]] = []
-        for motion, member, start, end in zip(path.motions, members, path.starts, path.starts[1:], strict=False):
-            nudged = None
-            if member.group == group and member.signs[at]:
-                nudged = motion.amounts._replace(
-                    **{Amounts._fields[at]: motion.amounts[at] + _NUDGE * member.signs[at]}
-                )
-            carried.append((far, lift, turn, nudged))
-            if nudged:
-                dx, dy, dz, spin = _change(end, start.then(nudged.pose()))
-                far += complex(dx, dy) - 1j * spin * complex(end.x, end.y)
-                lift, turn = lift + dz, turn + spin
-        found = []
-        for (number, share), pose in zip(places, poses, strict=True):
-            far, lift, turn, nudged = carried[number]
-            moved = far + 1j * turn * complex(pose.x, pose.y)
-            if nudged:
-                dx, dy, dz, spin = _change(pose, path.starts[number].then(nudged.pose(share)))
-                found.append((moved.real + dx, moved.imag + dy, lift + dz, turn + spin))
-            else:
-                found.append((moved.real, moved.imag, lift, turn))
-        return found
+    def _columns(self, robot: str, tracked: TrackedRobot, tempo: int) -> tuple[dict[int, _Column], _Column]:
+        """Return how the poses of a robot change with each unknown, and how far they are from its track: neighboring
+        samples, for which their middle one stands, together."""
+        track, path = tracked.track, TranscribedPath(self._starts[robot], self._groups.items(robot))
+        places = [path.at((sample.time - track[0].time) * tempo / 60) for sample in track]
+        poses = self._poses(robot, places)
+        missed = [_apart(pose, sample.pose) for pose, sample in zip(poses, track, strict=True)]
+        size = math.ceil(len(track) / _MAX_ROWS)
+        firsts = range(0, len(track) - size + 1, size)
+        means = [[sum(each) / size for each in zip(*missed[first : first + size], strict=True)] for first in firsts]
+        middles = [places[first + size // 2] for first in firsts]
+        poses = [poses[first + size // 2] for first in firsts]
+        meters, radians = (math.sqrt(size) / each for each in tracked.noise)
+        weights = (meters, meters, meters, radians)
+        values = self._values()
+        used = {(member.group, at) for member in self._groups.members[robot] for at in range(4) if member.signs[at]}
+        columns = {}
+        for place, unknown in enumerate(self._unknowns):
+            if unknown in used or unknown[0] == robot:
+                nudged = copy(self)
+                nudged._set([*values[:place], values[place] + _NUDGE, *values[place + 1 :]])
+                changes = list(map(_apart, poses, nudged._poses(robot, middles)))
+                columns[place] = _column(changes, [weight / _NUDGE for weight in weights])
+        return columns, _column(means, weights)
+
+
+def _apart(one: Pose, other: Pose) -> tuple[float, float, float, float]:
+    return other.x - one.x, other.y - one.y, other.z - one.z, other.heading - one.heading
+
+
+def _column(rows: Sequence[Sequence[float]], weights: Sequence[float]) -> _Column:
+    """Return weighted values of each coordinate; none of one that is always 0."""
+    found = zip(zip(*rows, strict=True), weights, strict=True)
+    return [[value * weight for value in axis] if any(axis) else [] for axis, weight in found]
 
 
 def _options(value: float, beats: Fraction, at: int, profile: Profile, yaw: float) -> Iterator[tuple[float, float]]:
@@ -260,28 +246,6 @@ def _options(value: float, beats: Fraction, at: int, profile: Profile, yaw: floa
         yield round(value / size) * size, _WORD + _DIGIT * digits
         if yaw:
             yield round(value / yaw / size) * size * yaw, _WORD + _DIGIT * digits
-
-
-def _change(one: Pose, other: Pose) -> tuple[float, float, float, float]:
-    return (
-        (other.x - one.x) / _NUDGE,
-        (other.y - one.y) / _NUDGE,
-        (other.z - one.z) / _NUDGE,
-        (other.heading - one.heading) / _NUDGE,
-    )
-
-
-def _row(values: Sequence[tuple[float, float, float, float]], weights: Sequence[float]) -> list[float]:
-    """Return weighted values one after another; neighbors are added up."""
-    size = max(1, math.ceil(len(values) / _MAX_ROWS))
-    found: list[float] = []
-    for axis, weight in zip(zip(*values, strict=True), weights, strict=True):
-        scale = weight / math.sqrt(size)
-        if size == 1:
-            found += [each * scale for each in axis]
-        else:
-            found += [sum(axis[first : first + size]) * scale for first in range(0, len(axis), size)]
-    return found
 
 
 def _factored(normal: Sequence[Sequence[float]]) -> tuple[list[list[float]], list[float]]:
@@ -314,4 +278,4 @@ def _solved(factors: Sequence[Sequence[float]], variances: Sequence[float], want
 
 
 def _dot(one: Sequence[float], other: Sequence[float]) -> float:
-    return math.fsum(map(mul, one, other))
+    return float(sum(map(mul, one, other)))

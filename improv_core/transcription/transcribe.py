@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import dropwhile, pairwise
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias
 
 from improv_core.robots.config import Robots
 from improv_core.robots.start_poses import start_poses
@@ -50,14 +50,11 @@ _CLOSER = 0.2
 _HIDDEN, _REACHED = 2.0, 5.0
 """The standard deviations by which noise may hide the error of a mean of poses, and by which it hardly ever moves one
 pose."""
-_NEAREST = 3
-"""Robots that are too far off are guided, then their stretches are nearer to their tracks, and then the nearest: from
-pose to pose, with no amounts in common."""
+_NEAR, _NEAREST = 1, 2
+"""A robot that is too far off is written again, guided by its track: by stretches that are nearer to it, and then the
+nearest: from pose to pose, with no amounts in common."""
 _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
-
-
-_T = TypeVar("_T")
 
 
 class Tolerance(NamedTuple):
@@ -97,45 +94,37 @@ def transcribe(
     tempo = tempo or _tempo(tracked, robots, tolerance, stops)
     items = {robot: items_of(each, tempo, stops)[1] for robot, each in tracked.items()}
     draft = _draft(tracked, items, tempo, robots, tolerance, 0, stops)
-    for closeness in range(1, _NEAREST + 1):
-        late = {robot: tracked[robot] for robot, excess in draft.excesses.items() if excess}
-        if not late or stops():
-            break
-        if closeness > 1:
-            items = {robot: near_items_of(each, tempo, closeness == _NEAREST) for robot, each in late.items()}
-        draft = draft.nearer(_draft(late, items, tempo, robots, tolerance, closeness, stops))
-    return Transcription(_program(draft, robots, is_whole), tempo, draft.deviations)
+    for closeness in (_NEAR, _NEAREST):
+        for robot, part in draft.items():
+            if part.excess and not stops():
+                late = {robot: tracked[robot]}
+                near = {robot: near_items_of(late[robot], tempo, closeness == _NEAREST)}
+                draft = _nearer(draft, _draft(late, near, tempo, robots, tolerance, closeness, stops))
+    deviations = {robot: part.deviation for robot, part in draft.items()}
+    return Transcription(_program(draft, tempo, robots, is_whole), tempo, deviations)
 
 
 @dataclass(frozen=True, slots=True)
-class _Draft:
-    """The content of a program: its tempo, the robots' starts and parts, and how far they are from the tracks.
+class _Part:
+    """A robot's start and its words, how round their numbers are, and how far they are from its track at most.
 
-    `excesses` are the greatest shares of a tolerance by which they are farther than that; 0 for robots that aren't.
+    `excess` is the share of a tolerance by which they are farther than that.
     """
 
-    tempo: int
-    starts: Mapping[str, Pose]
-    parts: Mapping[str, Sequence[Node]]
+    start: Pose
+    nodes: Sequence[Node]
     rounding: Rounding
-    deviations: Mapping[str, tuple[float, float]]
-    excesses: Mapping[str, float]
+    deviation: tuple[float, float]
+    excess: float
 
-    def nearer(self, other: _Draft) -> _Draft:
-        """Return a draft that takes from another one the robots that are nearer to their tracks there."""
-        nearer = {robot for robot, excess in other.excesses.items() if excess < self.excesses[robot]}
 
-        def merged(ours: Mapping[str, _T], theirs: Mapping[str, _T]) -> Mapping[str, _T]:
-            return {robot: theirs[robot] if robot in nearer else each for robot, each in ours.items()}
+_Draft: TypeAlias = Mapping[str, _Part]
+"""The parts of robots."""
 
-        return _Draft(
-            self.tempo,
-            merged(self.starts, other.starts),
-            merged(self.parts, other.parts),
-            min(self.rounding, other.rounding),
-            merged(self.deviations, other.deviations),
-            merged(self.excesses, other.excesses),
-        )
+
+def _nearer(one: _Draft, other: _Draft) -> _Draft:
+    """Return a draft that takes from another one the robots that are nearer to their tracks there."""
+    return {**one, **{robot: part for robot, part in other.items() if part.excess < one[robot].excess}}
 
 
 def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
@@ -219,13 +208,11 @@ def _draft(
 ) -> _Draft:
     """Return the draft for items at a tempo: its numbers are as coarse as the tolerance allows.
 
-    All robots have equally coarse numbers, so that they share words, but for those that are too far off even with the
-    finest ones. Those that were too far off already have their own.
+    All robots have equally coarse numbers, so that they share words, except those that are too far off even with the
+    finest ones.
     """
     begun = {robot: each.track[0].pose for robot, each in tracked.items()}
-    nearest = closeness == _NEAREST
-    items = {robot: items[robot] for robot in tracked}
-    fitted = [] if nearest else fits_of(items, begun, tracked, tempo)
+    fitted = [] if closeness == _NEAREST else fits_of(items, begun, tracked, tempo)
     profile = robots.profile_of(next(iter(tracked)))
 
     def made(step: int) -> _Draft:
@@ -235,41 +222,42 @@ def _draft(
             rounded, starts = fit.rounded(_STRICTNESS * 4.0**step, profile)
             played.update(rounded)
             placed.update(starts)
-        parts, deviations, excesses = {}, {}, {}
+        parts = {}
         for robot, each in tracked.items():
-            window = 1 if nearest else each.window
+            window = 1 if closeness == _NEAREST else each.window
             guide = Guide(each.track, tempo, window, rounding.times(_CLOSER)) if closeness else None
             words = list(written(placed[robot], played[robot], robots.profile_of(robot), guide))
-            parts[robot] = [node for node, _ in words]
             limits = _limits(tolerance, each)
             off = deviations_of(each.track, placed[robot], [item for _, item in words], tempo, limits)
-            deviations[robot] = off[-1]
-            excesses[robot] = max(
+            excess = max(
                 max(far / most.meters, turned / most.radians, 1.0) - 1
                 for (far, turned), most in zip(off, limits.values(), strict=True)
             )
-        return _Draft(tempo, placed, parts, rounding, deviations, excesses)
+            parts[robot] = _Part(placed[robot], [node for node, _ in words], rounding, off[-1], excess)
+        return parts
 
     draft = made(0)
-    if any(draft.excesses.values()) and not stops():
+    if any(part.excess for part in draft.values()) and not stops():
         finest = made(_FINEST)
-        hopeful = [robot for robot, excess in finest.excesses.items() if closeness or not excess]
-        for step in range(1, _FINEST):
-            if stops() or not any(draft.excesses[robot] for robot in hopeful):
-                break
-            draft = draft.nearer(made(step)) if closeness else made(step)
-        draft = draft.nearer(finest)
+        hopeful = [robot for robot, part in finest.items() if not part.excess]
+        step = 1
+        while step < _FINEST and any(draft[robot].excess for robot in hopeful) and not stops():
+            draft = made(step)
+            step += 1
+        draft = _nearer(draft, finest)
     return draft
 
 
-def _program(draft: _Draft, robots: Robots, is_whole: bool) -> str:
+def _program(draft: _Draft, tempo: int, robots: Robots, is_whole: bool) -> str:
     """Return the text of a program."""
-    lines = [line for line in lines_of(draft.parts) if line.items]
+    lines = [line for line in lines_of({robot: part.nodes for robot, part in draft.items()}) if line.items]
     bodies = [[folded(bracketed(part)) for part in line.parts] for line in lines]
-    names, named = with_names([body for each in bodies for body in each], list(draft.parts))
-    text = [f"beat {draft.tempo}"] if draft.tempo != USUAL else []
+    names, named = with_names([body for each in bodies for body in each], list(draft))
+    text = [f"beat {tempo}"] if tempo != USUAL else []
     order = list(dict.fromkeys(robot for line in lines for robot in line.robots))
-    text += [] if is_whole and _start_there(draft.starts, order, robots) else _opening(draft)
+    starts = {robot: part.start for robot, part in draft.items()}
+    if not is_whole or not _start_there(starts, order, robots):
+        text += _opening(starts, min(part.rounding for part in draft.values()))
     text += [""] if text else []
     text += [*(f"{name} = {series_text(body)}" for name, body in names.items()), ""] if names else []
     used = iter(named)
@@ -293,12 +281,12 @@ def _start_there(starts: Mapping[str, Pose], order: Sequence[str], robots: Robot
     return usual.keys() == starts.keys() and all(max(usual[each].apart(starts[each])) < 1e-6 for each in order)
 
 
-def _opening(draft: _Draft) -> list[str]:
+def _opening(starts: Mapping[str, Pose], rounding: Rounding) -> list[str]:
     """Return the lines that place robots at their starts."""
-    if found := formation_of(draft.starts, draft.rounding):
+    if found := formation_of(starts, rounding):
         names, words = found
         return [f"{' '.join(names)} at {words}"]
-    return [f"{robot} at {_pose_text(pose)}" for robot, pose in draft.starts.items()]
+    return [f"{robot} at {_pose_text(pose)}" for robot, pose in starts.items()]
 
 
 def _pose_text(pose: Pose) -> str:

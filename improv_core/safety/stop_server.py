@@ -27,7 +27,7 @@ READ_LIMIT = 2.0
 MAX_SILENT = 128
 """The most connections that may be silent at a time. One more closes the oldest, unless its request has arrived."""
 LOOK_PERIOD = 1.0
-"""Seconds between two looks for the socket, which somebody may have removed together with everything in /tmp."""
+"""Seconds between checks for the socket, which somebody may have removed together with everything in /tmp."""
 AGAIN = 0.05
 """Seconds until the next try if the system had no file handle for a new connection."""
 

@@ -24,7 +24,7 @@ _MIN_TREMOR = 0.01
 _MAX_POINTS = 100
 """More points of a stroke say nothing more, and each pair of them is a curve to try."""
 _PATIENCE = 6
-"""After this many more points through which a curve can't be drawn, no more are tried."""
+"""Once no curve from a point fits this many ends in a row, farther ends are not tried."""
 _ARC_COST = 1.2
 """The cost of an arc, which takes more words than a line, whose cost is 1."""
 _SLIGHT = math.radians(45)

@@ -200,18 +200,18 @@ def test_poses_in_different_frames_are_no_use() -> None:
 @pytest.mark.parametrize(
     ("toml", "options", "line"),
     [
-        ("", ["--backend", "sim"], "simulated robots begin in their places: there is nothing to drive"),
-        ("", [], "a can't be driven to its place: its poses are not in the world: add `odom`, and"),
+        ("[world]\n", ["--backend", "sim"], "simulated robots begin in their places: there is nothing to drive"),
+        ("[world]\n", [], "a can't be driven to its place: its poses are not in the world: add `odom`, and"),
         (
             TOML + "keep_apart = 1\n" + ROBOT.format("a", 0) + ROBOT.format("b", 1),
             [],
             "the places of a and b are 0.66 m apart, edge to edge: start them farther apart, or make `keep_apart`",
         ),
-        ("", ["--from", "end"], "no scene"),
+        ("[world]\n", ["--from", "end"], "no scene"),
     ],
 )
 def test_undrivable_robots_are_refused(toml: str, options: list[str], line: str, tmp_path: Path) -> None:
-    (tmp_path / "improv.toml").write_text(toml or "[world]\n")
+    (tmp_path / "improv.toml").write_text(toml)
     (tmp_path / "dance.improv").write_text("a b $ forward\n")
     ended = run("place", "dance.improv", *options, folder=tmp_path)
     assert ended.returncode == FAILED

@@ -133,6 +133,7 @@ LIBRARIES = {
     "pythonosc": ["music/osc_wire.py"],
     "resvg_py": ["commands/plot.py"],
     "serial": ["outputs/thymio/bus.py"],
+    "svg": ["transcription/svg_source.py"],
 }
 SERVERS = {
     "improv_core.classroom.student_server",

@@ -64,6 +64,9 @@ def test_a_row_that_only_repeats_the_one_before_is_left_out(tmp_path: Path) -> N
         ("a.csv", "", "it is empty"),
         ("a.svg", "<svg><rect/></svg>", "it has no path, line, polyline, or polygon"),
         ("a.svg", "<svg>", "it is no SVG"),
+        ("a.svg", '<svg><path id="b" d="M0 0 L 1"/></svg>', "a.svg, b: its path or transform is not understood"),
+        ("a.svg", '<svg><g transform="skewX(9)"/></svg>', "a.svg, g: its path or transform is not understood"),
+        ("a.svg", '<svg><line x2="1e999"/></svg>', "a.svg, line: a number is too large"),
         ("a.mcap", "no recording", "it is no MCAP recording"),
         ("a.db3", "no recording", "it is no recording of rosbag2"),
         ("a.png", "", "name a .csv, .svg, .mcap, or .db3 file"),
@@ -82,8 +85,14 @@ def test_a_drawing_is_driven_in_its_time_and_turns_at_corners(tmp_path: Path) ->
     assert all(abs(place.y) < 1e-9 or place.heading == pytest.approx(-math.pi / 2) for place in places)
 
 
+def test_a_robot_waits_at_a_dot(tmp_path: Path) -> None:
+    drawing = '<svg><path id="ada" d="M0 0h4"/><path id="bo" d="M2 1h.0001"/></svg>'
+    assert {place[1:3] for place in read(tmp_path, "a.svg", drawing, 1.0).places["bo"]} == {(2.0, -1.0)}
+
+
 @pytest.mark.parametrize(
-    "path", ["M 0 0 A 1 1 0 0 1 2 0", "m0,0 a1,1,0,0,1,2,0", "M0 0c0-.5523.4477-1 1-1s1 .4477 1 1"]
+    "path",
+    ["M 0 0 A 1 1 0 0 1 2 0", "m0,0 a1,1,0,0,1,2,0", "M0 0a1 1 0 012 0", "M0 0c0-.5523.4477-1 1-1s1 .4477 1 1"],
 )
 def test_half_a_circle_can_be_drawn_as_an_arc_or_as_curves(tmp_path: Path, path: str) -> None:
     places = read(tmp_path, "a.svg", f'<svg><g transform="scale(2)"><path d="{path}"/></g></svg>', 6.0, 0.5).places["a"]

@@ -58,5 +58,9 @@ def _complete(cls: type[Any]) -> None:
 
     with _lock:
         if cls.__init__ is _begin:
+            # attrs copies all globals of a class's module for its methods. Those of lsprotocol.types take 70 kB each
+            # time, and nothing needs them.
+            module, cls.__module__ = cls.__module__, ""
             _define(cls, slots=False, repr=False, init=True)
+            cls.__module__ = module
             attrs.resolve_types(cls, ALL_TYPES_MAP, {})

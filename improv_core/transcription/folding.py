@@ -40,47 +40,21 @@ def series(items: Sequence[Node]) -> Node:
 
 
 def bracketed(items: Sequence[Node]) -> list[Node]:
-    """Put moves of an nth of a beat into brackets of n, where they begin on a beat, and moves that are equally slow
-    under one `slow`."""
+    """Put moves of an nth of a beat into brackets of n, and moves that are equally slow under one `slow`."""
     found: list[Node] = []
-    beat = Fraction(0)
-    for beats, group in groupby(items, key=lambda each: each.beats if isinstance(each, Move) else None):
+    for beats, group in groupby(items, key=lambda each: each.beats if isinstance(each, Move) else Fraction(1)):
         moves = list(group)
-        if beats is None or beats == 1 or len(moves) < 2:
+        if beats == 1 or len(moves) < 2:
             found.extend(moves)
-            beat += sum((_length(each) for each in moves), Fraction(0))
-            continue
-        count = beats.denominator
-        if beats.numerator == 1 and count > 1:
-            lead = min(int((-beat % 1) / beats), len(moves)) if (beat % 1) % beats == 0 else len(moves)
-            found.extend(moves[:lead])
-            whole = (len(moves) - lead) // count * count
-            starts = range(lead, lead + whole, count)
-            found.extend(Bracketed(tuple(moves[first : first + count])) for first in starts)
-            found.extend(moves[lead + whole :])
+        elif beats.numerator == 1:
+            count = beats.denominator
+            whole = len(moves) // count * count
+            found.extend(Bracketed(tuple(moves[first : first + count])) for first in range(0, whole, count))
+            found.extend(moves[whole:])
         else:
             plain = tuple(Move(Fraction(1), each.voices) for each in moves if isinstance(each, Move))
             found.append(Shaped("slow" if beats > 1 else "fast", (beats if beats > 1 else 1 / beats,), folded(plain)))
-        beat += beats * len(moves)
     return found
-
-
-def _length(node: Node) -> Fraction:
-    """Return the beats of a node without names."""
-    match node:
-        case Move(beats, _):
-            return beats
-        case NodeSeries(items):
-            return sum((_length(each) for each in items), Fraction(0))
-        case Shaped(by, numbers, body):
-            inner = _length(body)
-            if by in ("repeat", "slow"):
-                return inner * numbers[0]
-            if by == "fast":
-                return inner / numbers[0]
-            return 2 * inner / sum(numbers) if by == "ramp" else inner
-        case _:
-            return Fraction(1)
 
 
 def folded(items: Sequence[Node]) -> Node:
@@ -92,7 +66,7 @@ def folded(items: Sequence[Node]) -> Node:
             break
         _, first, period, times = best
         body = left[first : first + period]
-        left[first : first + period * times] = [Shaped("repeat", (Fraction(times),), series(body))]
+        left[first : first + period * times] = [Shaped("repeat", (Fraction(times),), folded(body))]
     return series(left)
 
 

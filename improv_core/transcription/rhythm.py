@@ -31,14 +31,16 @@ _DENSE = 1.5
 """The fewest stretches in each beat of such an `ease`."""
 _BAD = 30.0
 """The cost of a motion, besides that of noise, above which there are several."""
-_GENTLE_COST = 4.0
-"""The cost of a gentle movement besides what it is made of."""
+_GENTLE_COST, _RATES_COST = 4.0, 6.0
+"""The cost of a gentle movement besides what it is made of, and that of the rates of a `ramp`."""
 _MAX_GENTLE = 32
 """The most beats of a gentle movement."""
 _FEW = 20
 """Poses that are enough to refute most movements that aren't gentle."""
 _SWELL = 0.7
-"""In the first eighth of an `ease`, a robot moves less than this share of its movement in the second eighth."""
+"""In the first part of an `ease`, a robot moves less than this share of its movement in the second part."""
+_SWELL_BEATS = 0.25
+"""Such a part is an eighth of the movement, or so many beats, which a coarse grid shows, but at most a quarter."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})
 """The parts of both rates of a `ramp` that its first one may be."""
 _FINE = 1e-5
@@ -219,10 +221,8 @@ def _gentle_spans(
         place = min(max(bisect_right(ends, beat) - 1, 0), len(placed) - 1)
         return moved[place] + (beat - ends[place]) * rates[place]
 
-    def swells(start: float, eighth: float) -> bool:
-        return abs(until(start + eighth) - until(start)) < _SWELL * abs(
-            until(start + 2 * eighth) - until(start + eighth)
-        )
+    def swells(start: float, part: float) -> bool:
+        return abs(until(start + part) - until(start)) < _SWELL * abs(until(start + 2 * part) - until(start + part))
 
     steps = sorted(after.time - here.time for here, after in pairwise(robot.track))
     loose = 1.01 * steps[len(steps) // 2] / seconds
@@ -239,9 +239,10 @@ def _gentle_spans(
                 for end in stops[past]:
                     if start >= end:
                         continue
-                    eighth = float(end - start) / 8
-                    if eases and swells(float(start), eighth) and swells(float(end), -eighth):
-                        found[start, end, RateCurve()] = past - first >= max(_DENSE * float(end - start), 4)
+                    beats = float(end - start)
+                    part = min(beats / 4, max(beats / 8, _SWELL_BEATS))
+                    if eases and swells(float(start), part) and swells(float(end), -part):
+                        found[start, end, RateCurve()] = past - first >= max(_DENSE * beats, 4)
                     if ratio is not None:
                         found.setdefault((start, end, RateCurve(2 * ratio)), False)
     return found
@@ -315,4 +316,5 @@ def _gentle(
     cost, placed = _placed(fits, nodes, seconds)
     if not placed or placed[-1].end != beats:
         return math.inf, None
-    return cost + _GENTLE_COST, Gentle(curve, tuple(each.motion for each in placed))
+    cost += _GENTLE_COST + (0.0 if curve.start is None else _RATES_COST)
+    return cost, Gentle(curve, tuple(each.motion for each in placed))

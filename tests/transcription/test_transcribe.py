@@ -84,6 +84,7 @@ def check(before: str, after: str | None = None, noise: tuple[float, float] = (0
         "a b c at circle 2\n\na b c $ repeat 3 (forward right)",
         "a b c at line 1\n\na b c $ repeat 3 (forward right)",
         "a $ left radius 40cm forward left radius 40cm backward",
+        "a $ repeat 3 (repeat 4 (forward || halfright) left strafeleft)",
     ],
 )
 def test_a_program_comes_back_from_its_path(program: str) -> None:
@@ -127,6 +128,8 @@ def test_starts_are_left_out_if_robots_start_there_anyway() -> None:
         "a $ repeat 4 (forward left)",
         "a $ repeat 2 (forward ease (left left))",
         "beat 80\n\na $ forward 80cm repeat 3 (ease (strafeleft right) forward)",
+        "beat 80\n\na $ forward right repeat 3 (halfleft backward ease right radius 1m)",
+        "beat 80\n\na $ left 60deg halfleft backward halfleft",
     ],
 )
 def test_noise_of_5_mm_and_1_degree_changes_nothing(program: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import accumulate as count_up
 from itertools import count
@@ -64,20 +64,16 @@ class Series(Several, InTurn):
     """Movements that play one after another."""
 
     first_throws: tuple[int, ...]  # the throw at which each item begins, counted from the first; empty without dice
-    _ends: tuple[Duration, ...] = field(init=False, repr=False)
-    """A cache, which is not set before it is asked for: few of the series of a long program are entered midway."""
 
     NAME = "series"
 
     @property
     def ends(self) -> Sequence[Duration]:
         """The beat at which each item ends."""
-        try:
-            return self._ends
-        except AttributeError:
-            ends = tuple(count_up(item.duration for item in self.items))
-            object.__setattr__(self, "_ends", ends)  # a movement is frozen
-            return ends
+        known = self.known
+        if known.ends is None:
+            known.ends = tuple(count_up(item.duration for item in self.items))
+        return known.ends
 
     def throw_of(self, index: int, throw: T) -> T:
         return throw.after(self.first_throws[index]) if self.first_throws else throw

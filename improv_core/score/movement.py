@@ -244,11 +244,15 @@ class JsonForm(NamedTuple):
     read: Callable[[Any], Any]
 
 
-class KnownLengths(dict[Fraction, "Lengths"]):
-    """The lengths of an open movement at some rates. If they `scale`, they are half as long at twice the rate: a robot
-    never stands in it until a whole beat."""
+class Known(dict[Fraction, "Lengths"]):
+    """Results about a movement that were asked for. Few movements of a long program have any.
+
+    They are the lengths of an open movement at some rates, and the `ends` of the items of a series. If the lengths
+    `scale`, they are half as long at twice the rate: a robot never stands in it until a whole beat.
+    """
 
     scale = True
+    ends: Sequence[Duration] | None = None
 
 
 @value(frozen=True, slots=True, eq=False)
@@ -262,7 +266,7 @@ class Movement:
     duration: Duration
     uniform: Velocity | None
     bounds: Bounds
-    _lengths: KnownLengths = field(init=False, repr=False)
+    _known: Known = field(init=False, repr=False)
     """A cache, which is not set before it is asked for: the other fields decide what is in it."""
 
     NAME: ClassVar[str]
@@ -295,12 +299,12 @@ class Movement:
         return False
 
     @property
-    def known_lengths(self) -> KnownLengths:
+    def known(self) -> Known:
         try:
-            return self._lengths
+            return self._known
         except AttributeError:
-            object.__setattr__(self, "_lengths", KnownLengths())  # a movement is frozen
-            return self._lengths
+            object.__setattr__(self, "_known", Known())  # a movement is frozen
+            return self._known
 
     @property
     def dice(self) -> bool:

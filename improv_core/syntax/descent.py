@@ -32,6 +32,8 @@ DEEPEST = 200
 """The most levels of nested brackets and transformers."""
 AT_ONCE = 100
 """Terms between two places where parsing can be interrupted: less than a millisecond."""
+SHORT = 3
+"""The most tokens of a number that all statements share: `3/2` has as many."""
 
 
 class TooDeepError(Exception):
@@ -77,17 +79,16 @@ def _primitive(text: str, start: int, end: int) -> Primitive:
     return Primitive(place, word, hold(word.velocity, span=place))
 
 
-@lru_cache(maxsize=20_000)
-def single(token: Token) -> Number:
-    return Number(token.span, token.text, (token,))
-
-
 def number_of(factors: Sequence[Token]) -> Number:
-    """Return a number, or a product: its factors, with the operators between them."""
-    if len(factors) == 1:
-        return single(factors[0])
-    text = "".join([token.text for token in factors])
-    return Number(_SPANS[factors[0].start, factors[-1].end], text, tuple(factors))
+    """Return a number, or a product: its factors, with the operators between them. All statements share short ones."""
+    return _short_number(*factors) if len(factors) <= SHORT else _number(*factors)
+
+
+def _number(*factors: Token) -> Number:
+    return Number(_SPANS[factors[0].start, factors[-1].end], "".join([token.text for token in factors]), factors)
+
+
+_short_number = lru_cache(maxsize=20_000)(_number)
 
 
 _END = "$END"

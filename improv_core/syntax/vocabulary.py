@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 from improv_core.score import algebra, dice, ramps, reactions
 from improv_core.score.bounds import swaps_sides
@@ -24,6 +25,9 @@ from improv_core.syntax.word import (
 
 TRANSFORMERS = (Kind.PLAIN, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR, Kind.RAMP, Kind.GUARD)
 """Kinds of words that apply to the one term after them and after their arguments."""
+
+
+_all_by = lru_cache(maxsize=1_000, typed=True)(all_by)  # the lines of a program scale by few numbers, and share them
 
 
 def _primitive(text: str, about: str) -> Word:
@@ -162,7 +166,7 @@ WORDS: Mapping[str, Word] = {
             Kind.FACTOR,
             "Makes the path this many times as large, in the same time.",
             (_FACTOR,),
-            make=lambda it: algebra.gain(it.body, all_by(it.number)),
+            make=lambda it: algebra.gain(it.body, _all_by(it.number)),
             poses=False,
             needless=_by_one,
         ),

@@ -142,6 +142,14 @@ def _play(run: Run, play: Play, facts: Facts) -> RunAndActs:
     return replace(run, next=swap), [CreatePublishers(score)]
 
 
+def _awaited(run: Run, event: events.Awaited, facts: Facts) -> RunAndActs:
+    """Begin if nothing is left to wait for, unless this stage hung when real robots had to begin by themselves."""
+    opened = run.gate and run.gate.ready and run.gate.late(facts.now, facts.wall) >= 0
+    if facts.real and opened and event.late > LATE:
+        return stop_rules.stalled(run, events.Stalled(event.late), facts)
+    return start_rules.awaited(run, event, facts)
+
+
 def _seek(run: Run, asked: float, facts: Facts) -> RunAndActs:
     if run.score is EMPTY or run.mode == "waiting":
         return run, []
@@ -279,7 +287,7 @@ def _replaced(run: Run, event: events.Replaced, facts: Facts) -> RunAndActs:
 _RULES: Mapping[type[Internal], Callable[[Run, Any, Facts], RunAndActs]] = {
     Play: _play,
     events.Restarted: start_rules.restarted,
-    events.Awaited: start_rules.awaited,
+    events.Awaited: _awaited,
     events.Listened: start_rules.listened,
     events.Replaced: _replaced,
     events.EmergencyStop: stop_rules.emergency_stop,

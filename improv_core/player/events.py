@@ -33,6 +33,9 @@ class Restarted:
 class Awaited:
     """Beat 0 has waited for a while."""
 
+    late: float = 0.0
+    """Seconds by which the stage looks too late whether it may begin: it hung."""
+
 
 @dataclass(frozen=True, slots=True)
 class Listened:

@@ -72,7 +72,7 @@ class Player:
         if self.run.mode == "waiting":
             if self.run.is_due:
                 return now
-            left = time_left(gate, self._tracks.wall()) if (gate := self.run.gate) else 0.0
+            left = time_left(gate, now, self._tracks.wall()) if (gate := self.run.gate) else 0.0
             return now + (min(LOOK_WHILE_ARMED, left) if left > 0 else LOOK_AGAIN)
         due = self._tracks.next_due().at
         if due < math.inf:
@@ -83,9 +83,10 @@ class Player:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
         return now + (self._sink.period or LOOK_AGAIN) if _still_move(self._tracks) else math.inf
 
-    def advance(self, now: float) -> None:
+    def advance(self, now: float, late: float = 0.0) -> None:
+        """Do what is due, `late` seconds after the deadline."""
         if self.run.mode == "waiting":
-            self._decide(events.Awaited(), now)
+            self._decide(events.Awaited(late), now)
         else:
             self._tracks.unsettled = True
             is_seen = now < self._tracks.separation.deadline(self.run)

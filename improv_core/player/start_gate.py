@@ -20,7 +20,8 @@ class Gate:
     ready: bool = False
     """True once it waits for nothing else."""
     opened: float | None = None
-    """The time at which a person opened it, in monotonic seconds: beat 0 is then."""
+    """The time at which it opens in monotonic seconds, once a person, a count, or a bar has set that: beat 0 is then.
+    From there on, nobody changes it by setting the wall clock."""
     at_bar: bool = False
     """True if it opens at the next bar of a clock that is followed."""
     count: int = 0
@@ -32,8 +33,9 @@ class Gate:
     shared: bool = False
     """True if beat 0 is at the same time on other machines."""
 
-    def is_open(self, wall: float) -> bool:
-        return wall >= self.begins
+    def late(self, now: float, wall: float) -> float:
+        """Return the seconds since it has opened; negative until then."""
+        return wall - self.begins if self.opened is None else now - self.opened
 
 
 def counted(gate: Gate | None, beats: int) -> Gate:
@@ -54,9 +56,9 @@ def counting(gate: Gate, now: float, wall: float, period: float) -> Gate:
     return replace(gate, ready=True, begins=wall + left, opened=now + left, period=period)
 
 
-def counts(gate: Gate, wall: float) -> bool:
+def counts(gate: Gate, now: float, wall: float) -> bool:
     """Return whether the beats before beat 0 are being counted."""
-    return gate.ready and gate.count > 0 and gate.begins - wall <= gate.count * gate.period
+    return gate.ready and gate.count > 0 and -gate.late(now, wall) <= gate.count * gate.period
 
 
 def is_news(before: Gate | None, after: Gate | None) -> bool:
@@ -83,14 +85,14 @@ def is_ready(gate: Gate | None) -> bool:
     return gate is not None and gate.ready and not (gate.at_bar and gate.begins < math.inf)
 
 
-def time_left(gate: Gate, wall: float) -> float:
+def time_left(gate: Gate, now: float, wall: float) -> float:
     """Return the seconds until a gate opens by itself, if nothing else has to be waited for; otherwise 0."""
-    return max(gate.begins - wall, 0.0) if gate.ready else 0.0
+    return max(-gate.late(now, wall), 0.0) if gate.ready else 0.0
 
 
-def lateness(gate: Gate, wall: float) -> str:
+def lateness(gate: Gate, now: float, wall: float) -> str:
     """Return the line about a late beginning; empty if it is in time, or if it catches up with a clock."""
-    late = wall - gate.begins if gate.begins > -math.inf and not gate.at_bar else 0.0
+    late = gate.late(now, wall) if gate.begins > -math.inf and not gate.at_bar else 0.0
     return f"begins {late:.2f} s late: the stage still waited for robots, or the clock was set" if late > LATE else ""
 
 

@@ -109,7 +109,7 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> RunAndActs:
     if (
         run.gate
         and run.score.moves
-        and not run.gate.is_open(facts.wall)
+        and run.gate.late(facts.now, facts.wall) < 0
         and (run.gate.ready or not _displaced(run, facts.places))
     ):
         if run.gate.ready:
@@ -132,7 +132,7 @@ def _begin(run: Run, facts: Facts) -> RunAndActs:
     zero, passed, late = facts.now, 0.0, ""
     if gate := run.gate:
         zero, passed = start_gate.beat_zero(gate, facts.now), start_gate.passed(gate, facts.now)
-        late = start_gate.lateness(gate, facts.wall)
+        late = start_gate.lateness(gate, facts.now, facts.wall)
     run = replace(run, transport=replace(run.transport, zero=zero))
     run, acts = play_from(run, run.later(0, passed), 0.0, facts, facts.places)
     told = [warning_line(late)] if late and run.mode == "playing" else []
@@ -278,9 +278,9 @@ def _opened(run: Run, closed: Gate, facts: Facts) -> Gate:
     """Return the gate after a person opens it: at the next bar of a clock that runs, after a count, or at once."""
     left = run.clock.until(0, run.slope, run.bar, facts.now) if run.clock else math.inf
     if left < math.inf:
-        return replace(closed, begins=facts.wall + left, at_bar=True, count=0)
+        return replace(closed, begins=facts.wall + left, opened=facts.now + left, at_bar=True, count=0)
     if closed.count:
-        counts = start_gate.counts(closed, facts.wall)
+        counts = start_gate.counts(closed, facts.now, facts.wall)
         return closed if counts else start_gate.counting(closed, facts.now, facts.wall, run.beat_period)
     return replace(closed, begins=-math.inf, at_bar=False, opened=facts.now)
 

@@ -138,7 +138,7 @@ def _warned(run: Run) -> RunAndActs:
 def _at_bar(run: Run, clock: Following, facts: Facts) -> Run:
     """Set beat 0 to the next bar of the clock, if it waits for that."""
     gate = run.gate
-    if not gate or not gate.at_bar or (gate.ready and abs(gate.begins - facts.wall) < OPENS):
+    if not gate or not gate.at_bar or (gate.ready and abs(gate.late(facts.now, facts.wall)) < OPENS):
         return run
     left = clock.until(0, run.slope, run.bar, facts.now)
     return replace(run, gate=replace(gate, begins=facts.wall + left, opened=facts.now + left))

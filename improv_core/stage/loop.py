@@ -93,7 +93,7 @@ def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int
                     return 1
                 loop.take(arrival, clock.now())
             if (now := clock.now()) >= deadline:  # even if another arrival waits: robots must not wait for a flood
-                loop.advance(now)
+                loop.advance(now, now - deadline)
     except Exception as error:
         loop.failed = True
         # At once: to stop robots that have yet to be found may take longer than the parent waits for an answer.
@@ -142,7 +142,8 @@ class Loop:
         if slept > SLEPT and self._may_move:
             self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: play again", now)
 
-    def advance(self, now: float) -> None:
+    def advance(self, now: float, late: float = 0.0) -> None:
+        """Do what is due, `late` seconds after the deadline."""
         if self._may_move and self._parent.is_silent(now):
             self._parent_lost(now)
         for what in [what for what, until in self._held.items() if now >= until]:
@@ -150,7 +151,7 @@ class Loop:
         while self._commands.comes_now and (arrival := self._commands.next()):
             self._do(arrival, now)  # first, because setpoints that have been sent can't be taken back
         if not self._commands.is_busy or now >= self.player.deadline(now):
-            self.player.advance(now)
+            self.player.advance(now, late)
         if (zeros := self._opened.sink.pending_zeros) and now >= zeros.due:
             zeros.retry(now)
         self._do_next()

@@ -117,6 +117,12 @@ class Stage:
             self.player.advance(self.now)
         self.now = end
 
+    def hang(self, seconds: float) -> None:
+        """Do nothing for this long, and then what was due meanwhile."""
+        deadline = self.player.deadline(self.now)
+        self.now += seconds
+        self.player.advance(self.now, self.now - deadline)
+
     def run_busy(self, seconds: float) -> None:
         """Run as before, but sending takes time too."""
         end = self.now + seconds

@@ -108,3 +108,53 @@ def test_it_begins_at_its_time_on_the_wall_clock(at: float, set_by: float, begin
     assert armed.zero == pytest.approx(begins, abs=1e-3)
     assert armed.stage.sink.changes("r")[0] == (0, 2, 0)
     assert armed.says == ([True, False] if at else [])
+
+
+@pytest.mark.parametrize("set_by", [3600.0, 2.0, -2.0, -3600.0])
+def test_a_count_lasts_as_long_if_the_wall_clock_is_set_meanwhile(set_by: float) -> None:
+    armed = Armed()
+    armed.load(None, COUNTED)
+    armed.stage.run(1)
+    armed.ahead += set_by
+    armed.stage.run(6)
+    assert armed.zero == pytest.approx(4, abs=1e-6)
+    assert armed.stage.lines == []
+
+
+@pytest.mark.parametrize("arming", [None, {"begins": 1000.0 + AHEAD + 4}], ids=["counted", "at a time"])
+@pytest.mark.parametrize(
+    ("since", "hung", "state"),
+    [
+        (3.9, 0.4, "playing"),  # a little late
+        (1.0, 2.9, "playing"),  # it runs again in time
+        (1.0, 9.0, "stopped"),  # as if somebody had just asked for it
+        (3.95, 0.7, "stopped"),
+    ],
+)
+def test_real_robots_stand_if_the_stage_hung_when_they_had_to_begin(
+    arming: Arming | None, since: float, hung: float, state: str
+) -> None:
+    armed = Armed()
+    armed.stage.sink.real = True
+    armed.load(arming, COUNTED)
+    armed.stage.run(since)
+    armed.stage.hang(hung)
+    armed.stage.run(10)
+    lines = [line for line in armed.stage.lines if "stalled" in line]
+    assert armed.stage.player.run.mode == ("ended" if state == "playing" else state)
+    assert bool(lines) == (state == "stopped")
+    assert any(twist.x for _, _, twist in armed.stage.sink.sent) == (state == "playing")
+
+
+def test_a_clock_that_is_set_is_no_hang_and_simulated_robots_begin_late() -> None:
+    for real, arming in ((True, Arming(begins=1000.0 + AHEAD + 20)), (False, None)):
+        armed = Armed()
+        armed.stage.sink.real = real
+        armed.load(arming, COUNTED)
+        armed.stage.run(1)
+        if real:
+            armed.ahead += 60
+        else:
+            armed.stage.hang(9)
+        armed.stage.run(1)
+        assert armed.stage.player.run.mode == "playing"

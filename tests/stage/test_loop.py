@@ -279,6 +279,16 @@ def test_what_people_asked_for_before_they_knew_that_the_parent_was_silent_is_re
     assert states(told) == ["playing", "stopped", "stopped", "playing", "stopped"]
 
 
+def test_real_robots_do_not_begin_by_themselves_after_the_stage_hung() -> None:
+    counted = load("r $ repeat forward\n")
+    counted = replace(counted, score=replace(counted.score, count_in=True))
+    for late, stalls in ((0.3, False), (1.5, True)):
+        sink = Memory()
+        told = perform(sink, (0, counted), (12, End()), late=late)
+        assert errors(told) == ["the stage stalled for 1.5 s, so all robots were stopped: play again"] * stalls
+        assert any(twist != STILL for *_, twist in sink.sent) == (not stalls)
+
+
 SLEPT = "the machine was asleep for 30 s, so all robots were stopped: play again"
 
 

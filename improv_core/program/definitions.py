@@ -59,9 +59,14 @@ class Definition:
     name: str
     statement: int
     movement: Movement
-    items: Items
+    other_items: Items | None = None
+    """Its items, if they aren't those that its movement has in this statement."""
     phrase: Phrase | None = None
     takes: Takes | None = None
+
+    @property
+    def items(self) -> Items:
+        return self.other_items or own_items(self.movement, self.statement)
 
     @property
     def head(self) -> str:
@@ -70,6 +75,11 @@ class Definition:
             return f"{self.name} {self.takes.value}"
         parameters = self.phrase.parameters if self.phrase else ()
         return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
+
+
+def own_items(movement: Movement, statement: int) -> Items:
+    """Return the items of a movement that is written in this statement: those of a series, or itself."""
+    return Items(movement.items if isinstance(movement, algebra.Series) else (movement,), statement)
 
 
 Scope = Mapping[str, Definition | None]
@@ -143,4 +153,4 @@ def _predefined(parts: frozenset[str]) -> Mapping[str, Definition]:
 
 @lru_cache(maxsize=1_000)  # the same word has the same definition, so its uses keep their meanings
 def _word(name: str, takes: Takes) -> Definition:
-    return Definition(name, NOWHERE, NOTHING, Items((), NOWHERE), takes=takes)
+    return Definition(name, NOWHERE, NOTHING, takes=takes)

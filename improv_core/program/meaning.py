@@ -6,13 +6,12 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
-from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
+from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes, own_items
 from improv_core.program.measures import without_units, wrong_measures
 from improv_core.program.misuse import check_conditions, misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
 from improv_core.program.reader import Reader, Reading, takes
-from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import NOWHERE, Movement
 from improv_core.syntax import nodes
@@ -102,9 +101,10 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if sign.type == "EQUAL":
         _check_head(statement, diagnostics)
         phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
-        items = reader.items(body) if body and not phrase else Items((), statement_id)
+        items = reader.items(body) if body and not phrase else own_items(meant, statement_id)
         if statement.defines:
-            definition = Definition(statement.defines, statement_id, meant, items, phrase)
+            other_items = items if items != own_items(meant, statement_id) else None
+            definition = Definition(statement.defines, statement_id, meant, other_items, phrase)
     diagnostics += reader.found
     unresolved: tuple[Name, ...] = ()
     misused: tuple[Name | Call, ...] = ()

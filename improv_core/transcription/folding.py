@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import groupby
 
@@ -19,7 +18,6 @@ from improv_core.transcription.wording import (
     around,
     cost,
     cost_of_text,
-    series_text,
     turned,
 )
 
@@ -101,26 +99,12 @@ def with_names(lines: Sequence[Node], taken: Sequence[str]) -> tuple[dict[str, N
             break
         name = free[len(names)]
         replaced = _replacing(best, name)
-        names = {each: replaced(body) for each, body in names.items()}
+        bodies = [(each, replaced(body)) for each, body in names.items()]
+        first = next((at for at, (each, body) in enumerate(bodies) if body != names[each]), len(bodies))
+        bodies.insert(first, (name, series(best)))  # before its first use
+        names = dict(bodies)
         found = [replaced(line) for line in found]
-        names[name] = series(best)
-    return _in_order(names), found
-
-
-def _in_order(names: Mapping[str, Node]) -> dict[str, Node]:
-    """Return the definitions so that each comes before its uses."""
-    ordered: dict[str, Node] = {}
-
-    def add(name: str) -> None:
-        if name not in ordered:
-            for other in names:
-                if other != name and other in re.findall(r"\w+", series_text(names[name])):
-                    add(other)
-            ordered[name] = names[name]
-
-    for name in names:
-        add(name)
-    return ordered
+    return names, found
 
 
 Window = tuple[Node, ...]

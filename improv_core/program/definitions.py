@@ -66,7 +66,7 @@ class Definition:
 
     @property
     def items(self) -> Items:
-        return self.other_items or own_items(self.movement, self.statement)
+        return self.other_items or Items(own_items(self.movement), self.statement)
 
     @property
     def head(self) -> str:
@@ -77,9 +77,9 @@ class Definition:
         return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
 
 
-def own_items(movement: Movement, statement: int) -> Items:
-    """Return the items of a movement that is written in this statement: those of a series, or itself."""
-    return Items(movement.items if isinstance(movement, algebra.Series) else (movement,), statement)
+def own_items(movement: Movement) -> tuple[Movement, ...]:
+    """Return the items of a series; those of any other movement are the movement itself."""
+    return movement.items if isinstance(movement, algebra.Series) else (movement,)
 
 
 Scope = Mapping[str, Definition | None]

@@ -101,9 +101,9 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if sign.type == "EQUAL":
         _check_head(statement, diagnostics)
         phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
-        items = reader.items(body) if body and not phrase else own_items(meant, statement_id)
+        items = reader.items(body) if body and not phrase else None
         if statement.defines:
-            other_items = items if items != own_items(meant, statement_id) else None
+            other_items = None if items == (own_items(meant), statement_id) else items
             definition = Definition(statement.defines, statement_id, meant, other_items, phrase)
     diagnostics += reader.found
     unresolved: tuple[Name, ...] = ()

@@ -18,7 +18,7 @@ from improv_core.syntax.word import Kind
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MAX_NAMES, MAX_COMPARED = 2_000, 20
 """The most names that are searched for one like an unknown name, and the most that are fully compared with it."""
-_Table = Mapping[str, tuple[int, ...]]
+_Table = dict[str, tuple[int, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +52,15 @@ class Bindings:
         """Return the bindings after some statements have been replaced by others at the same indices."""
         if all(_names(before[index]) == _names(statement) for index, statement in now.items()):
             return self  # true after most keys
-        defined, used = dict(self.defined), dict(self.used)
+        is_renamed = any(before[index].defines != statement.defines for index, statement in now.items())
+        defined, used = dict(self.defined) if is_renamed else self.defined, dict(self.used)
         names: set[str] = set()  # names whose definitions or uses have changed
         for index, statement in now.items():
             names |= _moved(defined, index, _defines(before[index]), _defines(statement))
             names |= _moved(used, index, before[index].uses, statement.uses)
         unused = self.unused.difference(*(self.defined.get(name, ()) for name in names))
         unused = unused.union(*(_unused(name, defined, used) for name in names if name in defined))
-        nearest = self.nearest if defined.keys() == self.defined.keys() else _nearest(defined)
+        nearest = _nearest(defined) if is_renamed else self.nearest
         return Bindings(defined, used, unused, nearest, _spellings(defined, used))
 
 

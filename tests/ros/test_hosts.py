@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.outputs.ros.nodes import TRANSPORTS
 from tests.processes import lines_until
 from tests.ros.conftest import LIMIT, Listener, Others, Publisher
 from tests.ros.hosts import FIRST, SECOND, Host, behind_a_router, on_one_link, set_link
@@ -194,3 +195,18 @@ def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_
         playing.communicate(timeout=LIMIT)
         both.robot.hear_all()
         assert both.robot.heard == []
+
+
+def test_a_node_shares_no_memory_with_others_whose_check_would_hold_up_commands(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str]
+) -> None:
+    here, _ = hosts.enter_context(on_one_link())
+    node = "import os; from improv_core.outputs.ros.nodes import Nodes; a = Nodes('a'); print(os.listdir('/dev/shm'))"
+
+    def shared(**env: str) -> str:
+        command = here.command(ros_python, "-c", node)
+        env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", **env}
+        return subprocess.run(command, env=env, capture_output=True, text=True, timeout=LIMIT, check=True).stdout
+
+    assert "fastrtps_" in shared(**{TRANSPORTS: "DEFAULT"})
+    assert "fastrtps_" not in shared()

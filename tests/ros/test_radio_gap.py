@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from improv_core.outputs.ros.nodes import TRANSPORTS
 from improv_core.safety.pending_zeros import LAST_ZEROS
 from tests.commands.command_line import IMPROV, stop_within
 from tests.ros.conftest import LIMIT, SHORT_LEASE, Listener, Others
@@ -30,7 +31,7 @@ class Field:
         self._there = there
         self._runtime = stack.enter_context(TemporaryDirectory(dir="/tmp"))  # paths of sockets must be short
         self._env = {**env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "XDG_RUNTIME_DIR": self._runtime}
-        self._env["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"  # processes of one host here share no memory
+        self._env[TRANSPORTS] = "UDPv4"  # processes of one host here share no memory
         (folder / "dance.improv").write_text("r $ repeat forward\n")
         over_there = Others(there.wrapper(python, folder), self._env)
         stack.callback(over_there.close)

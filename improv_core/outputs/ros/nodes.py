@@ -26,6 +26,13 @@ PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 """The variable that names the settings of Fast DDS 2. Fast DDS 3 has another one, and other settings."""
 OURS = Path(__file__).with_name("fast_dds.xml")
 """The settings with which nodes find each other soon."""
+TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
+"""The variable that names the transports of Fast DDS.
+
+When another node comes, Fast DDS checks the memory that both share for up to a third of a second, and publishes nothing
+meanwhile (eProsima/Fast-DDS issue 6535). So our nodes use UDP, except where discovery is limited to this machine: then
+ROS sets the transports itself.
+"""
 _IN = r"/(?:\w+/)*"
 """The namespace before a node's name."""
 
@@ -179,6 +186,7 @@ def _node(context: Any, name: str, arguments: Sequence[str], **options: Any) -> 
     from rclpy.signals import SignalHandlerOptions
 
     os.environ.setdefault(PROFILES, str(OURS))
+    os.environ.setdefault(TRANSPORTS, "UDPv4")
     # rclpy's own handlers would invalidate the context before the last zero is sent.
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)

@@ -44,8 +44,6 @@ from improv_core.score.transport import Transport
 
 OPENS = 0.05
 """Seconds before robots come in with a clock from which on that moment stays as it is."""
-FEW = 10
-"""The most robots that are checked so fast that beat 0 need not wait for that."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
 
 QUIET = 10.0
@@ -120,11 +118,8 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> RunAndActs:
             acts.append(warning_line(f"the dance begins at the next bar of {run.clock.name}, once it is heard"))
         ready = start_gate.made_ready(run.gate, facts.now, facts.wall, run.beat_period)
         return replace(run, gate=ready), [*acts, Report()]
-    if event.moving is None or len(run.score.parts) > FEW:
-        # Checking robots takes time: 0.2 s while the network finds them, 20 ms for a hundred. Beat 0 comes after it.
-        return replace(run, is_due=True), acts
-    run, more = _begin(run, facts)
-    return run, [*acts, *more]
+    # Checking robots takes time: 0.2 s while the network finds them, 20 ms for a hundred. Beat 0 comes after it.
+    return replace(run, is_due=True), acts
 
 
 def _begin(run: Run, facts: Facts) -> RunAndActs:

@@ -294,6 +294,8 @@ class Loop:
         self._unannounced = asked.score, load["generation"]
         at = self._as_of(load.get("at"), now)
         self.player.take(asked, at, min(self._late(load, at), LATEST))
+        if self.player.run.is_due:
+            self.player.advance(self._clock.now())
         self._announce()
 
     def _obey(self, message: ToStage, now: float) -> None:

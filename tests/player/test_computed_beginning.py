@@ -6,12 +6,11 @@ import pytest
 
 from improv_core.player.active_parts import ComputedBeginning
 from improv_core.player.player import Player
-from improv_core.player.start_rules import FEW
 from improv_core.protocol.commands import Speed
 from tests.player.plays import to_play
 from tests.player.test_player import Memory, score
 
-ROBOTS = [f"r{number}" for number in range(FEW + 1)]
+ROBOTS = [f"r{number}" for number in range(11)]
 
 
 def check(monkeypatch: pytest.MonkeyPatch, program: str, *meanwhile: Speed) -> None:

@@ -14,7 +14,7 @@ from improv_core.player.sensing import Foreseen
 from improv_core.player.subscribers import LOOK_AT, MAX_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.protocol.messages import FromStage, TransportMessage, When
+from improv_core.protocol.messages import FromStage, Play, TransportMessage, When
 from improv_core.protocol.output import Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
@@ -102,7 +102,13 @@ class Stage:
 
     def perform(self, dance: Score, number: int = 1, when: When = "restart", **rest: Any) -> None:
         """Have the player take a score."""
-        self.player.take(to_play(dance, number, when, **rest), self.now)
+        self.request(to_play(dance, number, when, **rest))
+
+    def request(self, asked: Play) -> None:
+        """Have the player take a request, and begin at once if beat 0 is due, as a stage does."""
+        self.player.take(asked, self.now)
+        if self.player.run.is_due:
+            self.player.advance(self.now)
 
     def ask(self, kind: str, **given: Any) -> None:
         """Have the player take a message of this type."""

@@ -63,7 +63,7 @@ class Robot:
         how: dict[str, Any] = {"odom_frame": self.odom_frame, "follow": follow, "use_sim_time": use_sim_time}
         parts = {name: replace(part, odom=f"/{name}/odom", **how) for name, part in read.parts.items()}
         read = replace(read, parts=parts, safety=Safety(faults=rules or FaultRules()))
-        self.player.take(to_play(read, len(self.stage.told) + 1, when, anyway=anyway), self.stage.now)
+        self.stage.request(to_play(read, len(self.stage.told) + 1, when, anyway=anyway))
 
     def run(self, seconds: float) -> None:
         self.stage.run(seconds)
@@ -234,7 +234,7 @@ class Follower(Robot):
     def play(self, program: str = "beat 60\nr $ forward rest forward\n", when: Any = "restart", **_: Any) -> None:
         (part,) = score(program).parts.values()
         part = replace(part, odom="/r/odom", follow=True, profile=TURTLEBOT3_BURGER)
-        self.player.take(to_play(replace(score(program), parts={"r": part}), 1, when), self.stage.now)
+        self.stage.request(to_play(replace(score(program), parts={"r": part}), 1, when))
 
     @property
     def sent(self) -> list[tuple[float, float]]:

@@ -244,7 +244,7 @@ class JsonForm(NamedTuple):
     read: Callable[[Any], Any]
 
 
-class Known(dict[Fraction, "Lengths"]):
+class KnownResults(dict[Fraction, "Lengths"]):
     """Results about a movement that were asked for. Few movements of a long program have any.
 
     They are the lengths of an open movement at some rates, and the `ends` of the items of a series. If the lengths
@@ -266,7 +266,7 @@ class Movement:
     duration: Duration
     uniform: Velocity | None
     bounds: Bounds
-    _known: Known = field(init=False, repr=False)
+    _known: KnownResults = field(init=False, repr=False)
     """A cache, which is not set before it is asked for: the other fields decide what is in it."""
 
     NAME: ClassVar[str]
@@ -299,11 +299,11 @@ class Movement:
         return False
 
     @property
-    def known(self) -> Known:
+    def known(self) -> KnownResults:
         try:
             return self._known
         except AttributeError:
-            object.__setattr__(self, "_known", Known())  # a movement is frozen
+            object.__setattr__(self, "_known", KnownResults())  # a movement is frozen
             return self._known
 
     @property

@@ -123,8 +123,8 @@ class VelocityFits:
                     if ends:  # nothing is left to describe
                         begun.append(TrackEdge(other, 0.0, Amounts(0.0, 0.0, 0.0, 0.0)))
                     continue
-                fit = self.fit(first, past)
-                if begun and fit.misfit > _WORST * (past - first) + _HOPELESS:
+                fit = self._fit_within(first, past, _WORST * (past - first) + _HOPELESS if begun else math.inf)
+                if fit is None:
                     break
                 known = sum(map(bool, fit.velocity))
                 word = _STRETCH_COST + parts[other] if known or not ends else 0.0  # a robot stands at the end anyway
@@ -134,7 +134,7 @@ class VelocityFits:
             yield begun
 
     def _keeps(self, first: int, past: int) -> bool:
-        return past - first < 3 or self.fit(first, past).misfit <= _USUAL * (past - first) + _GOOD
+        return past - first < 3 or self._fit_within(first, past, _USUAL * (past - first) + _GOOD) is not None
 
     @property
     def near(self) -> float:
@@ -143,6 +143,12 @@ class VelocityFits:
 
     def fit(self, first: int, past: int) -> FittedVelocity:
         """Return the velocity of these samples, of which there are at least two."""
+        fit = self._fit_within(first, past, math.inf)
+        assert fit
+        return fit
+
+    def _fit_within(self, first: int, past: int, limit: float) -> FittedVelocity | None:
+        """Return the same; None if its misfit is over a limit."""
         count = past - first
         mean = (self._time[past] - self._time[first]) / count
         spread = max(self._square[past] - self._square[first] - count * mean * mean, 1e-12)
@@ -155,6 +161,9 @@ class VelocityFits:
         height, rise, lifted = self._height.line(first, past, mean, spread)
         if abs(rise) * wide <= _CLEAR * meters:
             lifted, rise = lifted + abs(rise) ** 2 * spread, 0j
+        misfit = lifted / meters**2 + turned / radians**2
+        if misfit > limit:
+            return None
         if not rate:
             place, speed, missed = self._place.line(first, past, mean, spread)
         else:
@@ -165,6 +174,9 @@ class VelocityFits:
             missed = max(total - abs(spoke) ** 2 * square, 0.0)
             place, speed = middle - spoke * (way - 1), spoke * 1j * rate
             wide = math.sqrt(square) / abs(rate)
+        misfit += missed / meters**2
+        if misfit > limit:
+            return None
         facing = heading.real + self._origin.heading
         body = speed * cmath.exp(-1j * facing)
         aside = max(meters / wide, abs(speed) * radians / math.sqrt(count))
@@ -176,7 +188,6 @@ class VelocityFits:
         )
         origin = self._origin
         middle_pose = (place.real + origin.x, place.imag + origin.y, height.real + origin.z, facing)
-        misfit = (missed + lifted) / meters**2 + turned / radians**2
         return FittedVelocity(misfit, mean, middle_pose, velocity)
 
 

@@ -27,7 +27,7 @@ def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 
     assert analysis.ok
     player.take(to_play(score_of(analysis), 1, "restart"), 0.0)
     poses = {}
-    for step in range(1, int(seconds * FREQUENCY)):
+    for step in range(int(seconds * FREQUENCY)):
         player.advance(step / FREQUENCY)
         poses[step / FREQUENCY] = simulator.poses()["ada"]
     places = places_of(simulator)
@@ -85,6 +85,7 @@ def test_a_seek_begins_another_trail() -> None:
     simulator = Simulator()
     player = Player(simulator, lambda message: None, lambda: 0.0)
     player.take(to_play(score_of(analyze("ada $ forward left forward\n")), 1, "restart"), 0.0)
+    player.advance(0.0)
     player.advance(1.5)
     player.take({"type": "seek", "beat": 2.0}, 1.5)
     (place,) = places_of(simulator)

@@ -15,7 +15,7 @@ from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.program.timing import deciding, in_beats, lasting, times_as_fast, written
-from improv_core.score.algebra import FromStatement, Series
+from improv_core.score.algebra import FromStatement, items_of
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.replay import Replay
@@ -111,9 +111,7 @@ def _lines(replay: Replay, beat: Exact) -> dict[str, tuple[FromStatement, Exact]
     for robot, part in score.parts.items():
         scene = part.of_scene(score.scene + passed)
         begin = score.scene_begins[passed] if passed else part.begins
-        lines = [
-            each for each in (scene.items if isinstance(scene, Series) else (scene,)) if isinstance(each, FromStatement)
-        ]
+        lines = [each for each in items_of(scene) if isinstance(each, FromStatement)]
         if beat < begin:
             continue
         if passed or not replay.is_open(robot):

@@ -66,7 +66,7 @@ class Definition:
 
     @property
     def items(self) -> Items:
-        return self.other_items or Items(own_items(self.movement), self.statement)
+        return self.other_items or Items(algebra.items_of(self.movement), self.statement)
 
     @property
     def head(self) -> str:
@@ -75,11 +75,6 @@ class Definition:
             return f"{self.name} {self.takes.value}"
         parameters = self.phrase.parameters if self.phrase else ()
         return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
-
-
-def own_items(movement: Movement) -> tuple[Movement, ...]:
-    """Return the items of a series; those of any other movement are the movement itself."""
-    return movement.items if isinstance(movement, algebra.Series) else (movement,)
 
 
 Scope = Mapping[str, Definition | None]

@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
-from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes, own_items
+from improv_core.program.definitions import NOTHING, Definition, Phrase, Scope, Takes
 from improv_core.program.measures import without_units, wrong_measures
 from improv_core.program.misuse import check_conditions, misplaced_poses
 from improv_core.program.naming import is_reserved, robots_named
 from improv_core.program.opening import OPENING, Said, said_by
 from improv_core.program.reader import Reader, Reading, takes
 from improv_core.program.unreachable import unperformed
+from improv_core.score.algebra import items_of
 from improv_core.score.movement import NOWHERE, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.descent import TooDeepError
@@ -103,7 +104,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
         items = reader.items(body) if body and not phrase else None
         if statement.defines:
-            other_items = None if items == (own_items(meant), statement_id) else items
+            other_items = None if items == (items_of(meant), statement_id) else items
             definition = Definition(statement.defines, statement_id, meant, other_items, phrase)
     diagnostics += reader.found
     unresolved: tuple[Name, ...] = ()

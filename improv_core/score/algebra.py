@@ -85,6 +85,11 @@ class Series(Several, InTurn):
         return one_by_one(self.items, ends, at, backward, lambda index: self.throw_of(index, dice))
 
 
+def items_of(movement: Movement) -> tuple[Movement, ...]:
+    """Return the items of a series; any other movement is its only item."""
+    return movement.items if isinstance(movement, Series) else (movement,)
+
+
 @value(frozen=True, slots=True, eq=False)
 class Parallel(Several, Piecewise):
     """Voices. With dice, an empty voice stays among them, because each throws from the stream of its index."""

@@ -19,10 +19,10 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
     """
     if not movement.open:
         return _closed(movement, rate)
-    known = movement.known
+    known = movement.known.lengths
     if rate not in known:
         for part, at in inner_first((movement, rate), _unknown_inside, lambda each: (id(each[0]), each[1])):
-            part.known[at] = _lengths(part, at)
+            part.known.lengths[at] = _lengths(part, at)
     return known[rate]
 
 
@@ -30,11 +30,11 @@ def _lengths(part: Movement, rate: Fraction) -> Lengths:
     """Return the lengths of an open movement, once those of all movements in `_unknown_inside` are known."""
     known = part.known
     if rate != NORMAL and known.scale:
-        shortest, longest, may_be_empty = known[NORMAL]
+        shortest, longest, may_be_empty = known.lengths[NORMAL]
         return Lengths(_at(shortest, rate), _at(longest, rate), may_be_empty)
     inner = _rate_inside(part, rate)
     known.scale = not part.waits and all(each.known.scale for each in part.parts if each.open)
-    return part.lasts([each.known[inner] if each.open else _closed(each, inner) for each in part.parts])
+    return part.lasts([each.known.lengths[inner] if each.open else _closed(each, inner) for each in part.parts])
 
 
 def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
@@ -67,12 +67,12 @@ def _unknown_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, 
     """
     part, rate = at_rate
     if rate != NORMAL:
-        if NORMAL not in part.known:
+        if NORMAL not in part.known.lengths:
             return [(part, NORMAL)]
         if part.known.scale:
             return []
     inner = _rate_inside(part, rate)
-    return [(each, inner) for each in part.parts if each.open and inner not in each.known]
+    return [(each, inner) for each in part.parts if each.open and inner not in each.known.lengths]
 
 
 def _rate_inside(part: Movement, rate: Fraction) -> Fraction:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
@@ -244,15 +244,13 @@ class JsonForm(NamedTuple):
     read: Callable[[Any], Any]
 
 
-class KnownResults(dict[Fraction, "Lengths"]):
-    """Results about a movement that were asked for. Few movements of a long program have any.
+@dataclass(slots=True)
+class KnownResults:
+    """Results about a movement, kept since somebody asked for them. Few movements of a long program have any."""
 
-    They are the lengths of an open movement at some rates, and the `ends` of the items of a series. If the lengths
-    `scale`, they are half as long at twice the rate: a robot never stands in it until a whole beat.
-    """
-
-    scale = True
-    ends: Sequence[Duration] | None = None
+    lengths: dict[Fraction, Lengths] = field(default_factory=dict)  # those of an open movement at some rates
+    scale: bool = True  # True if they are half as long at twice the rate: it never waits for a whole beat
+    ends: Sequence[Duration] | None = None  # the beat at which each item of a series ends
 
 
 @value(frozen=True, slots=True, eq=False)

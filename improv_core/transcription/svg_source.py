@@ -81,7 +81,7 @@ def _shapes(path: Path, element: Any, outer: Matrix) -> Iterator[tuple[str, list
 
 
 def _data(tag: str, element: Any) -> str:
-    """Return a shape as the data of a path; none of what is no shape."""
+    """Return the shape of an element as the data of a path; an empty text if it has none."""
     if tag == "path":
         return str(element.get("d", ""))
     if tag in ("polyline", "polygon") and (points := element.get("points", "").strip()):
@@ -133,9 +133,9 @@ def _driven(points: Sequence[complex], seconds: float) -> list[TimedPlace]:
         if abs(point - kept[-1]) > _NEAR:
             kept.append(point)
     legs = [b - a for a, b in pairwise(kept)]
-    bends = [abs(cmath.phase(after / here)) for here, after in pairwise(legs)]
+    bends = [abs(cmath.phase(after / here)) for here, after in pairwise([*legs, *legs[-1:]])]
     waypoints, passed = [(0.0, kept[0])], 0.0
-    for point, leg, bend in zip(kept[1:], legs, [*bends, 0.0], strict=False):
+    for point, leg, bend in zip(kept[1:], legs, bends, strict=True):
         passed += abs(leg)
         waypoints.append((passed, point))
         if bend > _CORNER:

@@ -34,7 +34,7 @@ class Awaited:
     """Beat 0 has waited for a while."""
 
     late: float = 0.0
-    """Seconds by which the stage looks too late whether it may begin: it hung."""
+    """Seconds by which this check comes too late because the stage hung."""
 
 
 @dataclass(frozen=True, slots=True)

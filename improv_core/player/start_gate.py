@@ -34,7 +34,7 @@ class Gate:
     """True if beat 0 is at the same time on other machines."""
 
     def late(self, now: float, wall: float) -> float:
-        """Return the seconds since it has opened; negative until then."""
+        """Return how many seconds ago it opened; a negative number before that."""
         return wall - self.begins if self.opened is None else now - self.opened
 
 

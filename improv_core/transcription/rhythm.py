@@ -40,7 +40,8 @@ _FEW = 20
 _SWELL = 0.7
 """In the first part of an `ease`, a robot moves less than this share of its movement in the second part."""
 _SWELL_BEATS = 0.25
-"""Such a part is an eighth of the movement, or so many beats, which a coarse grid shows, but at most a quarter."""
+"""Each of these parts is an eighth of the movement, but at least so many beats, since noisy changes lie on a coarse
+grid, and at most a quarter of the movement."""
 _RATIOS = sorted({Fraction(part, parts) for parts in (1, 2, 3, 4, 5, 6, 8) for part in range(parts + 1)})
 """The parts of both rates of a `ramp` that its first one may be."""
 _FINE = 1e-5

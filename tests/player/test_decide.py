@@ -405,7 +405,7 @@ def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
 # From the beginning to the end
 
 
-def test_beat_0_comes_after_a_look_at_the_robots() -> None:
+def test_beat_0_comes_after_the_check_of_the_robots() -> None:
     before, _ = decide(run("playing", 3), events.Restarted(to_play(OTHER)), at(3))
     then, done = decide(before, events.Listened((), False, ["a"]), at(3))
     assert (then.mode, then.is_due, done) == ("waiting", True, [])

@@ -131,7 +131,7 @@ def test_a_count_lasts_as_long_if_the_wall_clock_is_set_meanwhile(set_by: float)
         (3.95, 0.7, "stopped"),
     ],
 )
-def test_real_robots_stand_if_the_stage_hung_when_they_had_to_begin(
+def test_real_robots_stay_where_they_are_if_the_stage_hung_at_beat_0(
     arming: Arming | None, since: float, hung: float, state: str
 ) -> None:
     armed = Armed()
@@ -146,15 +146,20 @@ def test_real_robots_stand_if_the_stage_hung_when_they_had_to_begin(
     assert any(twist.x for _, _, twist in armed.stage.sink.sent) == (state == "playing")
 
 
-def test_a_clock_that_is_set_is_no_hang_and_simulated_robots_begin_late() -> None:
-    for real, arming in ((True, Arming(begins=1000.0 + AHEAD + 20)), (False, None)):
-        armed = Armed()
-        armed.stage.sink.real = real
-        armed.load(arming, COUNTED)
-        armed.stage.run(1)
-        if real:
-            armed.ahead += 60
-        else:
-            armed.stage.hang(9)
-        armed.stage.run(1)
-        assert armed.stage.player.run.mode == "playing"
+def test_setting_the_wall_clock_does_not_count_as_a_hang() -> None:
+    armed = Armed()
+    armed.stage.sink.real = True
+    armed.load(Arming(begins=1000.0 + AHEAD + 20), COUNTED)
+    armed.stage.run(1)
+    armed.ahead += 60
+    armed.stage.run(1)
+    assert armed.stage.player.run.mode == "playing"
+
+
+def test_simulated_robots_begin_late_after_the_stage_hung() -> None:
+    armed = Armed()
+    armed.load(None, COUNTED)
+    armed.stage.run(1)
+    armed.stage.hang(9)
+    armed.stage.run(1)
+    assert armed.stage.player.run.mode == "playing"

@@ -197,7 +197,7 @@ def test_a_robot_that_started_before_its_network_is_found_by_a_server_and_hears_
         assert both.robot.heard == []
 
 
-def test_a_node_shares_no_memory_with_others_whose_check_would_hold_up_commands(
+def test_nodes_use_no_shared_memory_because_checking_it_delays_commands(
     hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str]
 ) -> None:
     here, _ = hosts.enter_context(on_one_link())

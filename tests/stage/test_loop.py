@@ -279,7 +279,7 @@ def test_what_people_asked_for_before_they_knew_that_the_parent_was_silent_is_re
     assert states(told) == ["playing", "stopped", "stopped", "playing", "stopped"]
 
 
-def test_real_robots_do_not_begin_by_themselves_after_the_stage_hung() -> None:
+def test_a_stage_that_hung_during_a_count_does_not_start_real_robots() -> None:
     counted = load("r $ repeat forward\n")
     counted = replace(counted, score=replace(counted.score, count_in=True))
     for late, stalls in ((0.3, False), (1.5, True)):

@@ -27,11 +27,11 @@ PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 OURS = Path(__file__).with_name("fast_dds.xml")
 """The settings with which nodes find each other soon."""
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
-"""The variable that names the transports of Fast DDS.
+"""The variable that selects the transports of Fast DDS.
 
-When another node comes, Fast DDS checks the memory that both share for up to a third of a second, and publishes nothing
-meanwhile (eProsima/Fast-DDS issue 6535). So our nodes use UDP, except where discovery is limited to this machine: then
-ROS sets the transports itself.
+With shared memory, Fast DDS publishes nothing for up to a third of a second when another node starts, because it checks
+that memory first (eProsima/Fast-DDS issue 6535). So our nodes use UDP. If discovery is limited to this machine, ROS 2
+sets the transports itself.
 """
 _IN = r"/(?:\w+/)*"
 """The namespace before a node's name."""

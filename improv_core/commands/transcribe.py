@@ -7,7 +7,7 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +52,7 @@ class _Length(click.ParamType):  # type: ignore[type-arg]
 @click.option("--tolerance", type=_Length(), default="3cm", show_default=True, help="How far a path may be off.")
 @click.option("--tempo", type=click.IntRange(1, 1000), help="Beats per minute; default: the likeliest.")
 @click.option("--robot", help="Transcribe only this robot, or name the only one.")
-@click.option("--seconds", type=InRange(0.1, 3600), default=20.0, show_default=True, help="How long a drawing takes.")
+@click.option("--seconds", type=InRange(0.1, 3600), default=20.0, show_default=True, help="A drawing's time, about.")
 @click.option("--scale", type=InRange(1e-6, 1e6), help="Meters for each unit of a drawing; default: 4 m in all.")
 def command(
     files: tuple[Path, ...],
@@ -89,7 +89,7 @@ def command(
 
 
 def _searched(
-    recorded: Mapping[str, Sequence[TimedPlace]],
+    recorded: Recording,
     robots: Robots,
     tolerance: Tolerance,
     tempo: int | None,
@@ -106,32 +106,37 @@ def _searched(
     waits = threading.Timer(_SLOW, lambda: echo("improv: still searching; Ctrl-C takes the best so far", err=True))
     waits.start()
     try:
-        return transcribe(recorded, robots, tolerance, tempo, ends.is_set, is_whole)
+        return transcribe(recorded.places, robots, tolerance, tempo, ends.is_set, is_whole, recorded.drawn)
     finally:
         waits.cancel()
         signal.signal(signal.SIGINT, before)
 
 
-def _recorded(files: Sequence[Path], seconds: float, scale: float | None) -> dict[str, Sequence[TimedPlace]]:
+def _recorded(files: Sequence[Path], seconds: float, scale: float | None) -> Recording:
     """Return the places of all robots in files. What was guessed is printed."""
     found: dict[str, Sequence[TimedPlace]] = {}
+    drawn: list[str] = []
     for path in files:
         try:
-            source: Recording = read_source(path, seconds, scale)
+            source = read_source(path, seconds, scale)
         except OSError as error:
             raise CommandError(f"{path}: {why(error)}") from None
         for guess in source.guesses:
             echo(f"improv: {path.name}: {guess}", err=True)
         for name, places in source.places.items():
-            found[robot_name(name if name not in WORDS else f"{name}_robot", list(found))] = places
-    return found
+            robot = robot_name(name if name not in WORDS else f"{name}_robot", list(found))
+            found[robot] = places
+            drawn += [robot] if name in source.drawn else []
+    return Recording(found, drawn=drawn)
 
 
-def _only(recorded: dict[str, Sequence[TimedPlace]], robot: str | None) -> Mapping[str, Sequence[TimedPlace]]:
+def _only(recorded: Recording, robot: str | None) -> Recording:
+    places, _, drawn = recorded
     if robot is None:
         return recorded
-    if robot in recorded:
-        return {robot: recorded[robot]}
-    if len(recorded) == 1:
-        return {robot_name(robot): next(iter(recorded.values()))}
-    raise CommandError(f"no robot is named {robot}: there are {', '.join(recorded)}")
+    if robot in places:
+        return Recording({robot: places[robot]}, drawn=[robot] if robot in drawn else [])
+    if len(places) == 1:
+        name = robot_name(robot)
+        return Recording({name: next(iter(places.values()))}, drawn=[name] if drawn else [])
+    raise CommandError(f"no robot is named {robot}: there are {', '.join(places)}")

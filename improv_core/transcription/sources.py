@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from improv_core import LineError
@@ -18,10 +18,14 @@ class SourceError(LineError):
 
 
 class Recording(NamedTuple):
-    """The places of each robot in a file, and what was guessed about it, one plain line each."""
+    """The places of each robot in a file, and what was guessed about it, one plain line each.
+
+    Some may be `drawn`: their times mean only how long a robot takes in all.
+    """
 
     places: Mapping[str, Sequence[TimedPlace]]
     guesses: Sequence[str] = ()
+    drawn: Collection[str] = ()
 
 
 def robot_name(text: str, taken: Sequence[str] = ()) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.transcription.sources import LARGEST, Recording, SourceError, robot_name
-from improv_core.transcription.track import TimedPlace, driven
+from improv_core.transcription.track import Sample, TimedPlace, interpolated
 
 _TRANSFORM = re.compile(r"(\w+)\s*\(([^)]*)\)")
 _CURVE_POINTS = 64
@@ -29,6 +29,8 @@ _MAX_POINTS = 100_000
 Matrix = tuple[complex, complex, complex]
 """A map of the plane: z → a z + b conj(z) + c."""
 _SAME: Matrix = (1 + 0j, 0j, 0j)
+_Node = tuple[complex, complex]
+"""A point of a shape, and the direction in which it goes on there."""
 
 
 def read_svg(path: Path, seconds: float, scale: float | None) -> Recording:
@@ -43,39 +45,42 @@ def read_svg(path: Path, seconds: float, scale: float | None) -> Recording:
         root = parse(path).getroot()
     except (SyntaxError, DefusedXmlException) as error:
         raise SourceError(f"{path}: it is no SVG: {error}") from None
-    drawn = [(name, points) for name, points in _shapes(path, root, _SAME) if len(points) > 1]
+    drawn = [(name, nodes) for name, nodes in _shapes(path, root, _SAME) if len(nodes) > 1]
     if not drawn:
         raise SourceError(f"{path}: it has no path, line, polyline, or polygon")
     guesses = []
     if scale is None:
-        axes = zip(*((point.real, point.imag) for _, points in drawn for point in points), strict=True)
+        axes = zip(*((point.real, point.imag) for _, nodes in drawn for point, _ in nodes), strict=True)
         wide = max(max(axis) - min(axis) for axis in axes)
         scale = _WIDTH / wide if wide else 1.0
         guesses.append(f"the drawing is {_WIDTH:g} m wide: {scale:.4g} m per unit")
     places: dict[str, Sequence[TimedPlace]] = {}
-    for name, points in drawn:
+    for name, nodes in drawn:
         # On screens, y points down.
-        places[robot_name(name, list(places))] = _driven([p.conjugate() * scale for p in points], seconds)
-    return Recording(places, guesses)
+        way = _driven([(point.conjugate() * scale, way.conjugate()) for point, way in nodes], seconds)
+        places[robot_name(name, list(places))] = [TimedPlace(*each) for each in way]
+    return Recording(places, guesses, places)
 
 
-def _shapes(path: Path, element: Any, outer: Matrix) -> Iterator[tuple[str, list[complex]]]:
-    """Yield the names and the points of the shapes in an element."""
+def _shapes(path: Path, element: Any, outer: Matrix) -> Iterator[tuple[str, list[_Node]]]:
+    """Yield the names and the nodes of the shapes in an element."""
     tag = str(element.tag).rpartition("}")[2]
     place = f"{path}, {element.get('id') or tag}"
     if tag in ("defs", "clipPath", "symbol", "marker"):
         return
     try:
         a, b, c = matrix = _then(outer, _matrix(element.get("transform", "")))
-        points = [a * p + b * p.conjugate() + c for p in _points(_data(tag, element))]
+        nodes = [
+            (a * p + b * p.conjugate() + c, a * way + b * way.conjugate()) for p, way in _nodes(_data(tag, element))
+        ]
     except (ArithmeticError, AssertionError, LookupError, TypeError, ValueError):
         raise SourceError(f"{place}: its path or transform is not understood") from None
-    if len(points) > _MAX_POINTS:
+    if len(nodes) > _MAX_POINTS:
         raise SourceError(f"{place}: it has over {_MAX_POINTS} points")
-    if not all(abs(point) <= LARGEST for point in points):
+    if not all(abs(point) <= LARGEST for point, _ in nodes):
         raise SourceError(f"{place}: a number is too large")
-    if points:
-        yield element.get("id") or path.stem, points
+    if nodes:
+        yield element.get("id") or path.stem, nodes
     for child in element:
         yield from _shapes(path, child, matrix)
 
@@ -92,13 +97,24 @@ def _data(tag: str, element: Any) -> str:
     return ""
 
 
-def _points(data: str) -> Iterator[complex]:
-    """Yield the points of a path's data; of several parts, all, joined."""
-    from svg.path import NonLinear, parse_path
+def _nodes(data: str) -> Iterator[_Node]:
+    """Yield the points of a path's data, and the directions there; of several parts, all, joined."""
+    from svg.path import Line, Move, NonLinear, parse_path
 
+    last = None
     for segment in parse_path(data):
+        if isinstance(segment, Move):
+            segment = Line(segment.end if last is None else last, segment.end)
+        last = segment.end
         parts = _CURVE_POINTS if isinstance(segment, NonLinear) else 1
-        yield from (segment.point(part / parts) for part in range(1, parts + 1))
+        points = [segment.point(part / parts) for part in range(parts + 1)]
+        chords = [b - a for a, b in pairwise(points)]
+        if any(chords):
+            for part, point in enumerate(points):
+                way = segment.tangent(part / parts)
+                chord = chords[min(part, parts - 1)]
+                # That of an arc may point backward, and that of a curve may have no length.
+                yield point, chord if not way else -way if (way * chord.conjugate()).real < 0 else way
 
 
 def _matrix(text: str) -> Matrix:
@@ -126,21 +142,23 @@ def _then(outer: Matrix, inner: Matrix) -> Matrix:
     return a * d + b * e.conjugate(), a * e + b * d.conjugate(), a * f + b * f.conjugate() + c
 
 
-def _driven(points: Sequence[complex], seconds: float) -> list[TimedPlace]:
-    """Return the places of a robot that drives along points evenly, and turns on the spot at corners."""
-    kept = [points[0]]
-    for point in points:
-        if abs(point - kept[-1]) > _NEAR:
-            kept.append(point)
-    legs = [b - a for a, b in pairwise(kept)]
-    bends = [abs(cmath.phase(after / here)) for here, after in pairwise([*legs, *legs[-1:]])]
-    waypoints, passed = [(0.0, kept[0])], 0.0
-    for point, leg, bend in zip(kept[1:], legs, bends, strict=True):
-        passed += abs(leg)
-        waypoints.append((passed, point))
-        if bend > _CORNER:
-            passed += bend / _TURN
-            waypoints.append((passed, point))
-    waypoints += [] if legs else [(1.0, kept[0])]  # it waits at a dot
-    share = seconds / waypoints[-1][0]
-    return [TimedPlace(*each) for each in driven([TimedPlace(at * share, p.real, p.imag) for at, p in waypoints])]
+def _driven(nodes: Sequence[_Node], seconds: float) -> list[Sample]:
+    """Return the poses of a robot that drives along nodes evenly, and turns on the spot at corners."""
+    waypoints: list[Sample] = []
+    for point, way in nodes:
+        here = Sample(0.0, point.real, point.imag, 0.0, cmath.phase(way))
+        if not waypoints:
+            waypoints.append(here)
+            continue
+        last = waypoints[-1]
+        far, turn = last.pose.apart(here.pose)[0], math.remainder(here.heading - last.heading, math.tau)
+        if far >= _NEAR:
+            waypoints.append(here._replace(time=last.time + far, heading=last.heading + turn))
+        elif abs(turn) > _CORNER:
+            waypoints.append(last._replace(time=last.time + abs(turn) / _TURN, heading=last.heading + turn))
+        else:
+            waypoints[-1] = last._replace(heading=last.heading + turn / 2)
+    if len(waypoints) == 1:
+        waypoints.append(waypoints[0]._replace(time=1.0))  # it waits at a dot
+    share = seconds / waypoints[-1].time
+    return interpolated([each._replace(time=each.time * share) for each in waypoints])

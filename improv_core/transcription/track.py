@@ -82,7 +82,13 @@ def track_of(places: Sequence[TimedPlace]) -> Track:
 def driven(places: Sequence[TimedPlace]) -> list[Sample]:
     """Return samples at an even rate between waypoints: a robot drives forward from one to the next, and turns where it
     waits."""
-    nodes = [Sample(*place[:4], heading) for place, heading in zip(places, _along(places, False), strict=True)]
+    return interpolated(
+        [Sample(*place[:4], heading) for place, heading in zip(places, _along(places, False), strict=True)]
+    )
+
+
+def interpolated(nodes: Sequence[Sample]) -> list[Sample]:
+    """Return samples at an even rate between poses."""
     begin, seconds = nodes[0].time, nodes[-1].time - nodes[0].time
     count = max(round(seconds * _RATE), 1)
     found = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import dropwhile, pairwise
@@ -16,6 +16,7 @@ from improv_core.score.motion import Pose
 from improv_core.transcription.ensemble import SharedLine, formation_of, lines_of
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
+from improv_core.transcription.pacing import on_whole_beats
 from improv_core.transcription.performing import deviations_of, fits_of
 from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
@@ -35,8 +36,9 @@ NOISY = 100 * CLEAN
 """A track with more noise than this, in meters or radians, has its changes on a coarse grid."""
 _CHANGE = 0.15
 """Seconds: only changes between longer stretches determine the tempo."""
-_SHARE = 15
-"""The noise assumed even in exact tracks is the tolerance divided by this."""
+_SHARE, _DRAWN_SHARE = 15, 5
+"""The noise assumed even in exact tracks is the tolerance divided by this. Curves are drawn that are no arcs, so there
+it is larger: they become few arcs that are near enough."""
 _FINEST = 9
 """The most times that numbers are made finer."""
 _STRICTNESS = 0.25
@@ -81,17 +83,22 @@ def transcribe(
     tempo: int | None = None,
     stops: Callable[[], bool] = lambda: False,
     is_whole: bool = True,
+    drawn: Collection[str] = (),
 ) -> Transcription:
     """Return the shortest program found whose paths stay within a tolerance of the recorded places.
 
     Each robot has at least two places, in the order of their times (s). `stops` ends the search: what was found so far
-    counts. A program that isn't `is_whole`, but is put beside other robots, says where each of its own starts.
+    counts. A program that isn't `is_whole`, but is put beside other robots, says where each of its own starts. The ways
+    of robots that are `drawn` have no rhythm of their own: their movements get whole beats.
     """
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
     begin = min(track[0].time for track in tracks.values())
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}
-    tracked = {robot: _tracked(track, noise_of(track), tolerance) for robot, track in tracks.items()}
-    tempo = tempo or _tempo(tracked, robots, tolerance, stops)
+    tracked = {robot: _tracked(track, noise_of(track), tolerance, robot in drawn) for robot, track in tracks.items()}
+    timed = {robot: each for robot, each in tracked.items() if robot not in drawn}
+    tempo = tempo or (_tempo(timed, robots, tolerance, stops) if timed else None)
+    tempo, paced = on_whole_beats({robot: tracked[robot] for robot in drawn}, tempo)
+    tracked |= paced
     items = {robot: items_of(each, tempo, stops)[1] for robot, each in tracked.items()}
     draft = _draft(tracked, items, tempo, robots, tolerance, 0, stops)
     for closeness in (_NEAR, _NEAREST):
@@ -127,11 +134,12 @@ def _nearer(one: _Draft, other: _Draft) -> _Draft:
     return {**one, **{robot: part for robot, part in other.items() if part.excess < one[robot].excess}}
 
 
-def _tracked(track: Track, noise: Noise, tolerance: Tolerance) -> TrackedRobot:
+def _tracked(track: Track, noise: Noise, tolerance: Tolerance, is_drawn: bool) -> TrackedRobot:
     """Return a track with what its noise allows: also of exact ones, fits may be off by a part of the tolerance."""
+    share = _DRAWN_SHARE if is_drawn else _SHARE
     steps = sorted(after.time - here.time for here, after in pairwise(track))
     noisy = max(noise) > NOISY
-    noise = Noise(max(noise.meters, tolerance.meters / _SHARE), max(noise.radians, tolerance.radians / _SHARE))
+    noise = Noise(max(noise.meters, tolerance.meters / share), max(noise.radians, tolerance.radians / share))
     allowed = min(max(1.6 * steps[len(steps) // 2], tolerance.seconds), 0.25) if noisy else tolerance.meters / 3
     fits = VelocityFits(track, noise)
     return TrackedRobot(track, noise, noisy, allowed, fits, stretches_of(fits))

@@ -86,3 +86,28 @@ def test_ctrl_c_ends_a_long_search_with_the_best_program_so_far(tmp_path: Path) 
     assert (process.returncode, "ada $ " in text) == (0, True)
     (off,) = re.findall(r"at most ([\d.,]+) cm", said)
     assert float(off.replace(",", "")) > 100, "the search has gone on to better programs, which are less than 20 cm off"
+
+
+@pytest.mark.parametrize(
+    ("path", "options", "program"),
+    [
+        ("M0 0h4v-4h-4z", [], "ada at 0 0\n\nada $ repeat 3 (slow 4 forward 4m left) slow 4 forward 4m\n"),
+        (
+            "M0 0h4v-4h-4z",
+            ["--tempo", "30"],
+            "beat 30\nada at 0 0\n\nada $ repeat 3 (forward forward left) forward forward\n",
+        ),
+        ("M0 0A2 2 0 0 0 4 0", ["--seconds", "8"], "ada at 0 0 facing -90\n\nada $ slow 8 left 180deg radius 2m\n"),
+        ("M2 0A2 2 0 1 0 2 4 2 2 0 1 0 2 0", [], "ada at 2 0 facing -180\n\nada $ slow 20 left 360deg radius 2m\n"),
+    ],
+)
+def test_a_drawing_becomes_movements_of_whole_beats(
+    tmp_path: Path, path: str, options: list[str], program: str
+) -> None:
+    drawing = written(tmp_path, f'<svg><path d="{path}"/></svg>', "ada.svg")
+    assert run("transcribe", drawing, *options).stdout == program
+
+
+def test_a_short_drawing_of_many_movements_gets_a_faster_tempo(tmp_path: Path) -> None:
+    drawing = written(tmp_path, '<svg><path d="M0 0h4v-4h-4z"/></svg>', "ada.svg")
+    assert run("transcribe", drawing, "--seconds", "3").stdout.startswith("beat 140\n")  # seven movements

@@ -36,6 +36,10 @@ _FAR = 8
 """A gap between two points that is this many times the usual one was not drawn: it is a line."""
 _FEWEST = 4
 """Fewer places make no arc."""
+_INFINITY = 1e6
+"""Meters from a line to the center of the circle that it is taken to be."""
+_FLAT = 4e-12
+"""Places whose spreads along and across differ by more are on a line."""
 _KINK = math.radians(20)
 """A robot doesn't turn on the spot for less: the next arc makes it up."""
 _ALIKE = 0.3
@@ -204,73 +208,44 @@ def _calmed(places: Sequence[complex]) -> list[complex]:
 def _fit(places: Sequence[complex], beats: float, tremor: float) -> tuple[float, _Curve] | None:
     """Return the line or the arc that a hand may have meant, and what it costs; None if it was neither.
 
-    Near a corner, a hand is on neither side of it: the two outermost places don't count.
+    Near a corner, a hand is on neither side of it: the two outermost places don't count. A line goes through their mean
+    in the direction in which they spread. The center of an arc is the algebraic fit of I. Kåsa, *A circle fitting
+    procedure and its error analysis*, IEEE Transactions on Instrumentation and Measurement 25(1), 1976.
     """
     inner = places[1:-1] if len(places) > _FEWEST + 2 else places
-    return _line(places, inner, beats, tremor) or (
-        _arc(places, inner, beats, tremor) if len(inner) >= _FEWEST else None
-    )
-
-
-def _line(
-    places: Sequence[complex], inner: Sequence[complex], beats: float, tremor: float
-) -> tuple[float, _Curve] | None:
     mean = sum(inner) / len(inner)
-    along = cmath.exp(0.5j * cmath.phase(sum((place - mean) ** 2 for place in inner)))
-    if ((places[-1] - places[0]) / along).real < 0:
-        along = -along
-    off = [(place - mean) / along for place in inner]
-    if max(abs(each.imag) for each in off) > tremor:
+    off = [place - mean for place in inner]
+    spread, square = math.fsum(abs(each) ** 2 for each in off), sum(each * each for each in off)
+    if line := _around(mean + _INFINITY * 1j * cmath.exp(0.5j * cmath.phase(square)), places, inner, beats, tremor):
+        return line
+    area = spread**2 - abs(square) ** 2
+    if len(inner) < _FEWEST or area <= _FLAT * spread**2:
         return None
-    if any(after.real < here.real - tremor for here, after in pairwise(off)):
-        return None
-    start, end = (mean + along * ((place - mean) / along).real for place in (places[0], places[-1]))
-    curve = _Curve(start, end, cmath.phase(along), abs(end - start), 0.0, beats)
-    return 1 + _misfit([each.imag for each in off], tremor), curve
+    skew = sum(abs(each) ** 2 * each for each in off)
+    return _around(mean + (spread * skew - square * skew.conjugate()) / area, places, inner, beats, tremor)
 
 
-def _arc(
-    places: Sequence[complex], inner: Sequence[complex], beats: float, tremor: float
+def _around(
+    center: complex, places: Sequence[complex], inner: Sequence[complex], beats: float, tremor: float
 ) -> tuple[float, _Curve] | None:
-    if not (center := _center(inner)):
-        return None
-    radius = math.fsum(abs(place - center) for place in inner) / len(inner)
-    off = [abs(place - center) - radius for place in inner]
-    spokes = [place - center for place in places]
+    """Return the arc around a center that is near the inner ones of places, and what it costs; None if they are too far
+    from it, or if they turn back. An arc whose center is far away is a line."""
+    distances = [abs(place - center) for place in inner]
+    radius = math.fsum(distances) / len(inner)
+    off = [each - radius for each in distances]
     if radius < tremor or max(map(abs, off)) > tremor:
         return None
+    spokes = [place - center for place in places]
     turns = [cmath.phase(after / here) for here, after in pairwise(spokes)]
     turn = math.fsum(turns)
     if any(each * turn < 0 and abs(each) * radius > tremor for each in turns):
         return None
     direction = cmath.phase(spokes[0]) + math.copysign(math.pi / 2, turn)
     start, end = (center + radius * spoke / (abs(spoke) or 1.0) for spoke in (spokes[0], spokes[-1]))
-    curve = _Curve(start, end, direction, radius * abs(turn), turn, beats)
-    return _ARC_COST + max(2 - 2 * abs(turn) / _SLIGHT, 0.0) + _misfit(off, tremor), curve
-
-
-def _center(places: Sequence[complex]) -> complex | None:
-    """Return the center of the circle that fits places best; None if they are on a line.
-
-    This is the algebraic fit of I. Kåsa, *A circle fitting procedure and its error analysis*, IEEE Transactions on
-    Instrumentation and Measurement 25(1), 1976.
-    """
-    mean = sum(places) / len(places)
-    spokes = [place - mean for place in places]
-    xx, yy, xy = (
-        math.fsum(each)
-        for each in zip(*((s.real * s.real, s.imag * s.imag, s.real * s.imag) for s in spokes), strict=True)
-    )
-    x = math.fsum(abs(s) ** 2 * s.real for s in spokes) / 2
-    y = math.fsum(abs(s) ** 2 * s.imag for s in spokes) / 2
-    area = xx * yy - xy * xy
-    if area <= 1e-12 * (xx + yy) ** 2:
-        return None
-    return mean + complex(x * yy - y * xy, y * xx - x * xy) / area
-
-
-def _misfit(off: Sequence[float], tremor: float) -> float:
-    return _MISFIT_COST * math.fsum(each * each for each in off) / len(off) / tremor**2
+    misfit = _MISFIT_COST * math.fsum(each * each for each in off) / len(off) / tremor**2
+    is_line = radius > _INFINITY / 2
+    curve = _Curve(start, end, direction, radius * abs(turn), 0.0 if is_line else turn, beats)
+    return misfit + (1 if is_line else _ARC_COST + max(2 - 2 * abs(turn) / _SLIGHT, 0.0)), curve
 
 
 def _joined(curves: Sequence[_Curve]) -> list[_Curve]:

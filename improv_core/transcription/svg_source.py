@@ -6,7 +6,6 @@ import cmath
 import math
 import re
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,8 @@ from improv_core.transcription.track import Sample, TimedPlace, interpolated
 _TRANSFORM = re.compile(r"(\w+)\s*\(([^)]*)\)")
 _CURVE_POINTS = 64
 """The number of points that replace each curve."""
+_BESIDE = 1e-4
+"""The share of a curve from a point to others that show its direction there."""
 _NEAR = 1e-3
 """Meters: points that are nearer to each other have no direction."""
 _CORNER = math.radians(20)
@@ -107,14 +108,11 @@ def _nodes(data: str) -> Iterator[_Node]:
             segment = Line(segment.end if last is None else last, segment.end)
         last = segment.end
         parts = _CURVE_POINTS if isinstance(segment, NonLinear) else 1
-        points = [segment.point(part / parts) for part in range(parts + 1)]
-        chords = [b - a for a, b in pairwise(points)]
-        if any(chords):
-            for part, point in enumerate(points):
-                way = segment.tangent(part / parts)
-                chord = chords[min(part, parts - 1)]
-                # That of an arc may point backward, and that of a curve may have no length.
-                yield point, chord if not way else -way if (way * chord.conjugate()).real < 0 else way
+        for share in (part / parts for part in range(parts + 1)):
+            # Not by its derivative, which is 0 where a control point is at an end.
+            way = segment.point(min(share + _BESIDE, 1.0)) - segment.point(max(share - _BESIDE, 0.0))
+            if way:
+                yield segment.point(share), way
 
 
 def _matrix(text: str) -> Matrix:

@@ -12,7 +12,7 @@ import sys
 from base64 import b64decode, b64encode
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from improv_core.ipc.child import Child, Policy
 from improv_core.protocol.json_lines import own_output
@@ -36,7 +36,8 @@ class Answerer(Generic[Question, Answer]):
 
     def ask(self, question: Question) -> Answer:
         """Return the answer of the process. Raises EOFError or OSError if it has ended, or has hung and was killed."""
-        answer: Answer = _unpacked(self.start().ask(json.dumps(_packed(question)).encode(), self.limit))
+        line = self.start().ask(b64encode(pickle.dumps(question)), self.limit)
+        answer: Answer = pickle.loads(b64decode(json.loads(line)))
         return answer
 
     def start(self) -> Child:
@@ -59,21 +60,13 @@ class Answerer(Generic[Question, Answer]):
             child.wait()
 
 
-def _packed(value: object) -> str:
-    return b64encode(pickle.dumps(value)).decode()
-
-
-def _unpacked(line: bytes) -> Any:
-    return pickle.loads(b64decode(json.loads(line)))
-
-
 def _serve(module: str, function: str) -> None:
     """Answer the questions from standard input, until it is closed."""
     if sys.platform != "win32":
         os.nice(NICENESS)
     say, answer = own_output(), getattr(import_module(module), function)
     for line in sys.stdin.buffer:
-        say(_packed(answer(_unpacked(line))))
+        say(b64encode(pickle.dumps(answer(pickle.loads(b64decode(line))))).decode())
 
 
 if __name__ == "__main__":

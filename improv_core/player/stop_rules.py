@@ -11,7 +11,7 @@ from improv_core.player.events import Facts
 from improv_core.player.run import Mode, Run
 from improv_core.protocol.commands import Automation
 from improv_core.safety.fault_rules import FaultBegan
-from improv_core.safety.fault_texts import may_still_move
+from improv_core.safety.fault_texts import may_still_move, moved_by_others
 from improv_core.safety.separation import as_line
 
 RunAndActs = tuple[Run, list[Act]]
@@ -117,12 +117,15 @@ def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> R
 
 
 def _unreached(run: Run, facts: Facts) -> list[Act]:
-    """Report the robots that were sent a stop and may not have received it."""
+    """Report the robots that were sent a stop and may not have received it, and those that others may move on."""
     robots = [robot for robot in run.score.parts if robot in facts.unreached]
-    if not robots:
-        return []
-    line = may_still_move(robots)
-    return [Tell({"type": "unreached", "generation": run.generation, "robots": robots, "message": line})]
+    shared = {robot: facts.shared[robot] for robot in run.score.parts if robot in facts.shared}
+    lines = [([*shared], moved_by_others(shared))] if shared else []
+    lines += [(robots, may_still_move(robots))] if robots else []
+    return [
+        Tell({"type": "unreached", "generation": run.generation, "robots": named, "message": line})
+        for named, line in lines
+    ]
 
 
 def error_line(line: str) -> Tell:

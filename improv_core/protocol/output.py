@@ -176,6 +176,10 @@ class Sink:
         about. A line about the whole performance has another key, such as a topic."""
         return {}
 
+    def shared(self) -> Mapping[str, Collection[str]]:
+        """Return the robots that others could move, too, and the names of these, as of the latest `warnings`."""
+        return {}
+
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
         raise NotImplementedError

@@ -89,7 +89,7 @@ class FaultMessage(RobotInstant):
 
 
 class Unreached(TypedDict):
-    """Robots were told to stop or to pause while they were gone or silent: they may still be moving."""
+    """Robots may still move after a stop or pause: they are gone, silent, or moved by others."""
 
     type: Literal["unreached"]
     generation: int

@@ -47,6 +47,13 @@ def may_still_move(robots: Sequence[str]) -> str:
     return f"{in_one_phrase(robots)} may still be moving: {are}"
 
 
+def moved_by_others(others: Mapping[str, Collection[str]]) -> str:
+    """Return the line about robots that were sent zeros while others could move them, whose names it gets."""
+    names = sorted({name for names in others.values() for name in names})
+    moved = "it" if len(others) == 1 else "them"
+    return f"{in_one_phrase([*others])} may still be moving: stop {', '.join(names)}, which can move {moved}, too"
+
+
 def low_battery(robots: Sequence[str], level: float) -> str:
     """Return the line about robots whose batteries have fallen to this level at most, from 0 to 1."""
     if len(robots) == 1:

@@ -738,6 +738,15 @@ def test_joints_are_brought_to_their_starts_only_if_their_robots_may_move(
     assert robots_to_home(before, facts, True, deaf) == []
 
 
+@pytest.mark.parametrize("asked", ["stop", "pause"])
+def test_a_stop_names_those_that_may_still_move_a_robot(asked: str) -> None:
+    facts = real(3, shared={"b": ["/improv_2", "/teleop"], "gone": ["/teleop"]})
+    _, done = decide(run("playing"), {"type": asked}, facts)  # type: ignore[arg-type]
+    assert names(done) == ["Zero", "Report", "Tell"]
+    line = "b may still be moving: stop /improv_2, /teleop, which can move it, too"
+    assert done[-1] == Tell({"type": "unreached", "generation": 1, "robots": ["b"], "message": line})
+
+
 @pytest.mark.parametrize(("real", "mode"), [(True, "stopped"), (False, "waiting")])
 def test_a_pause_before_beat_0_stops_real_robots_whose_joints_may_be_moving(real: bool, mode: Mode) -> None:
     then, done = decide(run("waiting"), {"type": "pause"}, Facts(ZERO, real=real))

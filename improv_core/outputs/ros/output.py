@@ -99,6 +99,7 @@ class RosSink(Sink):
         self._current: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
+        self._shared: dict[str, Collection[str]] = {}
         self._standby.wait()
 
     @property
@@ -232,12 +233,14 @@ class RosSink(Sink):
         for robot in asked:
             known = self._robots[robot]
             topic = known.topic
+            self._shared.pop(robot, None)
             if known.is_simulated:
                 found[robot] = (
                     f"{robot} is a puppet, which only the simulator has: "
                     "to move a real robot, give it the profile of one in improv.toml"
                 )
             elif others := self._others(topic):
+                self._shared[robot] = others
                 found[robot] = (
                     f"other nodes also publish to {topic.name}: {', '.join(others)}; "
                     "robots obey all of them: stop the others or use twist_mux"
@@ -253,6 +256,9 @@ class RosSink(Sink):
             elif silent := silence(known.part, known.moves_since, self._reader, self._node):
                 found.setdefault(robot, silent)
         return found
+
+    def shared(self) -> Mapping[str, Collection[str]]:
+        return self._shared
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all

@@ -30,7 +30,7 @@ LENGTHS = tuple(Fraction(1, parts) for parts in (10, 20, 100, 1000, 10_000))
 """Meters to which a length is rounded, as people would: the coarsest that is near enough."""
 ANGLES = (Fraction(15), Fraction(5), Fraction(1), Fraction(1, 2), Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000))
 """Degrees to which an angle is rounded."""
-_REPEAT_COST = 2.5
+_REPEAT_COST = 2.7
 """A `repeat` costs more than a `slow`, which motions beside each other can share."""
 _MAX_COPIES = 24
 """The most beats of a motion that may be written as one word for each beat; a longer one is one slow word."""

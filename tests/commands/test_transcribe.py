@@ -97,7 +97,7 @@ def test_ctrl_c_ends_a_long_search_with_the_best_program_so_far(tmp_path: Path) 
             ["--tempo", "30"],
             "beat 30\nada at 0 0\n\nada $ repeat 3 (forward forward left) forward forward\n",
         ),
-        ("M0 0A2 2 0 0 0 4 0", ["--seconds", "8"], "ada at 0 0 facing -90\n\nada $ slow 8 left 180deg radius 2m\n"),
+        ("M0 0A2 2 0 0 0 4 0", [], "ada at 0 0 facing -90\n\nada $ slow 20 left 180deg radius 2m\n"),
         ("M2 0A2 2 0 1 0 2 4 2 2 0 1 0 2 0", [], "ada at 2 0 facing -180\n\nada $ slow 20 left 360deg radius 2m\n"),
     ],
 )

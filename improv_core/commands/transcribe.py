@@ -134,9 +134,9 @@ def _only(recorded: Recording, robot: str | None) -> Recording:
     places, _, drawn = recorded
     if robot is None:
         return recorded
-    if robot in places:
-        return Recording({robot: places[robot]}, drawn=[robot] if robot in drawn else [])
-    if len(places) == 1:
-        name = robot_name(robot)
-        return Recording({name: next(iter(places.values()))}, drawn=[name] if drawn else [])
-    raise CommandError(f"no robot is named {robot}: there are {', '.join(places)}")
+    found, name = robot, robot
+    if robot not in places:
+        if len(places) != 1:
+            raise CommandError(f"no robot is named {robot}: there are {', '.join(places)}")
+        (found,), name = places, robot_name(robot)
+    return Recording({name: places[found]}, drawn=[name] if found in drawn else [])

@@ -163,8 +163,8 @@ class Facts:
     """Robots that must be seen and aren't."""
     unreached: Collection[str] = ()
     """Robots that have moved and are out of reach, as far as is known."""
-    shared: Mapping[str, Collection[str]] = field(default_factory=dict)
-    """Robots that others could move, too, and the names of these."""
+    other_publishers: Mapping[str, Collection[str]] = field(default_factory=dict)
+    """Robots that others can also move, each with the names of these others."""
     unheard: bool = False
     """True if no real robot has listened."""
     paths: Paths = field(default_factory=Paths, compare=False)

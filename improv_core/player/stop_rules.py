@@ -117,10 +117,10 @@ def leave(run: Run, mode: Mode, facts: Facts, by: Automation | None = None) -> R
 
 
 def _unreached(run: Run, facts: Facts) -> list[Act]:
-    """Report the robots that were sent a stop and may not have received it, and those that others may move on."""
+    """Report the robots that may not have received a stop, and those that others can move in spite of it."""
     robots = [robot for robot in run.score.parts if robot in facts.unreached]
-    shared = {robot: facts.shared[robot] for robot in run.score.parts if robot in facts.shared}
-    lines = [([*shared], moved_by_others(shared))] if shared else []
+    others = {robot: names for robot in run.score.parts if (names := facts.other_publishers.get(robot))}
+    lines = [([*others], moved_by_others(others))] if others else []
     lines += [(robots, may_still_move(robots))] if robots else []
     return [
         Tell({"type": "unreached", "generation": run.generation, "robots": named, "message": line})

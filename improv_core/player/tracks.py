@@ -317,7 +317,7 @@ class Tracks:
             wall=self.wall() if self.run.gate else 0.0,
             unseen=self.separation.unseen(self.run, now) if sees else (),
             unreached=self.faults.unreached if self.sink.real else (),
-            shared=self.sink.shared(),
+            other_publishers=self.sink.other_publishers(),
             unheard=isinstance(event, Due) and self.sink.real and self.listeners.unheard,
             paths=self.paths,
         )

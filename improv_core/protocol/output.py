@@ -176,8 +176,9 @@ class Sink:
         about. A line about the whole performance has another key, such as a topic."""
         return {}
 
-    def shared(self) -> Mapping[str, Collection[str]]:
-        """Return the robots that others could move, too, and the names of these, as of the latest `warnings`."""
+    def other_publishers(self) -> Mapping[str, Collection[str]]:
+        """Return the robots that others can also move, each with the names of these others, as of the latest
+        `warnings`."""
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:

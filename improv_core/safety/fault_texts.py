@@ -48,7 +48,7 @@ def may_still_move(robots: Sequence[str]) -> str:
 
 
 def moved_by_others(others: Mapping[str, Collection[str]]) -> str:
-    """Return the line about robots that were sent zeros while others could move them, whose names it gets."""
+    """Return the line about stopped robots that others can also move: `others` are their names, by robot."""
     names = sorted({name for names in others.values() for name in names})
     moved = "it" if len(others) == 1 else "them"
     return f"{in_one_phrase([*others])} may still be moving: stop {', '.join(names)}, which can move {moved}, too"

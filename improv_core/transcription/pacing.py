@@ -1,12 +1,12 @@
-"""Puts drawings, which have no rhythm of their own, on whole beats. Standard library only."""
+"""Gives each movement of a drawing whole beats: a drawing has no rhythm of its own. Standard library only."""
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 
 from improv_core.transcription.fits import VelocityFits
+from improv_core.transcription.polyline import polyline
 from improv_core.transcription.rhythm import TrackedRobot
 from improv_core.transcription.stretches import EvenStretch
 from improv_core.transcription.tempo import USUAL
@@ -23,27 +23,23 @@ def on_whole_beats(drawn: Mapping[str, TrackedRobot], tempo: int | None) -> tupl
         for robot, each in drawn.items()
     }
     tempo = tempo or max(_tempo(sum(beats[robot]), each.stretches[-1].end) for robot, each in drawn.items())
-    return tempo, {robot: _lasting(each, beats[robot], 60 / tempo) for robot, each in drawn.items()}
+    return tempo, {robot: _retimed(each, beats[robot], 60 / tempo) for robot, each in drawn.items()}
 
 
 def _tempo(beats: int, seconds: float) -> int:
-    """Return a round tempo at which so many beats take about so long."""
+    """Return a round tempo at which this many beats take about this many seconds."""
     exact = 60 * beats / seconds
     return USUAL if USUAL / _LOOSE <= exact <= USUAL * _LOOSE else max(round(exact / 10) * 10, 10)
 
 
-def _lasting(robot: TrackedRobot, beats: Sequence[int], beat: float) -> TrackedRobot:
-    """Return a robot whose stretches last these beats, each of which takes `beat` seconds."""
+def _retimed(robot: TrackedRobot, beats: Sequence[int], beat: float) -> TrackedRobot:
+    """Return a robot whose stretches last as many beats as given, at `beat` seconds each."""
     begin = robot.track[0].time
     before = [robot.stretches[0].start, *(each.end for each in robot.stretches)]
     after = [count * beat for count in accumulate(beats, initial=0)]
-
-    def moved(time: float) -> float:
-        place = min(max(bisect_right(before, time - begin) - 1, 0), len(beats) - 1)
-        share = (time - begin - before[place]) / (before[place + 1] - before[place])
-        return begin + after[place] + share * (after[place + 1] - after[place])
-
-    track = [each._replace(time=moved(each.time)) for each in robot.track]
+    slopes = [count * beat / each.seconds for count, each in zip(beats, robot.stretches, strict=True)]
+    moved = polyline(before, after, slopes)
+    track = [each._replace(time=begin + moved(each.time - begin)) for each in robot.track]
     stretches = [
         EvenStretch(start, end, each.amounts.times(each.seconds / (end - start)))
         for (start, end), each in zip(pairwise(after), robot.stretches, strict=True)

@@ -15,6 +15,7 @@ from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
 from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.fits import TrackEdge, VelocityFits, cheapest
+from improv_core.transcription.polyline import polyline
 from improv_core.transcription.stretches import EvenStretch, chained, stretches_of
 from improv_core.transcription.tempo import on_grid
 from improv_core.transcription.track import Noise, Sample, Track
@@ -83,12 +84,7 @@ class RateCurve(NamedTuple):
         rates = [float(each.rate) for each in steps]
         ends = [0.0, *accumulate(float(each.beats) for each in steps)]
         reached = [0.0, *accumulate(float(each.beats * each.rate) for each in steps)]
-
-        def played(beat: float) -> float:
-            step = min(max(bisect_right(ends, beat) - 1, 0), len(rates) - 1)
-            return reached[step] + (beat - ends[step]) * rates[step]
-
-        return played
+        return polyline(ends, reached, rates)
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,10 +213,7 @@ def _gentle_spans(
     moved = list(
         accumulate((rate * float(each.end - each.start) for rate, each in zip(rates, placed, strict=True)), initial=0.0)
     )
-
-    def until(beat: float) -> float:
-        place = min(max(bisect_right(ends, beat) - 1, 0), len(placed) - 1)
-        return moved[place] + (beat - ends[place]) * rates[place]
+    until = polyline(ends, moved, rates)
 
     def swells(start: float, part: float) -> bool:
         return abs(until(start + part) - until(start)) < _SWELL * abs(until(start + 2 * part) - until(start + part))

@@ -109,7 +109,7 @@ def _nodes(data: str) -> Iterator[_Node]:
         last = segment.end
         parts = _CURVE_POINTS if isinstance(segment, NonLinear) else 1
         for share in (part / parts for part in range(parts + 1)):
-            # Not by its derivative, which is 0 where a control point is at an end.
+            # The derivative would be 0 where a control point is at an end.
             way = segment.point(min(share + _BESIDE, 1.0)) - segment.point(max(share - _BESIDE, 0.0))
             if way:
                 yield segment.point(share), way

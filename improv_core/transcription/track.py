@@ -70,25 +70,22 @@ def track_of(places: Sequence[TimedPlace]) -> Track:
     Without headings, the robot looks along its path, and goes backward where the path turns back on itself.
     """
     headings = [place.heading for place in places]
-    if None not in headings:
-        looked = _continuous([heading or 0.0 for heading in headings])
-    elif median_low(after.time - here.time for here, after in pairwise(places)) > _SPARSE:
-        return driven(list(_turning(places)))
-    else:
-        looked = _along(places)
-    return [Sample(*place[:4], heading) for place, heading in zip(places, looked, strict=True)]
-
-
-def driven(places: Sequence[TimedPlace]) -> list[Sample]:
-    """Return samples at an even rate between waypoints: a robot drives forward from one to the next, and turns where it
-    waits."""
-    return interpolated(
-        [Sample(*place[:4], heading) for place, heading in zip(places, _along(places, False), strict=True)]
+    are_waypoints = None in headings and (
+        median_low(after.time - here.time for here, after in pairwise(places)) > _SPARSE
     )
+    if are_waypoints:
+        places = list(_turning(places))
+        looked = _along(places, False)
+    elif None in headings:
+        looked = _along(places)
+    else:
+        looked = _continuous([heading or 0.0 for heading in headings])
+    samples = [Sample(*place[:4], heading) for place, heading in zip(places, looked, strict=True)]
+    return interpolated(samples) if are_waypoints else samples
 
 
 def interpolated(nodes: Sequence[Sample]) -> list[Sample]:
-    """Return samples at an even rate between poses."""
+    """Return samples at an even rate, interpolated between poses."""
     begin, seconds = nodes[0].time, nodes[-1].time - nodes[0].time
     count = max(round(seconds * _RATE), 1)
     found = []

@@ -37,8 +37,8 @@ NOISY = 100 * CLEAN
 _CHANGE = 0.15
 """Seconds: only changes between longer stretches determine the tempo."""
 _SHARE, _DRAWN_SHARE = 15, 5
-"""The noise assumed even in exact tracks is the tolerance divided by this. Curves are drawn that are no arcs, so there
-it is larger: they become few arcs that are near enough."""
+"""The noise assumed even in exact tracks is the tolerance divided by this: more in drawings, so that a curve becomes a
+few arcs that are near enough."""
 _FINEST = 9
 """The most times that numbers are made finer."""
 _STRICTNESS = 0.25

@@ -405,7 +405,7 @@ def test_a_save_needs_nobody_in_a_place_while_robots_move() -> None:
 # From the beginning to the end
 
 
-def test_beat_0_comes_after_the_check_of_the_robots() -> None:
+def test_beat_0_comes_after_robots_are_checked() -> None:
     before, _ = decide(run("playing", 3), events.Restarted(to_play(OTHER)), at(3))
     then, done = decide(before, events.Listened((), False, ["a"]), at(3))
     assert (then.mode, then.is_due, done) == ("waiting", True, [])
@@ -739,8 +739,8 @@ def test_joints_are_brought_to_their_starts_only_if_their_robots_may_move(
 
 
 @pytest.mark.parametrize("asked", ["stop", "pause"])
-def test_a_stop_names_those_that_may_still_move_a_robot(asked: str) -> None:
-    facts = real(3, shared={"b": ["/improv_2", "/teleop"], "gone": ["/teleop"]})
+def test_a_stop_names_other_nodes_that_can_move_a_robot(asked: str) -> None:
+    facts = real(3, other_publishers={"b": ["/improv_2", "/teleop"], "gone": ["/teleop"]})
     _, done = decide(run("playing"), {"type": asked}, facts)  # type: ignore[arg-type]
     assert names(done) == ["Zero", "Report", "Tell"]
     line = "b may still be moving: stop /improv_2, /teleop, which can move it, too"

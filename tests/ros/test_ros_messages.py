@@ -116,7 +116,7 @@ def test_other_nodes_that_send_to_a_robot_are_named(sink: Sink, listen: Listen, 
     assert sink("find", "warnings", "turtle1", "teleop") == (
         f"other nodes also publish to {TOPIC}: /teleop; robots obey all of them: stop the others or use twist_mux"
     )
-    assert sink("shared") == {"turtle1": ["/teleop"]}
+    assert sink("other_publishers") == {"turtle1": ["/teleop"]}
     teleop.close()
     sink("until_no_warnings")
-    assert sink("shared") == {}
+    assert sink("other_publishers") == {}

@@ -99,7 +99,7 @@ class RosSink(Sink):
         self._current: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
         self._late: dict[str, float] = {}
-        self._shared: dict[str, Collection[str]] = {}
+        self._other_publishers: dict[str, Collection[str]] = {}
         self._standby.wait()
 
     @property
@@ -233,14 +233,14 @@ class RosSink(Sink):
         for robot in asked:
             known = self._robots[robot]
             topic = known.topic
-            self._shared.pop(robot, None)
+            self._other_publishers.pop(robot, None)
             if known.is_simulated:
                 found[robot] = (
                     f"{robot} is a puppet, which only the simulator has: "
                     "to move a real robot, give it the profile of one in improv.toml"
                 )
             elif others := self._others(topic):
-                self._shared[robot] = others
+                self._other_publishers[robot] = others
                 found[robot] = (
                     f"other nodes also publish to {topic.name}: {', '.join(others)}; "
                     "robots obey all of them: stop the others or use twist_mux"
@@ -257,8 +257,8 @@ class RosSink(Sink):
                 found.setdefault(robot, silent)
         return found
 
-    def shared(self) -> Mapping[str, Collection[str]]:
-        return self._shared
+    def other_publishers(self) -> Mapping[str, Collection[str]]:
+        return self._other_publishers
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all

@@ -12,6 +12,7 @@ from typing import assert_never
 from improv_core.ide.selection import UnplayableError
 from improv_core.ipc.stage_process import StageError
 from improv_core.outputs.ros.setup.interpreter import find_ros_python
+from improv_core.program.files import PlayedRobots, ReadError
 from improv_core.program.report import Mistake, mistakes
 from improv_core.protocol.commands import Editing, Stop, is_muted
 from improv_core.protocol.editing import NO_DRAFT
@@ -59,6 +60,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
+        self._played_robots = PlayedRobots()
         self.live = Live(editor, self.playing, lambda: self.state)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self.offers = Offers(editor, records, self.playing, self.ask, documents, robots_files)
@@ -107,7 +109,9 @@ class Performance:
             document = await self._settling.settled(document, text)
             try:
                 prepared = await self._settling.run(partial(prepare, document, choose))
-            except UnplayableError as error:
+                if path := path_of(document.uri):
+                    self._played_robots.check(path, document.analysis.config)
+            except (UnplayableError, ReadError) as error:
                 if not choose:
                     self._present(document)
                 self._editor.warn(f"✗ {error}{'; the previous dance keeps playing' if self.state.is_on else ''}")

@@ -22,6 +22,7 @@ from improv_core.ide.selection import UnplayableError
 from improv_core.outputs.recording.recorder import Recorder
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.program.files import PlayedRobots, ReadError
 from improv_core.program.report import Mistake, as_lines, mistakes, summary
 from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import Decided, Misplaced, Ready, Sensed, Sent, TransportMessage
@@ -135,6 +136,7 @@ class TerminalSession:
         self.results = Results()
         self.rehearses = False
         """True if the latest performance doesn't begin at the starts of its program."""
+        self._played_robots = PlayedRobots()
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
         self._keeping: set[asyncio.Task[None]] = set()  # programs being saved in the history
@@ -212,8 +214,9 @@ class TerminalSession:
             self.refuse(path, mistakes(path, analysis))
             return
         try:
+            self._played_robots.check(path, analysis.config)
             await self.play(analysis, path, asked)
-        except UnplayableError as error:
+        except (UnplayableError, ReadError) as error:
             self.screen.complain(f"improv: {error}")
             self.refuse(path, [Mistake(path.name, 0, 0, "", str(error))])
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from improv_core import LineError
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
-from improv_core.robots.config import FILE_NAME, Robots, find_robots_file, read_robots
+from improv_core.robots.config import FILE_NAME, Robots, absolute, find_robots_file, read_robots
 from improv_core.score.score import LINK_PATIENCE, Host
 from improv_core.text import Span
 
@@ -91,6 +91,25 @@ def robots_or_problem(folder: Path) -> Robots:
         return robots_near(folder)
     except ReadError as error:
         return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
+
+
+class PlayedRobots:
+    """The `improv.toml` files of the programs that have played. Once one is gone, its robots have no limits and no
+    emergency stop, and somebody may just be writing it: the first program is refused, and the next one plays."""
+
+    def __init__(self) -> None:
+        self._files: set[Path] = set()
+
+    def check(self, program: Path, robots: Robots) -> None:
+        """Note the robots of a program that is about to play. Raises ReadError if their `improv.toml` is gone."""
+        nearest = len(robots.path.parts) if robots.path else 0
+        folders = absolute(program).parents
+        gone = {each for each in self._files if each.parent in folders and len(each.parts) > nearest}
+        self._files -= gone
+        if gone:
+            raise ReadError(f"{max(gone, key=str)} is gone: save again to play without its limits")
+        if robots.path:
+            self._files.add(robots.path)
 
 
 def outputs_near(folder: Path) -> frozenset[Host]:

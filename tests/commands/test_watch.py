@@ -111,6 +111,20 @@ def test_a_save_of_the_robots_plays_again(watch: Running, program: Path) -> None
     watch.wait("▶ r ∞")
 
 
+def test_after_the_robots_are_gone_only_a_second_save_plays(
+    watch: Running, program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("improv_core.storage.saves.EMPTY_SETTLING", 0.5)
+    robots = program.with_name("improv.toml")
+    robots.write_text("[robots.r]\n")
+    watch.wait("▶ r ∞")
+    robots.unlink()
+    assert watch.next() == f"improv: {robots} is gone: save again to play without its limits\n"
+    assert watch.next() == KEEPS
+    program.write_text("r $ left\n")
+    assert watch.next().startswith("▶ r 1 beat")
+
+
 def test_a_program_with_errors_from_the_start_plays_nothing(program: Path) -> None:
     program.write_text("r $ lft\n")
     with watching(program) as watch:

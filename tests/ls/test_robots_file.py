@@ -93,6 +93,19 @@ def test_robots_in_an_unreadable_file_do_not_move(tmp_path: Path, make: Callable
         assert client.wait_for_line("▶").startswith("▶ r ∞")
 
 
+def test_after_the_robots_are_gone_only_a_second_save_plays(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    robots.write_text("[robots.r]\n")
+    with Client(QUIET) as client:
+        client.play(program.as_uri(), "r $ repeat forward\n")
+        robots.unlink()
+        client.save(program.as_uri())
+        gone = f"✗ {robots} is gone: save again to play without its limits; the previous dance keeps playing"
+        assert client.wait_for_line("✗") == gone
+        client.save(program.as_uri())
+        assert client.wait_for_line("▶").startswith("▶ r ∞")
+
+
 def test_each_change_of_an_open_file_applies_to_the_result_of_the_one_before() -> None:
     def change(line: int, start: int, end: int, text: str) -> types.TextDocumentContentChangePartial:
         span = types.Range(types.Position(line, start), types.Position(line, end))

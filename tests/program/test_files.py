@@ -10,6 +10,7 @@ from improv_core.diagnostics import MAX_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
 from improv_core.program.files import (
     LARGEST_ROBOTS_FILE,
+    PlayedRobots,
     ReadError,
     analyze_file,
     read_program,
@@ -118,3 +119,26 @@ def test_robots_of_an_empty_improv_toml_are_refused(tmp_path: Path, text: str) -
     with pytest.raises(ReadError, match="it is empty: describe robots in it, or delete it"):
         robots_near(tmp_path)
     assert not robots_or_problem(tmp_path).ok
+
+
+def test_a_program_is_refused_once_after_its_improv_toml_is_gone(tmp_path: Path) -> None:
+    inner, program, other = tmp_path / "inner", tmp_path / "inner" / "dance.improv", tmp_path / "dance.improv"
+    inner.mkdir()
+    for file in (above := tmp_path / "improv.toml", near := inner / "improv.toml"):
+        file.write_text("[robots.r]\n")
+    played = PlayedRobots()
+
+    def refused(path: Path) -> bool:
+        try:
+            played.check(path, robots_near(path.parent))
+        except ReadError as error:
+            return "is gone: save again to play without its limits" in str(error)
+        return False
+
+    assert [refused(program), refused(other)] == [False, False]
+    near.unlink()
+    assert [refused(other), refused(program), refused(program)] == [False, True, False], "the one above has the robots"
+    near.write_text("[robots.s]\n")
+    assert not refused(program)
+    above.unlink()
+    assert [refused(program), refused(other), refused(other)] == [False, True, False]

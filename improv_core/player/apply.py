@@ -16,6 +16,7 @@ from improv_core.player.start_rules import robots_to_home, waits
 from improv_core.player.tracks import Tracks
 from improv_core.protocol.limits import MEASURED_AT_REST
 from improv_core.protocol.messages import Play
+from improv_core.protocol.output import BaseCommand
 from improv_core.score.motion import STILL
 from improv_core.score.movement import Exact
 from improv_core.score.path import Paths
@@ -83,7 +84,7 @@ def do(act: Act, tracks: Tracks, now: float) -> Event | None:
         case acts.ReadmitRobots():
             tracks.listeners.readmit()
         case acts.DriveBack(robot, twist):
-            tracks.sink.send(robot, twist, tracks.run.transport.performed(now))
+            tracks.sink.ready([BaseCommand(robot, twist, tracks.run.transport.performed(now))])()
             tracks.faults.tell(robot, twist, now)
             tracks.separation.tell(tracks.run, robot, twist, now)
         case acts.Rejoin(robot):
@@ -114,10 +115,8 @@ def _report_senses(tracks: Tracks, beat: Exact, at: float, now: float) -> None:
 
 def _zero(tracks: Tracks, now: float) -> None:
     performed = tracks.run.transport.performed(now)
-    problems = tracks.queue.stop(tracks.run.score.parts, performed)
     tracks.reached, tracks.measured_until, tracks.moved = now, now + MEASURED_AT_REST, {}
-    if problems:
-        raise problems[0]
+    tracks.queue.stop(tracks.run.score.parts, performed)
     tracks.advance_sink(performed)
 
 

@@ -83,6 +83,10 @@ class Player:
             return max(min(self._tracks.listeners.next_look, self._tracks.faults.next_look), now)
         return now + (self._sink.period or LOOK_AGAIN) if _still_move(self._tracks) else math.inf
 
+    def prepare(self) -> None:
+        """Prepare the next changes of velocity, so that they leave at once when they are due."""
+        self._tracks.queue.prepare()
+
     def advance(self, now: float, late: float = 0.0) -> None:
         """Do what is due, `late` seconds after the deadline."""
         if self.run.mode == "waiting":
@@ -168,6 +172,7 @@ class Player:
         no decision starts another."""
         tracks = self._tracks
         while event or (event := self._send_due(now)):
+            tracks.queue.forget_prepared()  # whatever is decided
             tracks.run, todo = decide(tracks.run, event, tracks.facts(now, event, late))
             event, late = None, 0.0
             for act in todo:

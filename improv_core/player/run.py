@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 
 from improv_core.player.start_gate import Gate
 from improv_core.protocol.commands import AUTOMATIONS, Automation, is_muted
@@ -35,7 +36,7 @@ class Silenced:
     soloed: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Run:
     """A performance at a moment. Only `decide` makes the next one.
 
@@ -93,7 +94,7 @@ class Run:
         """The seconds that a beat takes."""
         return float(60 / self.tempo)
 
-    @property
+    @cached_property
     def tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor and the pace of a clock from outside."""
         usual = self.score.tempo * self.speed

@@ -7,7 +7,7 @@ It never reads a clock; times are performance times, in seconds.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
@@ -37,23 +37,32 @@ class Setpoint(NamedTuple):
     held: bool
 
 
+class MoverCommand(NamedTuple):
+    """The velocity of a mover from a performance time on."""
+
+    mover: Mover
+    velocity: Velocity
+    at: float
+
+
 class SetpointQueue:
     """The next setpoint of each mover, which is a robot's base or one of its body parts, and the velocities they hold.
 
-    `send` sends a mover a velocity at a performance time. `stands` returns whether a robot must stand now although
-    its part moves it; then `withhold` gets the velocity instead.
+    `ready` gets commands ready, and returns a function that sends them all. `stands` returns whether a robot must stand
+    now although its part moves it; then `withhold` gets its command instead.
     """
 
     def __init__(
         self,
-        send: Callable[[Mover, Velocity, float], None],
+        ready: Callable[[Sequence[MoverCommand]], Callable[[], None]],
         stands: Callable[[str], bool],
-        withhold: Callable[[Mover, Velocity, float], None] = lambda mover, velocity, at: None,
+        withhold: Callable[[MoverCommand], None] = lambda command: None,
     ) -> None:
-        self._send_now = send
+        self._ready = ready
         self._stands = stands
         self._withhold = withhold
         self._queue: list[_Due] = []
+        self._prepared: _Prepared | None = None
         self._wanted: dict[Mover, Velocity] = {}  # the velocity of each, as if its robot did not stand
         self._zeros_left: dict[Mover, int] = {}  # zeros still to send to the movers of a muted robot
         self._limbs: dict[str, dict[Mover, None]] = {}  # the body parts of each robot that have had a setpoint
@@ -103,6 +112,7 @@ class SetpointQueue:
 
     def drop_changes(self, movers: Collection[Mover]) -> None:
         """Drop the setpoints of movers, which hold their velocities."""
+        self.forget_prepared()
         self._queue = [due for due in self._queue if due.mover not in movers]
         heapify(self._queue)
         for mover in movers:
@@ -126,65 +136,73 @@ class SetpointQueue:
     def hold(self, mover: Mover, velocity: Velocity, rate: float, at: float) -> None:
         """Send a mover a velocity if it is a new one, and repeat it at `rate` Hz."""
         if velocity != self._wanted.get(mover):
-            self._send(mover, velocity, at)
+            self._send([MoverCommand(mover, velocity, at)])
             self.repeats.hold(mover, rate, at)
 
+    def prepare(self) -> None:
+        """Get the changes that are due next ready to be sent, unless they depend on senses, or on robots that stand."""
+        if self._prepared or not self._queue:
+            return
+        due = sorted(each for each in self._queue if each.at == self.due)
+        commands = [MoverCommand(each.mover, each.velocity, each.at) for each in due if each.velocity is not None]
+        if len(commands) == len(due) and not any(self._stands(each.mover.robot) for each in due):
+            self._prepared = _Prepared(self.due, commands, self._ready(commands))
+
+    def forget_prepared(self) -> None:
+        """Forget what is ready, because it may no longer be what robots must be sent."""
+        self._prepared = None
+
     def send_changes(self, until: float, parts: Mapping[str, Part], perform: Callable[[Mover, float], None]) -> None:
-        """Send every change until then, and only then compute the next ones. `perform` performs open parts."""
-        due = []
-        while self._queue and self._queue[0].at <= until:
-            due.append(heappop(self._queue))
-        sent = 0
+        """Send the changes that are prepared if they are due by then, otherwise all changes until then, and only then
+        compute the next ones. `perform` performs open parts."""
+        prepared, self._prepared = self._prepared, None
+        if prepared and prepared.at <= until:
+            self._wanted.update((mover, velocity) for mover, velocity, _ in prepared.commands)
+            try:
+                prepared.send()
+            finally:
+                self._follow(self._take(prepared.at), parts)
+            return
+        due, commands = self._take(until), list[MoverCommand]()
         try:
             for each in due:
-                sent += 1
-                if each.velocity is None:
-                    perform(each.mover, each.at)
-                else:
-                    self._send(each.mover, each.velocity, each.at)
-        finally:
-            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
-            for at, mover, velocity, held, rest, offset in due[:sent]:
-                if velocity is None:
+                if each.velocity is not None:
+                    commands.append(MoverCommand(each.mover, each.velocity, each.at))
                     continue
-                if held:
-                    self.repeats.hold(mover, parts[mover.robot].profile.command_rate, at)
-                else:
-                    self.repeats.release(mover)
-                self.add(mover, rest, offset)
-            for each in due[sent:]:
-                heappush(self._queue, each)
+                self._send(commands)  # in order: a simulator takes nothing from an earlier time later
+                commands = []
+                perform(each.mover, each.at)
+            self._send(commands)
+        finally:
+            self._follow(due, parts)
 
     def send_repeats(self, performed: float) -> None:
         """Send the repeats of one slot if they are due."""
         if self.repeats.due <= performed:
-            for mover in self.repeats.take(performed):
-                self._send(mover, self._wanted[mover], performed)
+            movers = self.repeats.take(performed)
+            self._send([MoverCommand(mover, self._wanted[mover], performed) for mover in movers])
 
     def resend(self, robot: str, at: float) -> None:
         """Send a robot its current velocity now that it has begun to stand, or no longer has to."""
         self.silence([robot])
-        for mover in self.movers([robot]):
-            self._send(mover, self._wanted.get(mover, STILL), at)
+        self._send([MoverCommand(mover, self._wanted.get(mover, STILL), at) for mover in self.movers([robot])])
 
     def silence(self, robots: Collection[str]) -> None:
         """Send robots that have begun to stand their last zeros instead of their setpoints."""
+        self.forget_prepared()
         self._zeros_left.update(dict.fromkeys(self.movers(robots), LAST_ZEROS))
 
-    def stop(self, parts: Mapping[str, Part], performed: float) -> list[Exception]:
-        """Stop robots at once. If one can't be stopped, the others still are. Return the exceptions."""
-        movers, problems, self._stops = self.movers(parts), list[Exception](), True
-        for mover in movers:  # before anything else
-            try:
-                self._send_now(mover, STILL, performed)
-            except Exception as problem:  # a sink's library may raise anything
-                problems.append(problem)
-        self._stops = False
-        self.drop(movers)
-        for mover in movers:
-            _, *rest = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
-            self.add(mover, iter(rest), 0.0)
-        return problems
+    def stop(self, parts: Mapping[str, Part], performed: float) -> None:
+        """Stop robots at once. If one can't be stopped, the others still are before that is raised."""
+        movers, self._stops = self.movers(parts), True
+        try:
+            self.still(movers, performed)  # before anything else
+        finally:
+            self._stops = False
+            self.drop(movers)
+            for mover in movers:
+                _, *rest = zeros(performed, 1 / parts[mover.robot].profile.command_rate)
+                self.add(mover, iter(rest), 0.0)
 
     def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
         """Stop robots at once whose topic or message type changes, and those that lose their topic to another one."""
@@ -200,8 +218,7 @@ class SetpointQueue:
 
     def still(self, movers: Iterable[Mover], performed: float) -> None:
         """Send movers a zero at once."""
-        for mover in movers:
-            self._send_now(mover, STILL, performed)
+        self._ready([MoverCommand(mover, STILL, performed) for mover in movers])()
 
     def stop_leaving(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
         """Send robots that have left their last zeros, unless another robot has their topic now."""
@@ -212,21 +229,54 @@ class SetpointQueue:
                 for mover in self.movers([robot]):
                     self.add(mover, zeros(0.0, 1 / part.profile.command_rate), performed)
 
+    def _take(self, until: float) -> list[_Due]:
+        """Take the changes until then from the queue."""
+        due = []
+        while self._queue and self._queue[0].at <= until:
+            due.append(heappop(self._queue))
+        return due
+
+    def _follow(self, due: Iterable[_Due], parts: Mapping[str, Part]) -> None:
+        """Schedule what follows changes, also if a robot couldn't be reached: it must not come first again and hold up
+        the zeros of the others."""
+        for at, mover, velocity, held, rest, offset in due:
+            if velocity is None:
+                continue
+            if held:
+                self.repeats.hold(mover, parts[mover.robot].profile.command_rate, at)
+            else:
+                self.repeats.release(mover)
+            self.add(mover, rest, offset)
+
     def _push(self, due: _Due) -> None:
+        self.forget_prepared()
         if due.mover.part:
             self._limbs.setdefault(due.mover.robot, {})[due.mover] = None
             self._next[due.mover] = due.at
         heappush(self._queue, due)
 
-    def _send(self, mover: Mover, velocity: Velocity, at: float) -> None:
-        self._wanted[mover] = velocity
-        if not self._stands(mover.robot):
-            self._send_now(mover, velocity, at)
-            return
-        if left := self._zeros_left.get(mover, 0):
-            self._zeros_left[mover] = left - 1
-            self._send_now(mover, STILL, at)
-        self._withhold(mover, velocity, at)
+    def _send(self, commands: Iterable[MoverCommand]) -> None:
+        sent = list[MoverCommand]()
+        for command in commands:
+            mover = command.mover
+            self._wanted[mover] = command.velocity
+            if not self._stands(mover.robot):
+                sent.append(command)
+                continue
+            if left := self._zeros_left.get(mover, 0):
+                self._zeros_left[mover] = left - 1
+                sent.append(command._replace(velocity=STILL))
+            self._withhold(command)
+        if sent:
+            self._ready(sent)()
+
+
+class _Prepared(NamedTuple):
+    """The commands that are due next, at a performance time, and a function that sends them."""
+
+    at: float
+    commands: Sequence[MoverCommand]
+    send: Callable[[], None]
 
 
 class _Due(NamedTuple):

@@ -6,7 +6,8 @@ It never reads a clock. `performed` and `at` are performance times: seconds sinc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 
 from improv_core.player import reports
 from improv_core.player.active_parts import ActiveParts, ComputedBeginning
@@ -18,10 +19,10 @@ from improv_core.player.returning import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor
-from improv_core.player.setpoint_queue import SetpointQueue, Velocity, zeros
+from improv_core.player.setpoint_queue import MoverCommand, SetpointQueue, Velocity, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.messages import SIMULATED, FromStage, Play
-from improv_core.protocol.output import RawPose, Sink
+from improv_core.protocol.output import BaseCommand, RawPose, Sink, try_all
 from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
 from improv_core.score.motion import STILL, Pose, Twist
@@ -50,7 +51,7 @@ class Tracks:
                 robot, joints, at, self.run.simulated_pace, self.queue.next_of_limbs(robot, at)
             )
         )
-        self.queue = SetpointQueue(self._send, self._stands, self._withhold)
+        self.queue = SetpointQueue(self._ready, self._stands, self._withhold)
         self.sensing = Sensing()
         self.active_parts = ActiveParts(lambda what: self.sensing.value(what, self.run.score))
         self.limbs = Limbs()
@@ -268,29 +269,51 @@ class Tracks:
 
     # Velocities
 
-    def _send(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        robot = mover.robot
-        if mover.part:
-            self.joints.tell(robot, self.limbs.track[mover].tell(velocity, performed), performed)
-            return
-        assert isinstance(velocity, Twist)
-        at, told = self.run.transport.clock(performed), velocity
-        if velocity != STILL:
-            correction = self.odometry.correction(robot, velocity, max(at, self.reached) if self.sink.real else at)
-            told = velocity if correction == STILL else velocity.plus(correction)
+    def _ready(self, commands: Sequence[MoverCommand]) -> Callable[[], None]:
+        """Get commands ready, and return a function that sends them: those to bases first, and then notes these."""
+        limbs = [partial(self._send_limb, *command) for command in commands if command.mover.part]
+        bases = [command for command in commands if not command.mover.part] if limbs else commands
+        told = [self._corrected(*base) for base in bases]
         pace = self.run.simulated_pace
-        self.sink.send(robot, told if pace == 1 else told.times(1 / pace), performed)
-        self.odometry.tell(robot, velocity, at)
-        if self.sink.real:
-            self.faults.tell(robot, velocity, at)
-            self.separation.tell(self.run, robot, told, max(at, self.reached))
+        sends = self.sink.ready(
+            [
+                BaseCommand(mover.robot, twist if pace == 1 else twist.times(1 / pace), at)
+                for (mover, _, at), twist in zip(bases, told, strict=True)
+            ]
+        )
+
+        def send() -> None:
+            try_all([sends, *limbs])
+            for (mover, velocity, performed), sent in zip(bases, told, strict=True):
+                assert isinstance(velocity, Twist)
+                at = self.run.transport.clock(performed)
+                self.odometry.tell(mover.robot, velocity, at)
+                if self.sink.real:
+                    self.faults.tell(mover.robot, velocity, at)
+                    self.separation.tell(self.run, mover.robot, sent, max(at, self.reached))
+
+        return send
+
+    def _send_limb(self, mover: Mover, velocity: Velocity, performed: float) -> None:
+        self.joints.tell(mover.robot, self.limbs.track[mover].tell(velocity, performed), performed)
+
+    def _corrected(self, mover: Mover, velocity: Velocity, performed: float) -> Twist:
+        """Return a base's velocity, corrected by its odometry."""
+        assert isinstance(velocity, Twist)
+        if velocity == STILL:
+            return velocity
+        at = self.run.transport.clock(performed)
+        at = max(at, self.reached) if self.sink.real else at
+        correction = self.odometry.correction(mover.robot, velocity, at)
+        return velocity if correction == STILL else velocity.plus(correction)
 
     def _stands(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)
 
-    def _withhold(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        """Take a velocity that a standing robot isn't sent. If the robot drives back, it joins its part where this
-        velocity leads."""
+    def _withhold(self, command: MoverCommand) -> None:
+        """Take a command that a standing robot isn't sent. If the robot drives back, it joins its part where this
+        command leads."""
+        mover, velocity, performed = command
         if mover.robot in self.listeners.returning and not mover.part and isinstance(velocity, Twist):
             self.odometry.tell(mover.robot, velocity, self.run.transport.clock(performed))
 
@@ -329,6 +352,7 @@ class Tracks:
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""
+        self.queue.forget_prepared()  # they correct velocities
         run, poses = self.run, [raw for raw in poses if self.odometry.fits(raw)]
         found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
         if self.sink.real:

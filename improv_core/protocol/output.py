@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from improv_core.score.motion import Pose, Twist
@@ -108,6 +109,14 @@ class ZeroRetries(Protocol):
         """Send them again, or find out that robots have received them."""
 
 
+class BaseCommand(NamedTuple):
+    """A robot's velocity from a performance time on, in seconds since beat 0."""
+
+    robot: str
+    twist: Twist
+    at: float
+
+
 class Sink:
     """Something that moves robots. The stage's loop calls it from one thread only.
 
@@ -182,8 +191,14 @@ class Sink:
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
+        """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing). Only `ready`
+        calls it."""
         raise NotImplementedError
+
+    def ready(self, commands: Sequence[BaseCommand]) -> Callable[[], None]:
+        """Get commands ready, and return a function that sends them, as fast as possible. If it can't send one, it
+        still sends the others, and then raises the first exception."""
+        return partial(try_all, [partial(self.send, *command) for command in commands])
 
     def sent_as(self, robot: str) -> SentAs:
         return {"stamped": False}
@@ -221,3 +236,15 @@ class Sink:
 
     def close(self) -> None:
         """Release all resources. The robots have already been stopped."""
+
+
+def try_all(calls: Iterable[Callable[[], None]]) -> None:
+    """Make each of these calls, even if others fail, and then raise the first exception."""
+    problems = list[Exception]()
+    for call in calls:
+        try:
+            call()
+        except Exception as problem:  # a sink's library may raise anything
+            problems.append(problem)
+    if problems:
+        raise problems[0]

@@ -78,8 +78,11 @@ def run(opened: OpenedOutput, inbox: Inbox, clock: Clock, parent: Parent) -> int
             deadline = loop.deadline(now)
             arrival = timeout = None
             if deadline < math.inf:
-                early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
-                timeout = max(deadline - early - now, 0)
+                early = 0.0
+                if opened.sink.real and loop.player.is_exact:
+                    early = EARLY
+                    loop.player.prepare()
+                timeout = max(deadline - early - clock.now(), 0)
             try:
                 arrival = inbox.get(timeout=timeout)
             except queue.Empty:

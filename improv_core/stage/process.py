@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, cast
@@ -19,14 +19,13 @@ from improv_core.protocol.commands import COMMANDS, Conduct, PageRequest, Stop
 from improv_core.protocol.json_lines import own_output
 from improv_core.protocol.limits import STOP_PIPE, STOP_SOCKETS
 from improv_core.protocol.messages import VERSION, FromStage, Ready, Sent
-from improv_core.protocol.output import Sink
+from improv_core.protocol.output import BaseCommand, Sink
 from improv_core.protocol.page_messages import ForPages
 from improv_core.safety.heartbeat import Parent
 from improv_core.safety.stage_stops import OBEYED, SIMULATOR, StageSocket
 from improv_core.safety.stop_server import Answer
 from improv_core.safety.stops import asleep
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Inbox, OpenedOutput, run
 from improv_core.stage.stdio import Outbox, put, read_arrivals, read_stops, write_messages
 
@@ -142,13 +141,19 @@ class SystemClock:
 def report_sent(sink: Sink, put: Callable[[Sent], None], wall_at: Callable[[float], int] | None = None) -> None:
     """Have a sink report every velocity it sends, also by itself, and its Unix time in nanoseconds: that just before,
     or that of a time of the performance."""
-    send, send_joints = sink.send, sink.send_joints
+    ready, send_joints = sink.ready, sink.send_joints
 
-    def send_and_tell(robot: str, twist: Twist, at: float) -> None:
-        wall = wall_at(at) if wall_at else time.time_ns()
-        send(robot, twist, at)
-        told: Sent = {"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall}
-        put({**told, **sink.sent_as(robot)})
+    def ready_and_told(commands: Sequence[BaseCommand]) -> Callable[[], None]:
+        send = ready(commands)
+
+        def send_and_tell() -> None:
+            now = time.time_ns()
+            send()
+            for robot, twist, at in commands:
+                told: Sent = {"type": "sent", "robot": robot, "wall": wall_at(at) if wall_at else now}
+                put({**told, "twist": [twist.x, twist.y, twist.z, twist.yaw], **sink.sent_as(robot)})
+
+        return send_and_tell
 
     def send_joints_and_tell(robot: str, joints: Mapping[str, JointMotion], at: float, *more: float) -> None:
         wall = wall_at(at) if wall_at else time.time_ns()
@@ -156,5 +161,5 @@ def report_sent(sink: Sink, put: Callable[[Sent], None], wall_at: Callable[[floa
         told = {name: list(motion) for name, motion in joints.items()}
         put({"type": "sent", "robot": robot, "joints": told, "wall": wall})
 
-    sink.send = send_and_tell  # type: ignore[method-assign]
+    sink.ready = ready_and_told  # type: ignore[method-assign]
     sink.send_joints = send_joints_and_tell  # type: ignore[method-assign, assignment]

@@ -31,9 +31,9 @@ STAGE = (
         "a robot that leaves is not stopped before another one takes its topic",
     ),
     Fault(
-        "player/setpoint_queue.py",
-        "                problems.append(problem)\n",
-        "                problems.append(problem)\n                break\n",
+        "protocol/output.py",
+        "            problems.append(problem)\n",
+        "            problems.append(problem)\n            break\n",
         "after one robot that can't be stopped, no other one is",
     ),
     Fault(

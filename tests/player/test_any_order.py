@@ -1,4 +1,7 @@
-"""Requests in any order: robots that are not edited play as if nothing had been saved, and a stop lasts."""
+"""Requests in any order: robots that are not edited play as if nothing had been saved, and a stop lasts.
+
+The edited stage prepares its changes, and the other one doesn't.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,7 @@ class Walk:
         self.edited, self.alone = self.both = Continuing(), Continuing()
         self.tempo, self.beat, self.restarted = 60, 0.0, 0
         self.held = self.stopped = False
+        self.edited.prepares = True
         for stage in self.both:
             stage.sink.real = real
         self.hold()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from improv_core.player.subscribers import LOOK_AT, MAX_LINES, PATIENCE
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.protocol.messages import FromStage, Play, TransportMessage, When
-from improv_core.protocol.output import Edge, Noticed, Sink
+from improv_core.protocol.output import BaseCommand, Edge, Noticed, Sink
 from improv_core.score.joints import JointMotion
 from improv_core.score.motion import Twist
 from improv_core.score.score import Deadman, DeviceAddress, Rejoin, Safety, Score
@@ -40,6 +40,7 @@ class Memory(Sink):
         self.met: set[str] = set()
         self.refuses: set[str] = set()
         self.breaks_at: tuple[float, str] = (math.inf, "")  # when a robot becomes unreachable
+        self.prepared = 0  # scores so far
 
     def preload(self, score: Score) -> Iterator[None]:
         for robot in score.parts.keys() - self.met:
@@ -49,6 +50,7 @@ class Memory(Sink):
     def prepare(self, score: Score, restart: bool) -> None:
         for robot in self.refuses & score.parts.keys():
             raise OSError(f"{robot} can't be prepared")
+        self.prepared += 1
 
     def ask(self, robots: Collection[str]) -> None:
         self.asked.append(set(robots))
@@ -61,6 +63,15 @@ class Memory(Sink):
 
     def resetting(self, homing: Collection[str] = ()) -> bool:
         return self.resets
+
+    def ready(self, commands: Sequence[BaseCommand]) -> Callable[[], None]:
+        send, prepared = super().ready(commands), self.prepared
+
+        def send_by_the_same_score() -> None:
+            assert self.prepared == prepared, "these commands were made ready for an earlier score"
+            send()
+
+        return send_by_the_same_score
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         since, broken = self.breaks_at
@@ -96,6 +107,7 @@ class Stage:
         self.sink = Memory()
         self.told: list[FromStage] = []
         self.player = Player(self.sink, self.told.append, lambda: 0.0)
+        self.prepares = False  # whether changes are prepared before they are due
 
     def load(self, program: str, when: When = "restart") -> None:
         self.perform(score(program), len(self.told) + 1, when)
@@ -118,10 +130,15 @@ class Stage:
 
     def run(self, seconds: float) -> None:
         end = self.now + seconds
-        while (deadline := self.player.deadline(self.now)) <= end:
+        while (deadline := self._next_deadline()) <= end:
             self.now = max(deadline, self.now)
             self.player.advance(self.now)
         self.now = end
+
+    def _next_deadline(self) -> float:
+        if self.prepares:
+            self.player.prepare()
+        return self.player.deadline(self.now)
 
     def hang(self, seconds: float) -> None:
         """Do nothing for this long, and then what was due meanwhile."""

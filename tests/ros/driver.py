@@ -24,7 +24,7 @@ from rclpy.utilities import get_default_context
 from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.output import RosSink
 from improv_core.outputs.ros.standby.client import start_standby
-from improv_core.protocol.output import Alarm, Edge, RawPoses
+from improv_core.protocol.output import Alarm, BaseCommand, Edge, RawPoses
 from improv_core.score.algebra import hold, stand
 from improv_core.score.body import Body, BodyPart, Controller, Drive, Joint
 from improv_core.score.by_part import by_part
@@ -88,17 +88,21 @@ def stop_on_the_way_home() -> None:
         return any(controller.moves for controller in sink._controllers._robots["ada"])
 
     until(moves)
-    sink.send("ada", STILL, 0.0)
+    publish("ada", STILL)
+
+
+def publish(robot: str, twist: Twist) -> None:
+    sink.ready([BaseCommand(robot, twist, 0.0)])()
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
-    sink.send(robot, Twist(x, y, z, yaw), 0.0)
+    publish(robot, Twist(x, y, z, yaw))
 
 
 def refuse(robot: str, x: float) -> str:
     """Return the error about a velocity that can't be sent."""
     try:
-        sink.send(robot, Twist(x), 0.0)
+        publish(robot, Twist(x))
     except ValueError as error:
         return str(error)
     return "sent"
@@ -237,7 +241,7 @@ def rate() -> float:
 
 
 def end(*_: object) -> None:
-    sink.send("turtle1", STILL, 0.0)
+    publish("turtle1", STILL)
     sink.close()
     sys.exit(0)
 

@@ -341,6 +341,21 @@ def on_faults(robot: Robot, response: Response, seconds: float) -> None:
     robot.run(seconds)
 
 
+def test_a_change_that_was_prepared_is_corrected_by_the_latest_pose() -> None:
+    plain, prepared = Follower(), Follower()
+    prepared.stage.prepares = True
+    for robot in (plain, prepared):
+        robot.play("beat 60\nr $ forward left\n")
+        robot.pose(Pose())
+        robot.run(0.97)
+        robot.pose(Pose(0.97 * 0.2 - 0.005))
+        robot.run(0.1)
+    assert prepared.stage.sink.sent == plain.stage.sink.sent
+    at, turn = next((at, twist) for _, at, twist in plain.stage.sink.sent if twist.yaw)
+    assert at == 1
+    assert turn.x == pytest.approx(0.01)
+
+
 def corrected(odometry: Odometry, world: Pose, at: float) -> Twist:
     """Return the correction of the velocity of `r`, which drives 0.2 m/s along x from the origin, after a pose at a
     time."""

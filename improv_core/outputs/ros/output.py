@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from improv_core.ipc.arrivals import End
 from improv_core.outputs.ros.base import RosBase
@@ -27,10 +27,10 @@ from improv_core.outputs.ros.topic import Advertise, RosTopic, message_class
 from improv_core.outputs.ros.zero_sender import ZERO, PendingZeros
 from improv_core.plain import one_line
 from improv_core.protocol.messages import FromStage, SentAs
-from improv_core.protocol.output import Alarm, Edge, Noticed, RawJoints, RawPoses, Sink
+from improv_core.protocol.output import Alarm, BaseCommand, Edge, Noticed, RawJoints, RawPoses, Sink
 from improv_core.safety.pending_zeros import LINGER
 from improv_core.score.joints import JointMotion
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL
 from improv_core.score.peer_clock import Anchor
 from improv_core.score.profiles import PUPPET
 from improv_core.score.score import Part, Score
@@ -165,8 +165,7 @@ class RosSink(Sink):
         if restart:
             self._standby.await_listeners()
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
-            for _, robot, _ in reset:
-                self.send(robot, STILL, 0.0)
+            self.ready([BaseCommand(robot, STILL, 0.0) for _, robot, _ in reset])()
             self._resets.begin(reset)
 
     def guard(self, topics: Collection[str]) -> None:
@@ -260,27 +259,41 @@ class RosSink(Sink):
     def other_publishers(self) -> Mapping[str, Collection[str]]:
         return self._other_publishers
 
-    def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Publish now. Raises ValueError if a number isn't finite, and what rclpy raises; the stage then stops all
-        robots."""
-        if robot in self._elsewhere:
+    def ready(self, commands: Sequence[BaseCommand]) -> Callable[[], None]:
+        """Serialize commands. Raises ValueError if a number isn't finite. The function that publishes them raises what
+        rclpy raises. The stage then stops all robots."""
+        return partial(self._publish, [each for command in commands for each in self._serialized(command)])
+
+    def _serialized(self, command: BaseCommand) -> Iterator[_Serialized]:
+        """Yield a command with its message, unless its robot isn't one that this stage moves."""
+        if command.robot in self._elsewhere or (base := self._robots[command.robot]).is_simulated:
             return
-        known = self._robots[robot]
-        if known.is_simulated:
-            return
-        if known.is_held:
-            twist = STILL
-        stands = twist == STILL
-        message = known.message_of(twist)
-        known.moves_since = None if stands else known.moves_since or self._now()
-        if not stands:
-            self.pending_zeros.note_velocity(known.topic, known.part.frame)
-        known.topic.publish(message, self._clock, known.part.frame)
-        if stands:
-            self._controllers.halt(robot)
-            self.pending_zeros.note_zero(robot, known.topic, known.part.frame)
-        if (late := self._publisher.health.sent(robot, at, self._now(), known.is_clipped)) > 0:
-            self._late[robot] = max(self._late.get(robot, 0.0), late)
+        stands = base.is_held or command.twist == STILL
+        yield _Serialized(command, base, stands, base.message_of(STILL if stands else command.twist))
+
+    def _publish(self, commands: Sequence[_Serialized]) -> None:
+        """Publish commands, with nothing in between, so that the last of a hundred robots doesn't wait for long."""
+        for each in commands:
+            if not each.stands:
+                self.pending_zeros.note_velocity(each.base.topic, each.base.part.frame)
+        clock, problems = self._clock, dict[str, Exception]()
+        for command, base, _, message in commands:
+            try:
+                base.topic.publish(message, clock, base.part.frame)
+            except Exception as problem:  # rclpy may raise anything
+                problems[command.robot] = problem
+        now = self._now()
+        for (robot, _, at), base, stands, _ in commands:
+            base.moves_since = None if stands else base.moves_since or now
+            if robot in problems:
+                continue
+            if stands:
+                self._controllers.halt(robot)
+                self.pending_zeros.note_zero(robot, base.topic, base.part.frame)
+            if (late := self._publisher.health.sent(robot, at, now, base.is_clipped)) > 0:
+                self._late[robot] = max(self._late.get(robot, 0.0), late)
+        if problems:
+            raise next(iter(problems.values()))
 
     def sent_as(self, robot: str) -> SentAs:
         if robot not in self._robots:
@@ -364,6 +377,15 @@ class RosSink(Sink):
     def _ours(self, robots: Collection[str] | None) -> Collection[str]:
         """The robots of these that this stage moves; if None, those of the latest `prepare`."""
         return self._current if robots is None else [robot for robot in robots if robot not in self._elsewhere]
+
+
+class _Serialized(NamedTuple):
+    """A command to a base, and its message. One that `stands` is a zero."""
+
+    command: BaseCommand
+    base: RosBase
+    stands: bool
+    message: bytes
 
 
 def _here(score: Score) -> dict[str, Part]:

@@ -389,6 +389,12 @@ def next_frame(page: Page) -> None:
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
+def rest(page: Page) -> None:
+    """Wait until the page has laid out its changes, and has drawn all that there is: the view stands still."""
+    next_frame(page)
+    wait(page, "improv.rests")
+
+
 def switch_to(page: Page, scheme: Scheme) -> None:
     """Switch the page to this color scheme, also its next frame."""
     page.emulate_media(color_scheme=scheme)
@@ -397,7 +403,7 @@ def switch_to(page: Page, scheme: Scheme) -> None:
 
 def at(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return the place of a point of the world on the page, in pixels; once the view has come to rest."""
-    wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
+    rest(page)
     stage = box(page, "#stage")
     place = page.evaluate(f"improv.toScreen({x}, {y})")
     return stage["x"] + place["x"], stage["y"] + place["y"]

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
 from tests.open_page import CALMLY
-from tests.page.conftest import Keep, at, box, wait
+from tests.page.conftest import Keep, at, box, rest, wait
 from tests.page.editing import Edit
 from tests.page.looks import COUNT
 
@@ -21,13 +21,6 @@ SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
 ORANGE, BLUE = [192, 79, 0], [0, 114, 178]
 PHONE: ViewportSize = {"width": 390, "height": 844}
 LOWER_END = "document.getElementById('{0}').getBoundingClientRect().bottom - document.getElementById('hall').offsetTop"
-AT_REST = """(
-  window.before = window.seen,
-  window.seen = JSON.stringify(improv.view),
-  window.same = window.seen === window.before ? window.same + 1 : 0,
-  window.same > 8
-)"""
-"""True once the camera has not moved for 8 frames: while somebody writes, it moves only in some of them."""
 
 
 def put_cursor(page: Page, behind: str) -> None:
@@ -40,7 +33,7 @@ def put_cursor(page: Page, behind: str) -> None:
 def drag(page: Page, places: list[tuple[float, float]], meanwhile: Callable[[], None] | None = None) -> None:
     """Drag the mouse along places on the floor, in meters, once the camera stands still. `meanwhile` comes before the
     mouse is released."""
-    wait(page, AT_REST)
+    rest(page)
     stage = box(page, "#stage")
     seen = page.evaluate("places => places.map(([x, y]) => improv.toScreen(x, y))", places)
     first, *others = [(stage["x"] + place["x"], stage["y"] + place["y"]) for place in seen]
@@ -141,11 +134,10 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     wait(page, "improv.toScreen(0, 2).y > " + LOWER_END.format("gesture"))
     page.set_viewport_size({"width": 1280, "height": 800})
     page.locator("#fit").click()  # room that the drawing used would be kept for a while
-    wait(page, AT_REST)
+    rest(page)
     shown = page.evaluate(COUNT, ORANGE)
     page.locator("#trail").select_option("off")
-    page.evaluate("window.same = 0")
-    wait(page, AT_REST)
+    rest(page)
     assert page.evaluate(COUNT, ORANGE) == shown  # no trail leads to where the robot was put
     page.locator("#trail").select_option("all")
     page.locator("#stage").focus()
@@ -218,14 +210,12 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
         touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
     wait(page, f"improv.view.scale > {view['scale']}")  # two fingers have zoomed, and drawn nothing
 
-    wait(page, AT_REST)
     end = at(page, 2, 0)
 
     def touch_above_the_floor() -> None:
         for kind, points in (("Start", [{"x": 10, "y": 10}]), ("End", [])):
             touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
-        page.evaluate("window.same = 0")
-        wait(page, AT_REST)
+        rest(page)
         page.mouse.move(*end)  # the floor is where it was
 
     drag(page, [(1, 0), (1.5, 0)], touch_above_the_floor)

@@ -25,6 +25,7 @@ from tests.page.conftest import (
     box,
     next_frame,
     play_anew,
+    rest,
     switch_to,
     wait,
 )
@@ -75,20 +76,12 @@ def test_the_page_keeps_counting_and_lights_playing_words_at_their_current_place
     expect(lit).to_have_text(["forward"])  # bert has not begun
 
 
-PAINTED = f"""(
-  window.before = window.count,
-  window.count = ({COUNT})({FAINT}),
-  window.same = window.count === window.before ? window.same + 1 : 0,
-  window.count > 100 && window.same > 10
-)"""
-"""True once a path ahead has been painted, and for ten frames nothing more."""
-
-
 @pytest.mark.slow("looks at every pixel, again and again")
 def test_the_path_ahead_is_drawn_and_can_be_hidden(shared: tuple[Show, Page]) -> None:
     show, page = shared
     begin_paused(page, show, PROGRAM)
-    wait(page, PAINTED)
+    wait(page, f"({COUNT})({FAINT}) > 100")
+    rest(page)
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) < 40")
     page.keyboard.press("a")

@@ -357,6 +357,7 @@ const improv = {
   get drawn() { return floor.poses }, // real robots where they were seen
   get moved() { return Object.fromEntries(program.anchor.moved) },
   get view() { return floor.camera.view },
+  get rests() { return !due.draw && !due.fit }, // the latest frame shows all that there is
   get handle() { return handle.shown },
   get previewed() { return preview.painted },
   get song() { return sound.audio?.position(seconds()) ?? null },

@@ -17,7 +17,7 @@ from improv_core.program.misuse import give_arguments, move_canon
 from improv_core.program.naming import is_valid_robot
 from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MAX_SCENES, Program
-from improv_core.program.unknown_names import unknown_name
+from improv_core.program.unknown_names import misspelled, unknown_name
 from improv_core.score.body import START
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
@@ -38,7 +38,8 @@ def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) ->
     """Return all diagnostics of a program, in the order of the text."""
     faulty = program.unusual.faulty
     serious = faulty.union(_too_many(program), program.infeasible, program.too_uneven)
-    hinted = program.bindings.unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
+    unused = program.bindings.unused.difference(misspelled(program))
+    hinted = unused.union(idle, [alone.line] if alone else (), program.near_named, program.alike)
     indices = [*sorted(serious), *sorted(hinted - serious)]
     hides = any(program.meanings[index].statement.diagnostics for index in faulty)  # perhaps of a definition
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone, hides))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.program.program import Program
@@ -76,6 +76,15 @@ def unknown_name(program: Program, index: int, node: nodes.Name, tokens: Sequenc
     above = f"{name} = {drawn or 'rest'}{program.lines.ending(program.offsets[index])}"
     fixes = replace(f"Define {name}{'' if drawn else ' as rest'} above", Span(0, 0), above, guess=True)
     return Diagnostic("unknown-name", node.span, message, fixes)
+
+
+def misspelled(program: Program) -> Iterator[int]:
+    """Yield the definitions of names that unknown names are like. They are used once those are corrected."""
+    defined, nearest = program.bindings.defined, program.bindings.nearest
+    for index in program.unusual.faulty:
+        for name in program.statements[index].uses:
+            if name not in defined and (near := nearest(name)):
+                yield from defined.get(near, ())
 
 
 def _of_body_or_kind(program: Program, index: int, node: nodes.Name) -> Diagnostic | None:

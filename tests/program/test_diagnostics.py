@@ -252,6 +252,14 @@ def test_unused_names_are_reported() -> None:
     """)
 
 
+def test_a_misspelled_name_is_one_problem_and_not_an_unused_definition_too() -> None:
+    check_all("""
+        square = repeat 4 (forward left)
+        r $ sqare
+            ^^^^^ unknown-name: `sqare` is not defined: did you mean `square`?
+    """)
+
+
 def test_brackets_that_are_not_a_beat_report_their_length() -> None:
     check_all("""
         r $ [forward [left left] forward]

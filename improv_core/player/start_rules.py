@@ -42,6 +42,9 @@ from improv_core.score.score import Score
 from improv_core.score.takeover import Takeover, joined
 from improv_core.score.transport import Transport
 
+FEW, LEAD = 10, 0.000_01
+"""Beat 0 of more than a few real robots comes this many seconds later for each other one: so long it takes until their
+first commands are ready. Otherwise their first movement would be shorter than it should be."""
 OPENS = 0.05
 """Seconds before robots come in with a clock from which on that moment stays as it is."""
 WAITS = "nothing moves until all robots listen: start them, or set `start_without = true` under [ros] in improv.toml"
@@ -123,8 +126,8 @@ def listened(run: Run, event: events.Listened, facts: Facts) -> RunAndActs:
 
 
 def _begin(run: Run, facts: Facts) -> RunAndActs:
-    """Begin: beat 0 is now."""
-    zero, passed, late = facts.now, 0.0, ""
+    """Begin: beat 0 is now, or for many real robots, once their first commands are ready."""
+    zero, passed, late = facts.now + facts.real * LEAD * max(len(run.score.parts) - FEW, 0), 0.0, ""
     if gate := run.gate:
         zero, passed = start_gate.beat_zero(gate, facts.now), start_gate.passed(gate, facts.now)
         late = start_gate.lateness(gate, facts.now, facts.wall)

@@ -35,10 +35,9 @@ def _tempo(beats: int, seconds: float) -> int:
 def _retimed(robot: TrackedRobot, beats: Sequence[int], beat: float) -> TrackedRobot:
     """Return a robot whose stretches last as many beats as given, at `beat` seconds each."""
     begin = robot.track[0].time
-    before = [robot.stretches[0].start, *(each.end for each in robot.stretches)]
     after = [count * beat for count in accumulate(beats, initial=0)]
-    slopes = [count * beat / each.seconds for count, each in zip(beats, robot.stretches, strict=True)]
-    moved = polyline(before, after, slopes)
+    lengths = [each.seconds for each in robot.stretches]
+    moved = polyline((seconds, count * beat / seconds) for seconds, count in zip(lengths, beats, strict=True))
     track = [each._replace(time=begin + moved(each.time - begin)) for each in robot.track]
     stretches = [
         EvenStretch(start, end, each.amounts.times(each.seconds / (end - start)))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from improv_core.score.algebra import stand
 from improv_core.score.ramps import Stepped, ease, ramp
@@ -57,49 +57,49 @@ _EXACT = 1e-4
 """Seconds by which a sample may be off and still be at a beat."""
 
 
-@dataclass(frozen=True, slots=True)
-class TimedMotion:
+class TimedMotion(NamedTuple):
     """A number of beats with one velocity, in which a robot moves by `amounts`."""
 
     beats: Fraction
     amounts: Amounts
 
+    @property
+    def rate(self) -> float:
+        return self.amounts.size / float(self.beats)
+
 
 class RateCurve(NamedTuple):
-    """The rate of a gentle movement: `ease`, or `ramp` from one rate to another, which add up to 2."""
+    """The rate of a gentle movement: `ease`, or `ramp` with its two rates, which add up to 2."""
 
-    start: Fraction | None = None
-
-    @property
-    def end(self) -> Fraction:
-        assert self.start is not None
-        return 2 - self.start
+    word: str
+    rates: tuple[Fraction, ...] = ()
 
     @lru_cache(maxsize=4096)  # noqa: B019 - curves are few, and small
-    def progress(self, beats: Fraction) -> Callable[[float], float]:
-        """Return a function of beats: those of a body of this length that the curve has played by then."""
-        made = ease(stand(beats)) if self.start is None else ramp(stand(beats), self.start, self.end)
+    def steps(self, beats: Fraction) -> list[tuple[float, float]]:
+        """Return the steps of a body of this length: the beats that each lasts, and its rate."""
+        made = ramp(stand(beats), *self.rates) if self.rates else ease(stand(beats))
         assert isinstance(made, Stepped)
-        steps = list(made.steps_from(0, False))
-        rates = [float(each.rate) for each in steps]
-        ends = [0.0, *accumulate(float(each.beats) for each in steps)]
-        reached = [0.0, *accumulate(float(each.beats * each.rate) for each in steps)]
-        return polyline(ends, reached, rates)
+        return [(float(each.beats), float(each.rate)) for each in made.steps_from(0, False)]
+
+
+_EASE = RateCurve("ease")
 
 
 @dataclass(frozen=True, slots=True)
-class Gentle:
-    """Motions at a rate that changes along a curve."""
+class TimedItem:
+    """Motions one after another: a gentle movement if they are played at a rate that changes along a curve."""
 
-    curve: RateCurve
     motions: tuple[TimedMotion, ...]
+    curve: RateCurve | None = None
 
     @property
     def beats(self) -> Fraction:
         return sum((each.beats for each in self.motions), Fraction(0))
 
-
-Item: TypeAlias = TimedMotion | Gentle
+    @property
+    def steps(self) -> list[tuple[float, float]]:
+        """The beats that each step of its rate lasts, and the rate."""
+        return self.curve.steps(self.beats) if self.curve else [(float(self.beats), 1.0)]
 
 
 class TrackedRobot(NamedTuple):
@@ -118,19 +118,20 @@ class TrackedRobot(NamedTuple):
         return 1 if self.noise.meters < _JITTER else min(_WINDOW, len(self.track))
 
 
-def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[Item]:
+def near_items_of(robot: TrackedRobot, tempo: int, nearest: bool) -> Sequence[TimedItem]:
     """Return stretches that end when the track's do, even if its velocity always changes. The `nearest` ones lead from
     pose to pose."""
     meters, radians = (_NEAR * each for each in robot.noise)
     stretches = list(chained(robot.track, meters, radians)) if nearest else robot.stretches
     ends = [on_grid(each.end, tempo, _FINE) for each in stretches]
     spans = zip([Fraction(0), *ends], ends, stretches, strict=False)
-    return [TimedMotion(b - a, each.amounts.times(float(b - a) * 60 / tempo)) for a, b, each in spans if a < b]
+    motions = [TimedMotion(b - a, each.amounts.times(float(b - a) * 60 / tempo)) for a, b, each in spans if a < b]
+    return [TimedItem((each,)) for each in motions]
 
 
 def items_of(
     robot: TrackedRobot, tempo: int, stops: Callable[[], bool], roughly: bool = False
-) -> tuple[float, Sequence[Item]]:
+) -> tuple[float, Sequence[TimedItem]]:
     """Return what a robot performs, beat 0 being its first sample, and its cost in natural units of information.
 
     Noisy changes are on simple parts of beats. Gentle movements are found where they cost less than stretches; of
@@ -141,7 +142,7 @@ def items_of(
     cost, placed = _placed(robot.fits, nodes, seconds)
     spans = {} if stops() else _gentle_spans(placed, robot, seconds)
     if not spans:
-        return cost, [each.motion for each in placed]
+        return cost, [TimedItem((each,)) for each in placed]
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
     ends = [bisect_left(nodes, end) for _, end, _ in spans]
     edges: list[list[TrackEdge[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
@@ -155,15 +156,15 @@ def items_of(
             edges[bisect_left(nodes, start)].append(TrackEdge(bisect_left(nodes, end), price, gentle))
     cost, steps = cheapest(edges)
     return cost, [
-        content if isinstance(content, Gentle) else TimedMotion(nodes[last] - nodes[first], content)
+        content if isinstance(content, TimedItem) else TimedItem((TimedMotion(nodes[last] - nodes[first], content),))
         for first, last, content in steps
     ]
 
 
-def _placed(fits: VelocityFits, nodes: Sequence[Fraction], seconds: float) -> tuple[float, list[_Placed]]:
-    """Return the stretches between these beats that describe a track best, and their cost."""
+def _placed(fits: VelocityFits, nodes: Sequence[Fraction], seconds: float) -> tuple[float, list[TimedMotion]]:
+    """Return the motions between these beats that describe a track best, and their cost."""
     cost, steps = cheapest(_stretches(fits, nodes, seconds))
-    return cost, [_Placed(nodes[first], nodes[last], content) for first, last, content in steps]
+    return cost, [TimedMotion(nodes[last] - nodes[first], content) for first, last, content in steps]
 
 
 def _nodes(robot: TrackedRobot, tempo: int) -> list[Fraction]:
@@ -187,33 +188,14 @@ def _stretches(
     return list(fits.edges([float(each) * seconds for each in nodes], costs, others))
 
 
-class _Placed(NamedTuple):
-    """A stretch of one velocity on the beats."""
-
-    start: Fraction
-    end: Fraction
-    amounts: Amounts
-
-    @property
-    def motion(self) -> TimedMotion:
-        return TimedMotion(self.end - self.start, self.amounts)
-
-    @property
-    def rate(self) -> float:
-        return self.amounts.size / float(self.end - self.start)
-
-
 def _gentle_spans(
-    placed: Sequence[_Placed], robot: TrackedRobot, seconds: float
+    placed: Sequence[TimedMotion], robot: TrackedRobot, seconds: float
 ) -> dict[tuple[Fraction, Fraction, RateCurve], bool]:
     """Return where there may be gentle movements, judged by the rates of stretches, and if of several motions."""
     found: dict[tuple[Fraction, Fraction, RateCurve], bool] = {}
     rates = [each.rate for each in placed]
-    ends = [0.0, *(float(each.end) for each in placed)]
-    moved = list(
-        accumulate((rate * float(each.end - each.start) for rate, each in zip(rates, placed, strict=True)), initial=0.0)
-    )
-    until = polyline(ends, moved, rates)
+    until = polyline((float(each.beats), each.rate) for each in placed)
+    ends = list(map(float, accumulate((each.beats for each in placed), initial=Fraction(0))))
 
     def swells(start: float, part: float) -> bool:
         return abs(until(start + part) - until(start)) < _SWELL * abs(until(start + 2 * part) - until(start + part))
@@ -228,7 +210,7 @@ def _gentle_spans(
             if ends[past] - ends[first] > _MAX_GENTLE:
                 break
             eases = rates[first] < rates[first + 1] and rates[past - 1] < rates[past - 2]
-            ratio = _ratio(placed, rates, first, past - 1) if past - first <= ramps else None
+            ratio = _ratio(ends, rates, first, past - 1) if past - first <= ramps else None
             for start in begins[first] if eases or ratio is not None else ():
                 for end in stops[past]:
                     if start >= end:
@@ -236,9 +218,9 @@ def _gentle_spans(
                     beats = float(end - start)
                     part = min(beats / 4, max(beats / 8, _SWELL_BEATS))
                     if eases and swells(float(start), part) and swells(float(end), -part):
-                        found[start, end, RateCurve()] = past - first >= max(_DENSE * beats, 4)
+                        found[start, end, _EASE] = past - first >= max(_DENSE * beats, 4)
                     if ratio is not None:
-                        found.setdefault((start, end, RateCurve(2 * ratio)), False)
+                        found.setdefault((start, end, RateCurve("ramp", (2 * ratio, 2 - 2 * ratio))), False)
     return found
 
 
@@ -256,7 +238,7 @@ def _near(beat: float, inside: float, loose: float, noisy: bool) -> list[Fractio
     return sorted(found | {each for each in halves if low < each < high})
 
 
-def _monotone(placed: Sequence[_Placed], rates: Sequence[float]) -> int:
+def _monotone(placed: Sequence[TimedMotion], rates: Sequence[float]) -> int:
     """Return how many stretches are of one geometry and ever faster, or ever slower."""
     rising = rates[1] > rates[0]
     count = 1
@@ -269,9 +251,9 @@ def _monotone(placed: Sequence[_Placed], rates: Sequence[float]) -> int:
     return count
 
 
-def _ratio(placed: Sequence[_Placed], rates: Sequence[float], first: int, last: int) -> Fraction:
+def _ratio(ends: Sequence[float], rates: Sequence[float], first: int, last: int) -> Fraction:
     """Return the part of both rates that the first one of a `ramp` is, which these stretches may be."""
-    (start, middle), (late, end) = (map(float, placed[each][:2]) for each in (first, last))
+    (start, middle), (late, end) = (ends[each : each + 2] for each in (first, last))
     slope = (rates[last] - rates[first]) / (late + end - start - middle) * 2
     early = max(rates[first] - slope * (middle - start) / 2, 0.0)
     later = max(rates[last] + slope * (end - late) / 2, 0.0)
@@ -281,7 +263,7 @@ def _ratio(placed: Sequence[_Placed], rates: Sequence[float], first: int, last: 
 
 def _gentle(
     robot: TrackedRobot, start: Fraction, end: Fraction, curve: RateCurve, seconds: float, roughly: bool
-) -> tuple[float, Gentle | None]:
+) -> tuple[float, TimedItem | None]:
     """Return the cost of a gentle movement, and its motions; none if it is unlikely."""
     origin = robot.track[0].time
     first = bisect_left(robot.track, origin + float(start) * seconds - _EXACT, key=lambda each: each.time)
@@ -290,7 +272,7 @@ def _gentle(
     if len(track) < 4:
         return math.inf, None
     beats, begin = end - start, float(start)
-    progress = curve.progress(beats)
+    progress = polyline(curve.steps(beats))
 
     def played(sample: Sample) -> float:
         return progress(max((sample.time - origin) / seconds - begin, 0.0)) * seconds
@@ -299,7 +281,7 @@ def _gentle(
     for samples in (track[:: math.ceil(len(track) / _FEW)], track):
         fits = VelocityFits(samples, robot.noise, [played(each) for each in samples])
         is_one = _stretches(fits, nodes, seconds)[0][0].cost <= _BAD + 1.5 * len(samples)
-        if not is_one and (roughly or curve.start is not None or beats.denominator > 2):
+        if not is_one and (roughly or curve.rates or beats.denominator > 2):
             return math.inf, None
     if not is_one:
         if robot.noisy:
@@ -308,7 +290,8 @@ def _gentle(
             ends = (on_grid(each.end, 60 / seconds, robot.allowed) for each in stretches_of(fits))
             nodes = sorted({Fraction(0), *(each for each in ends if each < beats), beats})
     cost, placed = _placed(fits, nodes, seconds)
-    if not placed or placed[-1].end != beats:
+    gentle = TimedItem(tuple(placed), curve)
+    if gentle.beats != beats:
         return math.inf, None
-    cost += _GENTLE_COST + (0.0 if curve.start is None else _RATES_COST)
-    return cost, Gentle(curve, tuple(each.motion for each in placed))
+    cost += _GENTLE_COST + (_RATES_COST if curve.rates else 0.0)
+    return cost, gentle

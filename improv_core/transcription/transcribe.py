@@ -17,8 +17,9 @@ from improv_core.transcription.ensemble import SharedLine, formation_of, lines_o
 from improv_core.transcription.fits import VelocityFits
 from improv_core.transcription.folding import bracketed, folded, with_names
 from improv_core.transcription.pacing import on_whole_beats
-from improv_core.transcription.performing import deviations_of, fits_of
-from improv_core.transcription.rhythm import Item, TrackedRobot, items_of, near_items_of
+from improv_core.transcription.performing import deviations_of
+from improv_core.transcription.rhythm import TimedItem, TrackedRobot, items_of, near_items_of
+from improv_core.transcription.rounding import fits_of
 from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
@@ -207,7 +208,7 @@ def _changes(stretches: Sequence[EvenStretch]) -> list[float]:
 
 def _draft(
     tracked: Mapping[str, TrackedRobot],
-    items: Mapping[str, Sequence[Item]],
+    items: Mapping[str, Sequence[TimedItem]],
     tempo: int,
     robots: Robots,
     tolerance: Tolerance,

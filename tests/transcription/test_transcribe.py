@@ -182,7 +182,7 @@ def test_robots_that_words_fit_keep_them_beside_one_that_they_do_not() -> None:
 
 @pytest.mark.slow("a search takes seconds")
 def test_amounts_stay_round_with_too_many_robots_for_one_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("improv_core.transcription.performing._MAX_UNKNOWNS", 30)
+    monkeypatch.setattr("improv_core.transcription.rounding._MAX_UNKNOWNS", 30)
     lines = [
         f"{robot} $ " + " ".join(f"forward {length + at}cm left {length + 5 * at}deg" for length in range(40, 140, 10))
         for at, robot in enumerate("ab")

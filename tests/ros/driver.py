@@ -99,6 +99,17 @@ def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
     publish(robot, Twist(x, y, z, yaw))
 
 
+def stop_without(lost: str) -> list[str]:
+    """Send all robots a zero after one has lost its publishers. Return the topics that the standby would still stop."""
+    for publisher in sink._robots[lost].topic._publishers.values():
+        publisher.destroy()
+    try:
+        sink.ready([BaseCommand(robot, STILL, 0.0) for robot in sink._current])()
+    except Exception:  # rclpy says that the publisher is gone
+        return [*sink._standby.moving]
+    raise AssertionError("nothing says that a zero could not be sent")
+
+
 def refuse(robot: str, x: float) -> str:
     """Return the error about a velocity that can't be sent."""
     try:

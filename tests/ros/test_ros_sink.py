@@ -59,6 +59,20 @@ def senders(sink: Sink) -> int:
     return sum((each / "comm").read_text().startswith("dds.asyn") for each in threads)
 
 
+def test_a_zero_that_cannot_be_published_keeps_no_other_one_back(sink: Sink, listen: Listen) -> None:
+    robots = {"a": "/a/cmd_vel", "b": "/b/cmd_vel", "c": "/c/cmd_vel"}
+    listener = listen(*robots.values())
+    sink("prepare", robots)
+    sink("wait", 1)
+    for robot in robots:
+        sink("send", robot, 1, 0, 0, 0)
+    assert sink("stop_without", "b") == ["/b/cmd_vel"]
+    for robot in ("a", "c"):
+        sink("send", robot, 0, 0, 0, 9)
+        listener.wait(last)
+        assert heard(listener, robots[robot]) == [(1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0, 9)]
+
+
 def test_puppets_are_told_nothing_and_waited_for_by_nobody(sink: Sink, listen: Listen) -> None:
     listener = listen("/turtle1/cmd_vel", "/ada/cmd_vel")
     sink("prepare", {**TURTLE, "ada": "/ada/cmd_vel", "bo": "/bo/cmd_vel"}, puppets=["ada", "bo"])

@@ -226,6 +226,13 @@ def test_signals_are_ours_and_the_last_zero_still_goes_out(start: Start, listen:
     assert sink.process.wait(LIMIT) == 0
 
 
+def test_robots_move_although_no_log_can_be_written(start: Start, listen: Listen) -> None:
+    listener, sink = listen("/turtle1/cmd_vel"), start(ROS_LOG_DIR="/dev/null/log")
+    sink("prepare", TURTLE)
+    sink("wait")
+    sink.repeat(listener, "send", "turtle1", 1, 0, 0, 0)
+
+
 def test_the_environment_says_how_far_it_reaches(start: Start) -> None:
     """test_discovery.py tests the same for each release and each variable."""
     sink = start(ROS_DISTRO="humble", ROS_AUTOMATIC_DISCOVERY_RANGE="", ROS_LOCALHOST_ONLY="0", ROS_DOMAIN_ID="101")

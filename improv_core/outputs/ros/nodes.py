@@ -188,7 +188,9 @@ def _node(context: Any, name: str, arguments: Sequence[str], **options: Any) -> 
     os.environ.setdefault(PROFILES, str(OURS))
     os.environ.setdefault(TRANSPORTS, "UDPv4")
     # rclpy's own handlers would invalidate the context before the last zero is sent.
-    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
+    # Without log files, which would keep robots from moving if they can't be written; /rosout has what we log.
+    all_arguments = ["--ros-args", "--disable-external-lib-logs", *arguments]
+    rclpy.init(args=all_arguments, context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)
 
 

@@ -26,6 +26,8 @@ _TURN = 2.0
 _WIDTH = 4.0
 """The width of a drawing without a scale, in meters."""
 _MAX_POINTS = 100_000
+_UNREAD = ("text", "image", "use")
+"""Elements that people see, but that are neither paths nor shapes."""
 
 Matrix = tuple[complex, complex, complex]
 """A map of the plane: z → a z + b conj(z) + c."""
@@ -35,7 +37,7 @@ _Node = tuple[complex, complex]
 
 
 def read_svg(path: Path, seconds: float, scale: float | None) -> Recording:
-    """Read an SVG's paths, lines, and polygons, drawn in this many seconds. `scale` is in meters per unit.
+    """Read an SVG's paths and shapes, drawn in this many seconds. `scale` is in meters per unit.
 
     Raises SourceError.
     """
@@ -43,13 +45,14 @@ def read_svg(path: Path, seconds: float, scale: float | None) -> Recording:
     from defusedxml.ElementTree import parse
 
     try:
-        root = parse(path).getroot()
+        root: Any = parse(path).getroot()
     except (SyntaxError, DefusedXmlException) as error:
         raise SourceError(f"{path}: it is no SVG: {error}") from None
     drawn = [(name, nodes) for name, nodes in _shapes(path, root, _SAME) if len(nodes) > 1]
+    unread = ", ".join(tag for tag in _UNREAD if root.find(f".//{{*}}{tag}") is not None)
     if not drawn:
-        raise SourceError(f"{path}: it has no path, line, polyline, or polygon")
-    guesses = []
+        raise SourceError(f"{path}: it has no paths or shapes{f', only {unread}' if unread else ''}: draw some")
+    guesses = [f"left out: {unread}; convert what you need to paths"] if unread else []
     if scale is None:
         axes = zip(*((point.real, point.imag) for _, nodes in drawn for point, _ in nodes), strict=True)
         wide = max(max(axis) - min(axis) for axis in axes)
@@ -88,13 +91,32 @@ def _shapes(path: Path, element: Any, outer: Matrix) -> Iterator[tuple[str, list
 
 def _data(tag: str, element: Any) -> str:
     """Return the shape of an element as the data of a path; an empty text if it has none."""
-    if tag == "path":
-        return str(element.get("d", ""))
-    if tag in ("polyline", "polygon") and (points := element.get("points", "").strip()):
-        return f"M{points}{'z' if tag == 'polygon' else ''}"
-    if tag == "line":
-        x1, y1, x2, y2 = (element.get(each, "0") for each in ("x1", "y1", "x2", "y2"))
-        return f"M{x1} {y1} {x2} {y2}"
+
+    def number(*names: str) -> float:
+        value = next((float(value) for each in names if (value := element.get(each))), 0.0)
+        if not abs(value) <= LARGEST:
+            raise ValueError(value)
+        return value
+
+    match tag:
+        case "path":
+            return str(element.get("d", ""))
+        case "polyline" | "polygon" if points := element.get("points", "").strip():
+            return f"M{points}{'z' if tag == 'polygon' else ''}"
+        case "line":
+            return "M" + " ".join(element.get(each, "0") for each in ("x1", "y1", "x2", "y2"))
+        case "circle" | "ellipse":
+            a, b = number("r", "rx"), number("r", "ry")
+            return f"M{number('cx') + a} {number('cy')}a{a} {b} 0 0 1 {-2 * a} 0a{a} {b} 0 0 1 {2 * a} 0z"
+        case "rect" if "%" not in element.get("width", ""):  # in %, it is a background
+            x, y, wide, high = map(number, ("x", "y", "width", "height"))
+            a, b = min(number("rx", "ry"), wide / 2), min(number("ry", "rx"), high / 2)
+            arc, across, down = f"a{a} {b} 0 0 1", wide - 2 * a, high - 2 * b
+            there, back = (
+                f"h{across}{arc} {a} {b}v{down}{arc} {-a} {b}",
+                f"h{-across}{arc} {-a} {-b}v{-down}{arc} {a} {-b}",
+            )
+            return f"M{x + a} {y}{there}{back}z"
     return ""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sqlite3
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from improv_core.outputs.cdr import pose_message
 from improv_core.score.motion import Pose
 from improv_core.transcription.reading import read_source
 from improv_core.transcription.sources import Recording, SourceError
+from improv_core.transcription.track import TimedPlace
 
 
 def read(folder: Path, name: str, text: str, seconds: float = 10.0, scale: float | None = None) -> Recording:
@@ -62,7 +64,10 @@ def test_a_row_that_only_repeats_the_one_before_is_left_out(tmp_path: Path) -> N
         ("a.csv", "t,x [furlong],y\n0,0,0\n", "column x [furlong]: the unit furlong is not known"),
         ("a.csv", "t,x,y\n0,0,0\n", "it has fewer than two places"),
         ("a.csv", "", "it is empty"),
-        ("a.svg", "<svg><rect/></svg>", "it has no path, line, polyline, or polygon"),
+        ("a.svg", "<svg><rect/></svg>", "a.svg: it has no paths or shapes: draw some"),
+        ("a.svg", "<svg><use/><g><text>x</text></g></svg>", "it has no paths or shapes, only text, use: draw some"),
+        ("a.svg", '<svg><circle r="1e999"/></svg>', "a.svg, circle: its path or transform is not understood"),
+        ("a.svg", '<svg><circle r="5mm"/></svg>', "a.svg, circle: its path or transform is not understood"),
         ("a.svg", "<svg>", "it is no SVG"),
         ("a.svg", '<svg><path id="b" d="M0 0 L 1"/></svg>', "a.svg, b: its path or transform is not understood"),
         ("a.svg", '<svg><g transform="skewX(9)"/></svg>', "a.svg, g: its path or transform is not understood"),
@@ -97,6 +102,41 @@ def test_a_robot_waits_at_a_dot(tmp_path: Path) -> None:
 def test_half_a_circle_can_be_drawn_as_an_arc_or_as_curves(tmp_path: Path, path: str) -> None:
     places = read(tmp_path, "a.svg", f'<svg><g transform="scale(2)"><path d="{path}"/></g></svg>', 6.0, 0.5).places["a"]
     assert all(math.dist((place.x, place.y), (1, 0)) == pytest.approx(1, abs=0.01) for place in places)
+
+
+@pytest.mark.parametrize(
+    ("shape", "path"),
+    [
+        ('<rect x="1" y="2" width="3" height="4"/>', "M1 2h3v4h-3z"),
+        (
+            '<rect width="4" height="6" ry="1"/>',
+            "M1 0h2a1 1 0 0 1 1 1v4a1 1 0 0 1 -1 1h-2a1 1 0 0 1 -1 -1v-4a1 1 0 0 1 1 -1",
+        ),
+        (
+            '<rect width="4" height="6" rx="2" ry="9"/>',
+            "M2 0a2 3 0 0 1 2 3a2 3 0 0 1 -2 3a2 3 0 0 1 -2 -3a2 3 0 0 1 2 -3",
+        ),
+        ('<circle cx="1" cy="2" r="3"/>', "M4 2a3 3 0 0 1 -6 0a3 3 0 0 1 6 0"),
+        ('<ellipse cx="1" cy="2" rx="3" ry="4"/>', "M4 2a3 4 0 0 1 -6 0a3 4 0 0 1 6 0"),
+        ('<rect width="100%" height="100%"/><line x1="1" x2="2" y2="1e1"/>', "M1 0 2 10"),
+    ],
+)
+def test_shapes_are_driven_as_paths_are(tmp_path: Path, shape: str, path: str) -> None:
+    def driven(inside: str) -> Sequence[TimedPlace]:
+        text = f'<svg xmlns="http://www.w3.org/2000/svg"><g transform="translate(2, 3) scale(2, 1)">{inside}</g></svg>'
+        return read(tmp_path, "a.svg", text, 6.0, 0.5).places["a"]
+
+    for place, other in zip(driven(shape), driven(f'<path d="{path}"/>'), strict=True):
+        assert place == pytest.approx(other)
+
+
+def test_a_drawing_names_what_is_not_read(tmp_path: Path) -> None:
+    drawing = (
+        '<svg xmlns="http://www.w3.org/2000/svg"><circle r="2"/><g><use/></g><text>round</text><text>it</text></svg>'
+    )
+    found = read(tmp_path, "a.svg", drawing, 6.0, 1.0)
+    assert list(found.places) == ["a"]
+    assert found.guesses == ["left out: text, use; convert what you need to paths"]
 
 
 def test_poses_of_a_ros_recording_begin_when_something_moves(tmp_path: Path) -> None:

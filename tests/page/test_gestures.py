@@ -14,11 +14,12 @@ from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 from tests.open_page import CALMLY
 from tests.page.conftest import Keep, at, box, rest, wait
 from tests.page.editing import Edit
-from tests.page.looks import COUNT
+from tests.page.looks import COUNT, PIXEL
 
 SQUARE = "ada at 0 0\nada $ repeat 4 (forward left)\n"
 
 ORANGE, BLUE = [192, 79, 0], [0, 114, 178]
+GROUND = "251,250,247"
 PHONE: ViewportSize = {"width": 390, "height": 844}
 LOWER_END = "document.getElementById('{0}').getBoundingClientRect().bottom - document.getElementById('hall').offsetTop"
 
@@ -191,7 +192,7 @@ def test_a_page_asks_for_the_handle_once_nobody_types(edit: Callable[[str], Edit
 
 @pytest.mark.slow("draws in a browser")
 def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_that_is_dragged(
-    edit: Callable[[str], Edit],
+    edit: Callable[[str], Edit], keep: Keep
 ) -> None:
     page = edit("ada at 1 0\nbo $ (left)\n").page()
     page.set_viewport_size(PHONE)
@@ -199,6 +200,9 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
     page.locator("#draw").click()
     expect(page.locator("#gesture-robot option")).to_have_text(["bo", "ada"])
     expect(page.locator("#gesture-line")).to_contain_text("the words replace the robot's line")
+    rest(page)
+    keep(page, "gesture-pen.png")
+    assert page.evaluate(f"({PIXEL})(6 / improv.view.scale, 0)") == GROUND  # the pen has an edge: on the robot, too
     page.locator("#gesture-robot").select_option("ada")
     page.locator("#gesture-parts").select_option("0")
     bar = box(page, "#gesture-line")

@@ -1,6 +1,8 @@
 // @ts-check
 // The pens that draw on canvases, and pictures that are drawn once, then copied: that is faster than to draw them again.
 
+import { colors } from "./colors.js"
+
 /** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Pen */
 
 export const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
@@ -20,6 +22,16 @@ export function penOn(canvas, settings) {
 export function fillRect(pen, color, x, y, width, height) {
   pen.fillStyle = color
   pen.fillRect(x, y, width, height)
+}
+
+/** Draws along the path, with an edge that shows it on anything, too. @type {(pen: Pen, color: string, width: number, edge?: number) => void} */
+export function strokeWithEdge(pen, color, width, edge = 2) {
+  pen.strokeStyle = colors().ground
+  pen.lineWidth = width + 2 * edge
+  pen.stroke()
+  pen.strokeStyle = color
+  pen.lineWidth = width
+  pen.stroke()
 }
 
 const MAX_PICTURES = 600

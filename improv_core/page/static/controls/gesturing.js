@@ -7,6 +7,7 @@ import { redraw } from "../base/frames.js"
 import { isOpen } from "../base/keys.js"
 import { announce } from "../base/notices.js"
 import { poseAfter } from "../base/path.js"
+import { strokeWithEdge } from "../base/pen.js"
 import { settings } from "../base/storage.js"
 import { startPoses } from "../floor/start-poses.js"
 import { changes } from "../score/changes.js"
@@ -166,20 +167,18 @@ export class Gesturing {
   draw(pen) {
     if (!this.#mode) return
     const { camera } = this.#floor
-    pen.strokeStyle = robotList.colorOf(this.#robot.value)
-    pen.lineWidth = WIDTH
+    const color = robotList.colorOf(this.#robot.value)
     pen.beginPath()
     for (const [, x, y] of this.#points) {
       const place = camera.toScreen({ x, y })
       pen.lineTo(place.x, place.y)
     }
-    pen.stroke()
+    strokeWithEdge(pen, color, WIDTH)
     if (this.#mode === "perform" || !this.#pose) return
     const { x, y } = camera.toScreen(this.#pose)
-    pen.fillStyle = pen.strokeStyle
     pen.beginPath()
-    pen.arc(x, y, 2 * WIDTH, 0, 2 * Math.PI)
-    pen.fill()
+    pen.arc(x, y, WIDTH, 0, 2 * Math.PI)
+    strokeWithEdge(pen, color, 2 * WIDTH) // a full disc
   }
 
   /** Takes the places of robots as they come to the cursor. @param {Record<string, number[]>} pens */

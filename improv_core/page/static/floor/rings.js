@@ -2,6 +2,7 @@
 // The rings where robots start: where they are on the screen, how large, and which one is under a hand.
 
 import { colors } from "../base/colors.js"
+import { strokeWithEdge } from "../base/pen.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Pen } from "../base/pen.js" */
@@ -56,18 +57,14 @@ export function drawRing(pen, { heading, place, tip, size, color, chosen }) {
   const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
   const [back, side] = [0.56 * size, 0.44 * size]
   const width = Math.max((chosen ? 5 : 3) * (size / SIZE), chosen ? 2.5 : 1.5)
-  for (const [stroke, more] of /** @type {const} */ ([[colors().ground, 4], [color, 0]])) {
-    pen.strokeStyle = stroke
-    pen.lineWidth = width + more * (size / SIZE)
-    pen.beginPath()
-    pen.arc(place.x, place.y, size, 0, 2 * Math.PI)
-    pen.moveTo(place.x + size * cos, place.y + size * sin)
-    pen.lineTo(tip.x, tip.y)
-    pen.lineTo(tip.x - back * cos + side * sin, tip.y - back * sin - side * cos)
-    pen.moveTo(tip.x, tip.y)
-    pen.lineTo(tip.x - back * cos - side * sin, tip.y - back * sin + side * cos)
-    pen.stroke()
-  }
+  pen.beginPath()
+  pen.arc(place.x, place.y, size, 0, 2 * Math.PI)
+  pen.moveTo(place.x + size * cos, place.y + size * sin)
+  pen.lineTo(tip.x, tip.y)
+  pen.lineTo(tip.x - back * cos + side * sin, tip.y - back * sin - side * cos)
+  pen.moveTo(tip.x, tip.y)
+  pen.lineTo(tip.x - back * cos - side * sin, tip.y - back * sin + side * cos)
+  strokeWithEdge(pen, color, width, (2 * size) / SIZE)
 }
 
 /**

@@ -76,8 +76,9 @@ def command(
     made = _searched(recorded, robots, Tolerance(tolerance), tempo, output is not None)
     if output is None:
         echo_text(made.text)
-        beat = made.tempo
-        echo(f"improv: its tempo is {beat}: beside `beat N`, write `slow N/{beat} (…)` around its words", err=True)
+        beat, other = made.tempo, 90 if made.tempo != 90 else 60
+        keep = f"in a program with, say, `beat {other}`, put its words into `slow {other}/{beat} (…)`"
+        echo(f"improv: its tempo is {beat}: {keep} to keep their speed", err=True)
     else:
         write_new(output, made.text)
     for name, (far, turned) in made.deviations.items():

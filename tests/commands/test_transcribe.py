@@ -34,7 +34,9 @@ def test_a_table_becomes_words_that_keep_their_start_beside_other_robots(table: 
     assert starts_of(beside)["ada"] == Pose()
     *_, tempo, off = done.stderr.splitlines()  # it may have said that it searches
     assert off == "improv: ada is at most 0 cm and 0° off"
-    assert tempo == "improv: its tempo is 60: beside `beat N`, write `slow N/60 (…)` around its words"
+    assert tempo.startswith(
+        "improv: its tempo is 60: in a program with, say, `beat 90`, put its words into `slow 90/60 (…)`"
+    )
     there = path_of("beat 90\nada $ slow 90/60 (repeat 4 (forward left))\n")["ada"]
     assert [place.time for place in there] == [place.time for place in path_of(done.stdout)["ada"]]
     assert math.dist(there[30][1:3], path_of(done.stdout)["ada"][30][1:3]) < 1e-9

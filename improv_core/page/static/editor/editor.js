@@ -311,6 +311,7 @@ export class Editor {
 
   #showDiagnostics() {
     this.handle.look()
+    if (hasErrors(this.#shown) && !hasErrors(this.#diagnostics)) find("problems").hidden = true // all were fixed
     this.#shown = this.#diagnostics
     const number = this.#number
     const listed = JSON.stringify([number, this.#count, this.#shown])
@@ -383,3 +384,6 @@ export class Editor {
     else if (place.bottom > bottom - CURSOR_MARGIN) paper.scrollTop += place.bottom - bottom + CURSOR_MARGIN
   }
 }
+
+/** @param {Diagnostic[]} found */
+const hasErrors = (found) => found.some(({ severity }) => severity === "error")

@@ -219,7 +219,8 @@ def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.env
         raise OSError("it took too long") from None
     except subprocess.CalledProcessError as error:
         lines = error.stderr.decode(errors="replace").strip().splitlines()
-        raise OSError(lines[-1] if lines else "no error message") from None
+        crash = signal.strsignal(-error.returncode) if error.returncode < 0 else None  # such as "Bus error"
+        raise OSError(lines[-1] if lines else crash or "no error message") from None
     except OSError as error:
         raise OSError((error.strerror or "it cannot be started").lower()) from None
 

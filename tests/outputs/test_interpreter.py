@@ -82,6 +82,7 @@ def test_installed_ros_is_sourced_but_does_not_decide_how_far_discovery_reaches(
     [
         ("echo Traceback >&2; echo 'No module named rclpy' >&2; exit 1", "No module named rclpy"),
         ("exit 3", "no error message"),
+        ("kill -BUS $$", "Bus error"),  # an import with a full /dev/shm
         (None, "no such file or directory"),
     ],
 )

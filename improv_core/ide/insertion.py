@@ -14,6 +14,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.program import Placed
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Source
+from improv_core.score.primitives import rest_text
 from improv_core.text import Span
 
 
@@ -104,11 +105,7 @@ def _until(analysis: Analysis, lines: Sequence[Placed], robot: str, beats: Fract
         code = line.statement.text[sign.end : line.statement.tokens[-1].end].strip()
         part = dict(played.parts)[robot]
         if part.open or part.duration > left:
-            return " ".join([*words, f"({code} || {_rest(left)})"])
+            return " ".join([*words, f"({code} || {rest_text(left)})"])
         words.append(f"({code})" if "||" in code else code)
         left -= Fraction(part.duration)
-    return " ".join([*words, *([_rest(left)] if left else [])])
-
-
-def _rest(beats: Fraction) -> str:
-    return "rest" if beats == 1 else f"slow {beats} rest"
+    return " ".join([*words, *([rest_text(left)] if left else [])])

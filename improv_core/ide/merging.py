@@ -18,6 +18,7 @@ from improv_core.program.opening import FARTHEST
 from improv_core.score.meetings import LAST_BEAT
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Duration, Exact, Movement
+from improv_core.score.primitives import rest_text
 from improv_core.score.profiles import BUILT_IN
 from improv_core.score.score import Part
 from improv_core.score.strokes import pictured
@@ -188,8 +189,7 @@ def _body(analysis: Analysis, robots: Mapping[str, str], renamed: Mapping[str, s
             continue
         assert statement.sign
         rests = [
-            f"{robots[robot]} $ {'' if beats * slower == 1 else f'slow {beats * slower} '}rest\n"
-            for robot, beats in waiting.rests(line.scene, line.parts)
+            f"{robots[robot]} $ {rest_text(beats * slower)}\n" for robot, beats in waiting.rests(line.scene, line.parts)
         ]
         edits.append(Edit(Span(start, start), "".join(rests)))
         if slower != 1:

@@ -24,6 +24,7 @@ from improv_core.score.meetings import Hit, Meeting, check_room, would_meet
 from improv_core.score.movement import STILL, Source, near
 from improv_core.score.obstacles import EDGE, GROUND
 from improv_core.score.prediction import Predict, Prediction
+from improv_core.score.primitives import rest_text
 from improv_core.score.score import Part, Score
 from improv_core.score.strokes import pictured
 from improv_core.score.walk import walk
@@ -343,7 +344,7 @@ def _rest(analysis: Analysis, robot: str, scene: int, beats: int) -> Fix | None:
     if first is None or body is None:
         return None
     statement, start = analysis.statements[first], analysis.offsets[first]
-    rest = "rest" if beats == 1 else f"repeat {beats} rest"
+    rest = rest_text(Fraction(beats))
     if len(statement.heads) == 1 and not statement.has_voices:
         edit = Edit(Span(start + body.span.start, start + body.span.start), f"{rest} ")
     else:

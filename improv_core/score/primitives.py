@@ -1,4 +1,4 @@
-"""The words that move a robot, and the velocity of each. Standard library only."""
+"""The words that move a robot, the velocity of each, and how long they last. Standard library only."""
 
 from __future__ import annotations
 
@@ -23,3 +23,15 @@ PRIMITIVES: Mapping[str, Velocity] = {
     "down": Velocity(z=-1),
 }
 """The velocity of each word. Each moves for one beat."""
+
+
+def pace_text(beats: Fraction) -> str:
+    """Return the transformer that makes a movement of one beat last this many."""
+    return f"slow {beats}" if beats > 1 else f"fast {1 / beats}"
+
+
+def rest_text(beats: Fraction) -> str:
+    """Return the words that rest for this many beats, as people write them: `repeat 4 rest`, or `fast 2 rest`."""
+    if beats == 1:
+        return "rest"
+    return f"{pace_text(beats) if beats.denominator > 1 else f'repeat {beats}'} rest"

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import groupby
 
+from improv_core.score.primitives import pace_text
 from improv_core.transcription.wording import (
     TURNS,
     Bracketed,
@@ -51,7 +52,7 @@ def bracketed(items: Sequence[Node]) -> list[Node]:
             found.extend(moves[whole:])
         else:
             plain = tuple(Move(Fraction(1), each.voices) for each in moves if isinstance(each, Move))
-            found.append(Shaped("slow" if beats > 1 else "fast", (beats if beats > 1 else 1 / beats,), folded(plain)))
+            found.append(Shaped(pace_text(beats), (), folded(plain)))
     return found
 
 

@@ -10,6 +10,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
+from improv_core.score.primitives import pace_text
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import Amounts
 
@@ -120,11 +121,6 @@ def term_text(node: Node) -> str:
 
 def _in_bracket(node: Node) -> Node:
     return replace(node, beats=Fraction(1)) if isinstance(node, Move) else node
-
-
-def pace_text(beats: Fraction) -> str:
-    """Return the transformer that makes a movement of one beat last this many."""
-    return f"slow {beats}" if beats > 1 else f"fast {1 / beats}"
 
 
 def _decimal(number: Fraction) -> str:

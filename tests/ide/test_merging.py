@@ -149,7 +149,7 @@ def test_robots_of_different_programs_do_not_meet(text: str) -> None:
         (("beat 90\nr $ forward", "r $ left"), ["a $ forward", "b $ slow 3/2 (left)"]),
         (
             ("r s $ forward\ns $ rest rest\n---\nr $ left", "r $ rest"),  # scenes
-            ["a_r a_s $ forward", "a_s $ rest rest", "a_r $ slow 2 rest", "a_r $ left", "b $ rest"],
+            ["a_r a_s $ forward", "a_s $ rest rest", "a_r $ repeat 2 rest", "a_r $ left", "b $ rest"],
         ),
         (("r $ repeat left\n---\ns $ left", "r $ rest"), ["a_r $ repeat left", "b $ rest"]),
     ],

@@ -96,13 +96,14 @@ def test_a_performance_becomes_the_line_of_its_robot_in_the_last_scene(before: s
 @pytest.mark.parametrize(
     ("before", "begin", "after"),
     [
-        ("ada $ repeat 4 (forward left)", 3, "ada $ (repeat 4 (forward left) || slow 3 rest) forward"),
+        ("ada $ repeat 4 (forward left)", 3, "ada $ (repeat 4 (forward left) || repeat 3 rest) forward"),
+        ("ada $ repeat left", 0.5, "ada $ (repeat left || fast 2 rest) forward"),
         ("ada $ repeat left", 2.5, "ada $ (repeat left || slow 5/2 rest) forward"),
         ("ada $ left right", 2, "ada $ left right forward"),
         ("ada bo $ left || up", 2, "bo $ left || up\nada $ (left || up) rest forward"),
         ("ada $ left\n---\nada $ right right", 2, "ada $ left\n---\nada $ (right right || rest) forward"),
-        ("ada $ left || up\nada $ repeat 4 up\n", 3, "ada $ (left || up) (repeat 4 up || slow 2 rest) forward\n"),
-        ("bo $ slow 4 left\n", 3, "bo $ slow 4 left\nada $ slow 3 rest forward\n"),
+        ("ada $ left || up\nada $ repeat 4 up\n", 3, "ada $ (left || up) (repeat 4 up || repeat 2 rest) forward\n"),
+        ("bo $ slow 4 left\n", 3, "bo $ slow 4 left\nada $ repeat 3 rest forward\n"),
     ],
 )
 def test_a_performance_in_the_middle_keeps_what_came_before(before: str, begin: float, after: str) -> None:
@@ -115,4 +116,4 @@ def test_a_drag_in_the_middle_begins_where_the_robot_is_then() -> None:
     text = "ada at 0 2\nada $ repeat (forward left)"
     edits = edits_of(analyze(text), change)
     assert edits is not None
-    assert applied(text, edits).endswith("ada $ (repeat (forward left) || slow 3 rest) rest slow 2 forward 1m")
+    assert applied(text, edits).endswith("ada $ (repeat (forward left) || repeat 3 rest) rest slow 2 forward 1m")

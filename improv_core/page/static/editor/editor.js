@@ -21,6 +21,7 @@ import { Offer } from "./offer.js"
 import { PendingChanges } from "./pending-changes.js"
 import { Saving } from "./saving.js"
 import { Tooltip } from "./tooltip.js"
+import { Undoing } from "./undoing.js"
 
 /** @import { Edit, Span } from "./edits.js" */
 /** @import { Color, Light } from "./highlight.js" */
@@ -49,6 +50,7 @@ export class Editor {
   /** @type {number[]} */
   #numbers = [] // and those of its colors
   #replacing = false // a text by another, in one step or more
+  #undoing = new Undoing(this.#control)
   #edited = -Infinity // when, in milliseconds
   #calm = 0 // the timer that shows diagnostics
   /** @type {Color[]} */
@@ -156,6 +158,7 @@ export class Editor {
   /** @param {InputEvent | null} event */
   #take(event) {
     if (this.#replacing) return
+    if (event?.inputType === "historyUndo") this.#undoing.restore(this.#text)
     this.#edited = performance.now()
     makeWay()
     this.#refresh()
@@ -204,7 +207,10 @@ export class Editor {
     score.classList.add("changing")
     this.#control.focus()
     this.#replacing = true
-    if (again) document.execCommand("undo")
+    if (again) {
+      document.execCommand("undo")
+      this.#undoing.restore(this.#text)
+    }
     const before = this.#control.value
     const end = only && before.length - (text.length - only.start - only.text.length)
     this.#put(only && end !== undefined ? { ...only, end } : difference(before, text), text)
@@ -236,6 +242,7 @@ export class Editor {
   #put({ start, end, text: put }, text) {
     const control = this.#control
     if (control.value === text) return
+    this.#undoing.note(text)
     if (document.activeElement === control) {
       control.setSelectionRange(start, end)
       document.execCommand(put ? "insertText" : "delete", false, put)

@@ -56,6 +56,8 @@ class PendingZero:
     """Other nodes that published there at the first check."""
     cut: bool = False
     """True if a confirmation was overdue, so that the link must have been cut."""
+    asked: bool = False
+    """True once the listeners have been asked to confirm it."""
     inherited: bool = False
     """True if another stage has moved the robot, so that nobody knows how many listeners there were."""
 
@@ -70,6 +72,8 @@ class FollowUp:
 
     pending: PendingZero | None
     sends: bool = False
+    asks: bool = False
+    """True if the listeners must be asked to confirm what is sent, which some connections don't do by themselves."""
     warns: bool = False
     """True if people have to be warned that the robot may not have received it."""
 
@@ -107,15 +111,20 @@ def check(pending: PendingZero, now: float, facts: TopicFacts) -> FollowUp:
         until=max(pending.until, now + LATER) if joined else pending.until,
         appeared=now if joined else pending.appeared,
         others=before,
+        asked=pending.asked and not joined,
     )
     if not facts.listeners:
         return FollowUp(pending)
     if not facts.confirmed:
-        return FollowUp(replace(pending, cut=pending.cut or now > pending.appeared + OVERDUE), sends=True)
+        return _again(replace(pending, cut=pending.cut or now > pending.appeared + OVERDUE))
     if pending.appeared > pending.since and now < pending.appeared + LATER:
-        return FollowUp(pending, sends=True)
+        return _again(pending)
     if not facts.confirms and now < pending.until:
-        return FollowUp(pending, sends=True)
+        return _again(pending)
     if pending.cut:  # the confirmed one may be from before the link was back: another one has to be confirmed, too
-        return FollowUp(replace(pending, cut=False, appeared=now), sends=True)
+        return _again(replace(pending, cut=False, appeared=now, asked=False))
     return DONE if facts.listeners >= pending.expected and not pending.inherited else FollowUp(pending)
+
+
+def _again(pending: PendingZero) -> FollowUp:
+    return FollowUp(replace(pending, asked=True), sends=True, asks=not pending.asked)

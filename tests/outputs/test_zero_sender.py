@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 from improv_core.outputs.ros.standby.client import Standby
+from improv_core.outputs.ros.subscriber_check import ZEROS
 from improv_core.outputs.ros.zero_sender import PendingZeros
-from improv_core.safety.pending_zeros import LIMIT
+from improv_core.safety.pending_zeros import LIMIT, PERIOD
 
 LOOK = 0.05
 
@@ -57,8 +58,10 @@ def test_a_zero_is_sent_again_until_it_is_confirmed() -> None:
     assert sender.standby.moving == {"/r/cmd_vel": "base"}
     sender.zeros.note_zero("r", sender.topic, "base")
     assert sender.standby.moving == {}
-    sender.retry(3.0)
-    assert sender.topic.sent > 1
+    sender.retry(PERIOD)
+    assert sender.topic.sent == ZEROS, "then DDS asks for a confirmation"
+    sender.retry(PERIOD)
+    assert sender.topic.sent == ZEROS + 1
     sender.topic.answers = True
     sender.retry(3.0)
     assert (sender.zeros.due, sender.lines) == (math.inf, [])

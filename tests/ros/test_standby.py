@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from improv_core.outputs.ros.subscriber_check import ZEROS
+from improv_core.safety.pending_zeros import PERIOD
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Publish, Sink, Start, with_limits
 from tests.ros.dance import at_speed, still
@@ -62,15 +63,20 @@ def test_a_stage_that_is_halted_is_killed(listen: Listen, start: Start) -> None:
 
 
 def test_the_standby_stops_robots_that_have_not_confirmed_a_stop(listen: Listen, sink: Sink) -> None:
+    """It sends many zeros at once, so that DDS asks for a confirmation: others may soon move the robot."""
     turtles = moving(listen, sink)
     sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
     turtles.wait(still)
     ours = descendants(sink.process.pid)
+    before = len(turtles.heard)
     sink.process.kill()
     turtles.wait(still)
     wait_until_gone(ours, LIMIT)
     turtles.close()
     assert {message["topic"] for message in turtles.heard} == {TOPICS[0]}
+    first, *others = [message["at"] for message in turtles.heard[before:][: ZEROS // 2]]
+    assert others
+    assert others[-1] - first < PERIOD * len(others), "sooner after each other than when they are sent again"
 
 
 def test_the_standby_leaves_robots_alone_that_confirmed_a_stop(listen: Listen, publish: Publish, sink: Sink) -> None:

@@ -7,7 +7,17 @@ from dataclasses import replace
 
 import pytest
 
-from improv_core.safety.pending_zeros import LATER, LIMIT, OVERDUE, PERIOD, UNCONFIRMED, TopicFacts, check, pending_zero
+from improv_core.safety.pending_zeros import (
+    LATER,
+    LIMIT,
+    OVERDUE,
+    PERIOD,
+    UNCONFIRMED,
+    FollowUp,
+    TopicFacts,
+    check,
+    pending_zero,
+)
 
 RELIABLE = TopicFacts(1, confirms=True, confirmed=True)
 LATE = TopicFacts(1, confirms=True, confirmed=False)
@@ -74,6 +84,27 @@ def test_zeros_are_pending_until_they_are_confirmed(
     facts: list[tuple[float, TopicFacts]], sent: list[float], paid: float, told: bool
 ) -> None:
     assert story(*facts) == (sent, paid, told)
+
+
+@pytest.mark.parametrize(
+    ("facts", "asked"),
+    [
+        ([(0, RELIABLE)], []),
+        ([(0, LATE), (1.3, RELIABLE)], [0.2]),
+        ([(0, LATE), (1, replace(LATE, listeners=2)), (2, replace(RELIABLE, listeners=2))], [0.2, 1.0]),
+        ([(0, LATE), (19, GONE), (31, RELIABLE)], [0.2, 31.0, 32.0]),
+        ([(0, LATE), (OVERDUE + 1, RELIABLE)], [0.2, OVERDUE + 1]),
+    ],
+)
+def test_listeners_are_asked_to_confirm_once_and_again_after_others_came_or_a_cut(
+    facts: list[tuple[float, TopicFacts]], asked: list[float]
+) -> None:
+    found, times = FollowUp(pending_zero(0.0, 1, listened=True)), list[float]()
+    while found.pending:
+        now = round(found.pending.due, 6)
+        found = check(found.pending, now, [each for at, each in facts if at <= now][-1])
+        times += [now] * found.asks
+    assert times == asked
 
 
 def test_a_robot_that_never_listened_is_not_reported() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from improv_core.outputs.cdr import twist_message
 from improv_core.outputs.ros.standby.client import Standby
+from improv_core.outputs.ros.subscriber_check import ZEROS
 from improv_core.outputs.ros.topic import Now, RosTopic
 from improv_core.safety.pending_zeros import PendingZero, TopicFacts, check, pending_zero
 from improv_core.score.motion import STILL
@@ -73,7 +74,7 @@ class PendingZeros:
                 self._pending[name] = replace(entry, state=found.pending)
             else:
                 self._standby.note_confirmed(name)
-            if found.sends:
+            for _ in range(ZEROS if found.asks else found.sends):
                 entry.topic.publish(entry.zero, self._clock, entry.frame)
             if found.warns:
                 self._tell(

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from improv_core.outputs.cdr import numbers_message, stamped, twist_message
+from improv_core.outputs.ros.subscriber_check import ZEROS
 from improv_core.protocol.json_lines import Lines, own_output
 from improv_core.protocol.standby_messages import FromStandby, ToStandby
 from improv_core.safety.pending_zeros import LAST_ZEROS, LINGER, UNCONFIRMED, TopicFacts, check, pending_zero
@@ -120,6 +121,7 @@ def main() -> int:
             continue
         break
     if pending := {**watch.pending, **watch.moved}:
+        publishers.send_zeros(pending)  # at once: before, their listeners would count as having confirmed everything
         stage.wait_for_end(END_LIMIT)  # otherwise its node would count as another one that moves the robots
         publishers.retry(pending)
     publishers.close()
@@ -219,46 +221,45 @@ class _Publishers:
             time.sleep(ZERO_PERIOD)
         time.sleep(LINGER)
 
+    def send_zeros(self, topics: Mapping[str, str], count: int = ZEROS) -> None:
+        """Send zeros on these topics, in their frames: so many that DDS asks for a confirmation."""
+        for topic, frame in topics.items():
+            for kind, publisher in [*self._on(topic).items()] * count:
+                with suppress(Exception):  # whatever rclpy raises: the others need their zeros
+                    self._send_zero(publisher, topic, kind, frame)
+
     def retry(self, topics: Mapping[str, str]) -> None:
         """Send pending zeros on these topics, in their frames, until they are confirmed, or for `UNCONFIRMED`."""
-        made = {
-            topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
-        }
-        for topic in topics:  # at once: before, its listeners would count as having confirmed everything
-            self._send_zeros(topic, made[topic], topics[topic])
         now = time.monotonic()
-        pending = {
-            topic: pending_zero(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics
-        }
+        pending = {topic: pending_zero(now, self._facts(topic).listeners, listened=True) for topic in topics}
         end = now + UNCONFIRMED
         while pending and now < end:
             for topic in [topic for topic, each in pending.items() if each.due <= now]:
-                found = check(pending.pop(topic), now, self._facts(topic, made[topic]))
+                found = check(pending.pop(topic), now, self._facts(topic))
                 if found.sends:
-                    self._send_zeros(topic, made[topic], topics[topic])
+                    self.send_zeros({topic: topics[topic]}, ZEROS if found.asks else 1)
                 if found.pending:
                     pending[topic] = found.pending
             time.sleep(ZERO_PERIOD)
             now = time.monotonic()
 
-    def _facts(self, topic: str, publishers: Mapping[str, Any]) -> TopicFacts:
+    def _on(self, topic: str) -> dict[str, Any]:
+        """The publishers on a topic, by kind."""
+        return {kind: publisher for (name, kind), (publisher, _) in self._made.items() if name == topic}
+
+    def _facts(self, topic: str) -> TopicFacts:
         from improv_core.outputs.ros.nodes import is_harmless
         from improv_core.outputs.ros.topic import confirms, has_confirmed
 
-        node, made = self._nodes.first, publishers.values()
+        node, made = self._nodes.first, self._on(topic)
         infos = node.get_publishers_info_by_topic(topic)
         names = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - {*self._nodes.names}
         return TopicFacts(
-            sum(publisher.get_subscription_count() for publisher in made),
-            confirms(node, topic, publishers),
-            all(map(has_confirmed, made)),
+            sum(publisher.get_subscription_count() for publisher in made.values()),
+            confirms(node, topic, made),
+            all(map(has_confirmed, made.values())),
             frozenset(name for name in names if not is_harmless(name)),
         )
-
-    def _send_zeros(self, topic: str, publishers: Mapping[str, Any], frame: str) -> None:
-        for kind, publisher in publishers.items():
-            with suppress(Exception):  # whatever rclpy raises: the others need their zeros
-                self._send_zero(publisher, topic, kind, frame)
 
     def _send_zero(self, publisher: Any, topic: str, kind: str, frame: str) -> None:
         if joints := self._joints[topic]:

@@ -389,6 +389,22 @@ def test_the_path_of_a_text_is_shown_before_it_is_saved_and_can_be_hidden(edit: 
     wait(page, f"{ada} > 30")
 
 
+@pytest.mark.slow("plays on a page twice")
+def test_a_dance_fills_the_view_again_after_the_preview_of_a_larger_one(edit: Callable[[str], Edit]) -> None:
+    dance = "ada $ repeat 3 (forward left)\n"  # shorter than unused room is kept
+    page = edit(dance).page()
+    page.locator("#write").click()
+    wait(page, f"{PLAYING} && improv.robots.ada?.x > 0")
+    page.locator("#stop").click()
+    near = page.evaluate("improv.view.scale")
+    page.locator("#text").fill("ada $ repeat 40 forward\n")
+    wait(page, f"improv.view.scale < {near / 4}")
+    page.locator("#text").fill(dance)
+    page.locator("#write").click()
+    wait(page, f"{PLAYING} && improv.view.scale > {near / 2} || improv.transport.state === 'ended'")
+    assert page.evaluate(PLAYING)
+
+
 @pytest.mark.slow("looks at every pixel of a page, again and again")
 def test_the_path_of_the_text_in_an_editor_is_shown_until_it_is_taken_back(
     still: Callable[..., Page], viewer: PageServer, keep: Keep

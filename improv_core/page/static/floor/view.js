@@ -31,6 +31,7 @@ export class View {
   /** @type {Point[]} */
   #room = [] // corners of what should be in view
   #fitted = false // whether a view has shown all paths
+  #previewed = false // whether the paths of a text are shown that doesn't play
   /** @type {Map<string, { pose: Pose | undefined, seen: number }>} */
   #lost = new Map() // where robots were that nobody can see or reach now
   /** @type {Record<string, Pose>} */
@@ -93,8 +94,10 @@ export class View {
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { trails, preview } = this.#parts
+    const { trails, preview, floor } = this.#parts
     if (preview.room.length) this.#appear()
+    if (this.#previewed && !preview.isShown) floor.camera.forget() // they needed another room
+    this.#previewed = preview.isShown
     const { current, anchor } = program
     const known = [colors().ground, current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
     if (known === this.#known) return

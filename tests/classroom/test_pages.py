@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import urllib.error
 import urllib.request
 from zipfile import ZipFile
@@ -90,7 +92,7 @@ def test_the_tutorial_leaves_the_word_buttons_free_on_a_phone(running: Running, 
 def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     violations: Violations, running: Running, page: Page, keep: Keep
 ) -> None:
-    _, address, code, teacher = running
+    process, address, code, teacher = running
     for name, text in (("Ada <img>", "r $ repeat (forward left)\n"), ("Bo", "s $ forwrd")):
         secret = send(address, "join", json.dumps({"code": code, "name": name}))["secret"]
         send(address, "send", text, secret)
@@ -125,6 +127,11 @@ def test_the_teacher_looks_at_dances_and_plays_and_stops_them(
     expect(page.locator("#front")).to_be_hidden()  # as with every card, that is all
     expect(page.locator("#playing")).to_have_text("Ada <img>")
     page.keyboard.press("Escape")  # arrives even if the connection breaks twice
+    expect(page.locator("#playing")).to_have_text("Stopped")
+    os.kill(process.pid, signal.SIGSTOP)  # as Ctrl-Z in its terminal does
+    page.keyboard.press("Escape")
+    expect(page.locator("#playing")).to_have_text("The stop is not answered: run `improv stop` in a terminal.")
+    os.kill(process.pid, signal.SIGCONT)
     expect(page.locator("#playing")).to_have_text("Stopped")
     page.reload()  # the token is kept for this tab
     expect(page.locator("#children li")).to_have_count(2)

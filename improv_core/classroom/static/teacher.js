@@ -16,6 +16,7 @@ const TICKS = "improv.class.ticks"
 const SAME_LESSON = 3 * 3600_000 // milliseconds
 const AGAIN = 100 // milliseconds until a stop that did not arrive is sent again
 const TRIES = 50
+const NOTICE_DELAY = 300 // milliseconds after which the page shows that a stop is not answered
 const SILENT = 300 // seconds without a dance after which a child may need help
 const LOOK = 15_000 // milliseconds
 const SMALL = "<style>text { display: none } g, path { stroke-width: 6px }</style>" // no letter can be read in a small picture
@@ -252,11 +253,12 @@ function send(command) {
 
 /** Stops everything, and tries again for a while if a connection breaks meanwhile. */
 async function stop() {
+  const late = setTimeout(() => say("The stop is not answered: run `improv stop` in a terminal."), NOTICE_DELAY)
   for (let tries = 0; tries < TRIES; tries++) {
     const answer = await fetch(withToken("stop"), { method: "POST", keepalive: true }).catch(() => null)
-    if (answer?.ok) return
-    say(answer ? "The stop was not obeyed: press Ctrl-C in the terminal." : "The stop did not arrive: press Ctrl-C in the terminal.")
-    if (answer) return
+    clearTimeout(late)
+    if (answer) return say(answer.ok ? "Stopped" : "The stop was not obeyed: press Ctrl-C in the terminal.")
+    say("The stop did not arrive: press Ctrl-C in the terminal.")
     await new Promise((done) => setTimeout(done, AGAIN))
   }
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 import random
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -70,6 +71,19 @@ def check(places: Sequence[complex], words: str, tremor: float = 0.006) -> None:
 )
 def test_a_drawing_becomes_lines_and_arcs(places: list[complex], words: str) -> None:
     check(places, words)
+
+
+@pytest.mark.parametrize(
+    ("there", "words"),
+    [
+        pytest.param(lines(0, 2), "forward turn forward", id="line"),
+        pytest.param(arc(0, 0, 1, 180), "left 180deg radius 1m turn right 180deg radius 1m", id="arc"),
+    ],
+)
+def test_a_stroke_back_along_itself_is_drawn_there_and_back(there: list[complex], words: str) -> None:
+    for tremor in (0.0, 0.006):
+        drawn = words_drawn(stroke([*there, *there[-2::-1]], tremor), None, DEFAULT, 0)[1]
+        assert re.sub(" (left|right) 180deg (?!radius)", " turn ", drawn) == words
 
 
 def test_a_wave_becomes_arcs_rather_than_lines_with_corners() -> None:

@@ -241,7 +241,9 @@ def _written(text: str, node: Word, played: _Performance, amount: float, level: 
         for plain in (word, f"half{word}"):
             if plain in PRIMITIVES and abs(_plain(PRIMITIVES[plain], played.profile, axis) - far) < _SAME:
                 return plain
-    unit = number.units[0].text if number and number.units else "deg" if axis == 3 else "m" if far >= 1 else "cm"
+    unit = "m" if far >= 1 else "cm"
+    if axis == 3:
+        unit = number.units[0].text if number and number.units else "deg"
     rest = text[number.span.end - node.span.start :] if number else text[_word_end(node) - node.span.start :]
     return f"{word} {float(far / UNITS[unit].size):.10g}{unit}{rest}"
 

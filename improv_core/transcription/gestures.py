@@ -13,7 +13,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import Amounts
 from improv_core.transcription.folding import bracketed, folded
-from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_for, series_text
+from improv_core.transcription.wording import Move, Rounding, amounts_of, moves_for, place_near, series_text
 
 MIN_LENGTH = 0.05
 """Meters: a hand that moved less has drawn nothing."""
@@ -78,17 +78,18 @@ class _Curve(NamedTuple):
 
 
 def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
-    """Return the pose at which a stroke begins, to a centimeter, and the words that draw it; none if it is shorter than
-    `MIN_LENGTH`.
+    """Return the pose at which a stroke begins and the words that draw it; none if it is shorter than `MIN_LENGTH`.
 
-    The robot first turns to it from its `heading` (radians), or begins that way if it has none. Each line or arc takes
-    the time in which it was drawn, to an nth of a beat (`parts`), or with 0 parts, one beat. Until it begins, the robot
-    rests.
+    The robot first turns to it from its `heading` (radians), or begins that way if it has none, at a place that is
+    rounded like a length: the whole stroke moves along. Each line or arc takes the time in which it was drawn, to an
+    nth of a beat (`parts`), or with 0 parts, one beat. Until it begins, the robot rests.
     """
-    start = Pose(round(stroke[0].x, 2), round(stroke[0].y, 2)) if stroke else Pose()
+    if heading is None:
+        stroke = _put_in_round_numbers(stroke)
     curves = _curves(stroke)
     if not curves:
-        return start, ""
+        return Pose(), ""
+    start = Pose(stroke[0].x, stroke[0].y)
     first = round(math.degrees(math.remainder(curves[0].direction, math.tau)) / 15) * 15
     start = Pose(start.x, start.y, 0.0, math.radians(first) if heading is None else heading)
     rest = Fraction(round(stroke[0].beat * parts), parts) if parts else Fraction(0)
@@ -114,6 +115,13 @@ def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, prof
     while moves and moves[-1].voices[0].word == "rest":
         moves.pop()
     return _text(moves)
+
+
+def _put_in_round_numbers(stroke: Sequence[DrawnPoint]) -> list[DrawnPoint]:
+    """Return a stroke moved so that its first point is as round as the lengths of a path of its size."""
+    near = _rounding(max((math.dist(each[1:], stroke[0][1:]) for each in stroke), default=0.0)).meters
+    x, y = (place_near(each, near) - each for each in stroke[0][1:]) if stroke else (0.0, 0.0)
+    return [DrawnPoint(each.beat, each.x + x, each.y + y) for each in stroke]
 
 
 def _text(moves: Sequence[Move]) -> str:

@@ -237,6 +237,11 @@ def _rounded(value: float, levels: Sequence[Fraction], allowed: float) -> Fracti
     return found
 
 
+def place_near(value: float, allowed: float) -> float:
+    """Return a coordinate that is rounded like a length, or to 0."""
+    return math.copysign(float(_rounded(abs(value), LENGTHS, allowed)), value) if abs(value) > allowed else 0.0
+
+
 def amounts_of(move: Move, profile: Profile) -> Amounts:
     """Return what a move moves in all its beats."""
     total = [0.0, 0.0, 0.0, 0.0]

@@ -29,7 +29,9 @@ def check(before: str, to: tuple[float, float], after: str, *, freely: bool = Fa
     ("before", "to", "after"),
     [
         ("ada $ for|>ward", (1.23, 0.4), "ada $ forward 1.2m"),
-        ("ada $ forward 1.|>5m", (0.52, 0), "ada $ forward 0.5m"),
+        ("ada $ forward 1.|>5m", (0.52, 0), "ada $ forward 50cm"),
+        ("ada $ forward 1.|>5m", (-0.02, 0), "ada $ forward 10cm"),
+        ("ada $ forward 15|>0cm", (1.62, 0), "ada $ forward 1.6m"),
         ("ada $ forward 15|>0cm", (0.52, 0), "ada $ forward 50cm"),
         ("ada $ |>forward 1.5m", (2, 0), "ada $ forward 2m"),
         ("ada $ |>forward", (-0.8, 0), "ada $ backward 80cm"),

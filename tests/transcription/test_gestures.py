@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import pytest
 
-from improv_core.score.motion import Pose, Twist
+from improv_core.score.motion import Twist
 from improv_core.score.profiles import DEFAULT
 from improv_core.transcription.gestures import DrawnPoint, PressedKeys, words_drawn, words_performed
 
@@ -95,8 +95,14 @@ def test_a_wave_becomes_arcs_rather_than_lines_with_corners() -> None:
 
 
 def test_a_drawing_begins_where_the_hand_did_in_its_first_direction() -> None:
-    start, words = words_drawn(stroke(lines(1.0037 + 1j, 1.0037 + 3j)), None, DEFAULT, 0)
-    assert (start, words) == (Pose(1, 1, 0, math.pi / 2), "forward")
+    start, words = words_drawn(stroke(lines(1.0437 + 1j, 1.0437 + 3j)), None, DEFAULT, 0)
+    assert (round(start.x, 9), round(start.y, 9), start.heading, words) == (1, 1, math.pi / 2, "forward")
+
+
+def test_a_drawing_begins_at_a_place_as_round_as_its_lengths_and_keeps_its_shape() -> None:
+    drawn = lines(2.87 - 1.07j, 4.37 - 1.07j, 4.37 + 0.43j)
+    start, words = words_drawn(stroke(drawn), None, DEFAULT, 0)
+    assert (round(start.x, 9), round(start.y, 9), words) == (2.9, -1.1, "forward 1.5m left forward 1.5m")
 
 
 def test_a_robot_first_turns_to_a_drawing() -> None:

@@ -234,6 +234,14 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         return Diagnostic(
             "syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted, counts)
         )
+    if (
+        before
+        and before.text == "("
+        and end < len(tokens)
+        and [each.type for each in tokens[at - 2 : at - 1]] == ["REPEAT"]
+    ):
+        gone = Span(span.start, tokens[end].start)
+        return Diagnostic("syntax", span, *number_first(number, before, False, gone, True, counts))
     if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
         return Diagnostic(
             "syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span, False, counts)

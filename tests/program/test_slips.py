@@ -118,6 +118,7 @@ def test_slips_have_advice() -> None:
         ("r $ step left", ["r $ strafeleft"]),
         ("r $ up 4 beats", ["r $ slow 4 up", "r $ repeat 4 up"]),
         ("r $ repeat up 4 times", ["r $ repeat 4 up"]),
+        ("r $ repeat (4 up left)", ["r $ repeat 4 (up left)"]),
         ("r $ rest 2s", ["r $ repeat 2 rest"]),
         ("r $ 4 times (up left)", ["r $ repeat 4 (up left)"]),
         ("r $ (up left) 4 times", ["r $ repeat 4 (up left)"]),

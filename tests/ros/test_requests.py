@@ -118,7 +118,6 @@ def test_an_armed_dance_with_ros_arguments_begins_with_the_service(
         assert playing.stdout
         lines = iter(playing.stdout.readline, "")
         assert any("armed: all is ready, and begins with the service ~/play" in line for line in lines)
-        robot.wait(still)
         assert ask("call /dancer/play")[0]
         assert diagnostics.wait(lambda message: message["header"]["stamp"] == {"sec": 12, "nanosec": 0})
         begun = robot.wait(at_speed(SPEED / 2))

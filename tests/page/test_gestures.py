@@ -248,3 +248,26 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
     page.locator("#gesture-robot").select_option("ada")
     drag(page, [(0, 0), (0, -0.5), (0, -1)])
     expect(page.locator("#gesture-robot")).to_have_value("bo")
+
+
+@pytest.mark.slow("performs in a browser")
+def test_enter_writes_what_was_performed_also_after_a_click_on_a_button(edit: Callable[[str], Edit]) -> None:
+    page = edit(SQUARE).page()
+    page.locator("#write").click()
+    wait(page, "improv.transport.state === 'playing'")
+    page.locator("#perform").click()
+    generation = page.evaluate("improv.transport.restarted")
+    page.locator("#restart").click()
+    wait(page, f"improv.transport.restarted !== {generation}")
+    page.locator("#stop").click()
+    page.evaluate("window.put = { ...improv.drawn.ada }")
+    page.keyboard.down("ArrowUp")
+    wait(page, "Math.hypot(improv.drawn.ada.x - put.x, improv.drawn.ada.y - put.y) > 1")
+    page.keyboard.up("ArrowUp")
+    page.keyboard.press("Enter")
+    expect(page.locator("#text")).not_to_have_value(SQUARE)
+    page.locator("#perform").click()
+    page.locator("#restart").focus()
+    generation = page.evaluate("improv.transport.restarted")
+    page.keyboard.press("Enter")  # somebody has moved the focus there by keyboard
+    wait(page, f"improv.transport.restarted !== {generation}")

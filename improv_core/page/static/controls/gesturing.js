@@ -85,6 +85,10 @@ export class Gesturing {
     addEventListener("keydown", (event) => this.#press(event), true)
     addEventListener("keyup", (event) => this.#hold(event.key, false), true)
     addEventListener("blur", () => Object.keys(ARROWS).forEach((key) => this.#hold(key, false)))
+    addEventListener("click", ({ detail }) => {
+      const pressed = document.activeElement instanceof HTMLButtonElement
+      if (this.#mode && detail && pressed) find("stage").focus() // or Enter would press that button again
+    })
   }
 
   /** True while a robot is moved by hand. */

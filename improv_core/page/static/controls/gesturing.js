@@ -302,18 +302,14 @@ export class Gesturing {
   }
 
   #write() {
-    const { robot, parts } = { robot: this.#robot.value, parts: Number(this.#parts.value) }
-    const begin = this.#from ? { begin: this.#from } : {}
-    if (this.#mode === "draw" && this.#points.length > 1) {
-      const offset = this.#editor.writtenAt
-      changes.write?.({ type: "draw", robot, points: this.#points, parts, ...(offset === undefined ? {} : { offset }) })
-      if (this.#pen && this.#pose) this.#pens[robot] = [this.#pose.x, this.#pose.y]
-      if (this.#pose) this.#restart(this.#pose)
-    } else if (this.performs && this.#drags && this.#points.length > 1) {
-      changes.write?.({ type: "draw", robot, points: this.#points, parts, ...begin })
-    } else if (this.performs && this.#keys.length) {
-      changes.write?.({ type: "perform", robot, keys: this.#keys, end: this.#beat(), parts, ...begin })
-    }
+    const draws = this.#mode === "draw"
+    const about = { robot: this.#robot.value, parts: Number(this.#parts.value), begin: this.#from || undefined } // JSON has no undefined ones
+    if ((draws || this.#drags) && this.#points.length > 1) {
+      changes.write?.({ type: "draw", points: this.#points, offset: draws ? this.#editor.writtenAt : undefined, ...about })
+      if (!draws || !this.#pose) return
+      if (this.#pen) this.#pens[about.robot] = [this.#pose.x, this.#pose.y]
+      this.#restart(this.#pose)
+    } else if (this.#keys.length) changes.write?.({ type: "perform", keys: this.#keys, end: this.#beat(), ...about })
   }
 
   /** @param {KeyboardEvent} event */

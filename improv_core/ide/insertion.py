@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.diagnostics import Edit
+from improv_core.diagnostics import Edit, applied
 from improv_core.ide.bending import Word, poses_at
 from improv_core.ide.cursor import cursor
 from improv_core.program.analysis import Analysis
@@ -105,7 +106,19 @@ def _until(analysis: Analysis, lines: Sequence[Placed], robot: str, beats: Fract
         code = line.statement.text[sign.end : line.statement.tokens[-1].end].strip()
         part = dict(played.parts)[robot]
         if part.open or part.duration > left:
-            return " ".join([*words, f"({code} || {rest_text(left)})"])
+            cut = _performed(analysis, line, f" ({code} || {rest_text(left)})")
+            return " ".join([*words, cut.strip()])
         words.append(f"({code})" if "||" in code else code)
         left -= Fraction(part.duration)
     return " ".join([*words, *([rest_text(left)] if left else [])])
+
+
+def _performed(analysis: Analysis, line: Placed, words: str) -> str:
+    """Return words in place of those of a line, without any that are never performed there."""
+    assert line.statement.sign
+    start = line.start + line.statement.sign.end
+    probed = analysis.edited(start, line.start + line.statement.tokens[-1].end, words)
+    lost = [each for each in probed.diagnostics if each.code == "never-performed" and each.fixes]
+    edits = [edit for each in lost for edit in each.fixes[0].edits if start <= edit.span.start < start + len(words)]
+    here = [Edit(edit.span.shifted(-start), edit.text) for edit in edits]
+    return re.sub(r"(?<=\S) +(?=[)\]]| )", "", applied(words, here))

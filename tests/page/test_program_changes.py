@@ -97,17 +97,21 @@ def test_a_performance_becomes_the_line_of_its_robot_in_the_last_scene(before: s
     ("before", "begin", "after"),
     [
         ("ada $ repeat 4 (forward left)", 3, "ada $ (repeat 4 (forward left) || repeat 3 rest) forward"),
+        ("ada $ repeat 4 (forward left)", 0.5, "ada $ (repeat 4 (forward) || fast 2 rest) forward"),
+        ("a = left\nada $ [up a] a right [a a] up", 1.5, "a = left\nada $ ([up a] a || slow 3/2 rest) forward"),
         ("ada $ repeat left", 0.5, "ada $ (repeat left || fast 2 rest) forward"),
         ("ada $ repeat left", 2.5, "ada $ (repeat left || slow 5/2 rest) forward"),
         ("ada $ left right", 2, "ada $ left right forward"),
         ("ada bo $ left || up", 2, "bo $ left || up\nada $ (left || up) rest forward"),
-        ("ada $ left\n---\nada $ right right", 2, "ada $ left\n---\nada $ (right right || rest) forward"),
+        ("ada $ left\n---\nada $ right right", 2, "ada $ left\n---\nada $ (right || rest) forward"),
         ("ada $ left || up\nada $ repeat 4 up\n", 3, "ada $ (left || up) (repeat 4 up || repeat 2 rest) forward\n"),
         ("bo $ slow 4 left\n", 3, "bo $ slow 4 left\nada $ repeat 3 rest forward\n"),
     ],
 )
 def test_a_performance_in_the_middle_keeps_what_came_before(before: str, begin: float, after: str) -> None:
-    assert performed(before, begin) == after
+    found = performed(before, begin)
+    assert found == after
+    assert "never-performed" not in {each.code for each in analyze(found).diagnostics}
 
 
 def test_a_drag_in_the_middle_begins_where_the_robot_is_then() -> None:

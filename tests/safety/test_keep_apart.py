@@ -71,6 +71,7 @@ class Stage:
         first = [RawPose(name, CONTINUOUS, robot.pose, 0.0) for name, robot in robots.items()]
         self.proximity = Proximity().heard(first, self.bases)
         self.due, self.paused, self.was_late = 0.0, False, False
+        self.left = {name: [*robot.told] for name, robot in robots.items()}  # the commands of the score to come
         self.coming: list[tuple[float, RawPose]] = []
 
     def tell(self, name: str, twist: Twist, now: float) -> None:
@@ -89,9 +90,12 @@ class Stage:
     def play(self, now: float) -> bool:
         """Play everything due since the last time. Return whether robots are too near."""
         looks = now >= self.due
-        for name in self.ours:
-            robot = self.robots[name]
-            for _, twist in [each for each in robot.told[len(robot.obeys) :] if each[0] <= now]:
+        for name, left in self.left.items():
+            while left and left[0][0] <= now:
+                _, twist = left.pop(0)
+                if name not in self.ours:  # every stage plays the whole score
+                    self.proximity = self.proximity.sent(name, twist, now)
+                    continue
                 self.tell(name, twist, now)
                 self.was_late |= self.look(now)
         come = [raw for at, raw in self.coming if at <= now]

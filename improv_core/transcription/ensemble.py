@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from improv_core.robots.formation import Formation, on_circle
 from improv_core.score.motion import Pose
@@ -14,26 +13,19 @@ from improv_core.transcription.wording import REST, Node, Rounding, is_rest
 
 @dataclass(frozen=True, slots=True)
 class SharedLine:
-    """Robots and all that they perform together. With `apart`, each begins that many beats after the one before: a
-    canon of the first `voices` nodes, after which all continue together."""
+    """Robots and the theme that they perform together. With `apart`, it is a canon after some `rests`: each robot
+    begins that many beats after the one before, and all end with the `coda` together."""
 
     robots: tuple[str, ...]
-    items: tuple[Node, ...]
-    apart: Fraction = Fraction(0)
-    voices: int = 0
-
-    @property
-    def rests(self) -> int:
-        """The number of rests before a canon."""
-        return _rests(self.items)
+    theme: tuple[Node, ...]
+    apart: int = 0
+    rests: int = 0
+    coda: tuple[Node, ...] = ()
 
     @property
     def parts(self) -> list[tuple[Node, ...]]:
-        """Parts that are written by themselves: all, or the theme of a canon and what comes after it."""
-        if not self.apart:
-            return [self.items]
-        end = self.rests + self.voices
-        return [each for each in (self.items[self.rests : end], self.items[end:]) if each]
+        """Parts that are written by themselves."""
+        return [each for each in (self.theme, self.coda) if each]
 
 
 def lines_of(parts: Mapping[str, Sequence[Node]]) -> list[SharedLine]:
@@ -81,8 +73,7 @@ def _canon(parts: Mapping[str, tuple[Node, ...]]) -> SharedLine | None:
             continue
         found = _theme([bodies[robot][1] for robot in robots], apart)
         if found is not None:
-            body, tail = found
-            return SharedLine(robots, (*(REST,) * lead, *body, *tail), Fraction(apart), len(body))
+            return SharedLine(robots, found[0], apart, lead, found[1])
     return None
 
 

@@ -24,6 +24,7 @@ from improv_core.transcription.stretches import EvenStretch, stretches_of
 from improv_core.transcription.tempo import USUAL, multiples, rareness, tempi
 from improv_core.transcription.track import CLEAN, Noise, TimedPlace, Track, noise_of, track_of
 from improv_core.transcription.wording import (
+    REST,
     Node,
     Rounding,
     cost,
@@ -259,7 +260,7 @@ def _draft(
 
 def _program(draft: _Draft, tempo: int, robots: Robots, is_whole: bool) -> str:
     """Return the text of a program."""
-    lines = [line for line in lines_of({robot: part.nodes for robot, part in draft.items()}) if line.items]
+    lines = [line for line in lines_of({robot: part.nodes for robot, part in draft.items()}) if line.theme]
     bodies = [[folded(bracketed(part)) for part in line.parts] for line in lines]
     names, named = with_names([body for each in bodies for body in each], list(draft))
     text = [f"beat {tempo}"] if tempo != USUAL else []
@@ -276,12 +277,11 @@ def _program(draft: _Draft, tempo: int, robots: Robots, is_whole: bool) -> str:
 
 
 def _line_text(line: SharedLine, bodies: Sequence[Node]) -> str:
+    theme, *coda = bodies
     if not line.apart:
-        return series_text(bodies[0])
-    theme, *after = bodies
-    words = [series_text(folded(line.items[: line.rests]))] if line.rests else []
-    words += [f"canon {line.apart} {term_text(theme)}", *map(series_text, after)]
-    return " ".join(words)
+        return series_text(theme)
+    words = [series_text(folded([REST] * line.rests))] if line.rests else []
+    return " ".join([*words, f"canon {line.apart} {term_text(theme)}", *map(series_text, coda)])
 
 
 def _start_there(starts: Mapping[str, Pose], order: Sequence[str], robots: Robots) -> bool:

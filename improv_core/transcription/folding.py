@@ -19,6 +19,7 @@ from improv_core.transcription.wording import (
     around,
     cost,
     cost_of_text,
+    series_text,
     turned,
 )
 
@@ -28,7 +29,8 @@ _MAX_FOLDS = 200
 _MAX_NAMES = 6
 _MIN_SAVED = 0.5
 """The words that a fold must save: with fewer, it makes the program harder to read."""
-_WORTH_A_NAME = 3.0
+_WORTH_A_NAME = 3.5
+"""The cost that a single movement must have to get a name: `slow 2 forward` has less."""
 _NAME_COST = 2.3
 """The cost of a definition besides its body: its name and the equals sign, and the line."""
 NAMES = ("phrase", "figure", "answer", "theme", "motif", "turn", "step", "coda")
@@ -138,7 +140,7 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
                 continue
             uses = sum(1.0 + _TURN_COSTS[plain ^ turns] for _, _, turns in apart)
             saves = body * len(apart) - (body + _NAME_COST + uses)
-            if saves > saved:
+            if saves > saved and _shortens(window, [plain ^ turns for _, _, turns in apart]):
                 best, saved = window, saves
         if not again:  # so nothing longer comes back
             break
@@ -146,6 +148,12 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
 
 
 _TURN_COSTS = [cost_of_text(each) for each in TURNS]
+
+
+def _shortens(window: Window, uses: Sequence[int]) -> bool:
+    """Return whether a program has fewer characters if this phrase has a name that is used in these forms."""
+    length = len(series_text(series(window)))
+    return length + sum(len(f"{TURNS[each]} {NAMES[0]}") for each in (0, *uses)) + 4 < length * len(uses)
 
 
 def _turned(turns: int, window: Window) -> Window:

@@ -114,6 +114,17 @@ def test_a_phrase_that_comes_back_turned_gets_its_name(turned: str) -> None:
     check(before)
 
 
+@pytest.mark.parametrize(
+    "program",
+    [
+        "a $ slow 2 forward left slow 2 forward\nb $ slow 2 forward right slow 2 forward",
+        "a $ forward left up forward rest forward left up backward forward left up",
+    ],
+)
+def test_nothing_gets_a_name_that_would_hardly_make_it_shorter(program: str) -> None:
+    assert " = " not in transcribe(path_of(program), tolerance=CLEAN).text
+
+
 def test_starts_are_left_out_if_robots_start_there_anyway() -> None:
     lines = "b $ forward forward\na $ forward left\n"
     robots = read_robots("[robots.a]\nstart = { x = 1, y = -3 }")

@@ -36,6 +36,8 @@ _FAR = 8
 """A gap between two points that is this many times the usual one was not drawn: it is a line."""
 _FEWEST = 4
 """Fewer places make no arc."""
+_END_MISFIT = 2.5
+"""The ends of a curve may be this many times as far from it as its other places: more is a corner in an arc."""
 _INFINITY = 1e6
 """Meters from a line to the center of the circle that it is taken to be."""
 _FLAT = 4e-12
@@ -244,6 +246,8 @@ def _around(
     if radius < tremor or max(map(abs, off)) > tremor:
         return None
     spokes = [place - center for place in places]
+    if max(abs(abs(spoke) - radius) for spoke in (spokes[0], spokes[-1])) > _END_MISFIT * tremor:
+        return None
     turns = [cmath.phase(after / here) for here, after in pairwise(spokes)]
     turn = math.fsum(turns)
     if any(each * turn < 0 and abs(each) * radius > tremor for each in turns):

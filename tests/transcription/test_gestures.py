@@ -86,6 +86,25 @@ def test_a_stroke_back_along_itself_is_drawn_there_and_back(there: list[complex]
         assert re.sub(" (left|right) 180deg (?!radius)", " turn ", drawn) == words
 
 
+@pytest.mark.parametrize("spacing", [15, 12, 9, 7, 4.8, 3.6, 2, 1])
+def test_a_zigzag_has_corners_however_often_the_mouse_is_sampled(spacing: float) -> None:
+    """The mouse moves by whole pixels, of which 87 are a meter."""
+    tips = [(440, 500), (480, 440), (520, 500), (560, 440), (600, 500), (640, 440)]
+    seen = [*(place for one, other in pairwise(tips) for place in _pixels(one, other, spacing)), tips[-1]]
+    drawn = [complex(x / 87, -y / 87) for x, y in seen]
+    words = words_drawn(stroke(drawn), None, DEFAULT, 0)[1]
+    assert "radius" not in words
+    assert words.count("forward") == 5
+
+
+def _pixels(one: tuple[int, int], other: tuple[int, int], spacing: float) -> list[tuple[int, int]]:
+    count = round(math.dist(one, other) / spacing)
+    return [
+        (round(one[0] + (other[0] - one[0]) * at / count), round(one[1] + (other[1] - one[1]) * at / count))
+        for at in range(count)
+    ]
+
+
 def test_a_wave_becomes_arcs_rather_than_lines_with_corners() -> None:
     wave = [complex(number / 35, -0.57 * math.sin(number / 12)) for number in range(110)]
     words = (

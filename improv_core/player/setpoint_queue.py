@@ -157,10 +157,10 @@ class SetpointQueue:
         compute the next ones. `perform` performs open parts."""
         prepared, self._prepared = self._prepared, None
         if prepared and prepared.at <= until:
-            self._wanted.update((mover, velocity) for mover, velocity, _ in prepared.commands)
             try:
-                prepared.send()
+                prepared.send()  # before anything else
             finally:
+                self._wanted.update((mover, velocity) for mover, velocity, _ in prepared.commands)
                 self._follow(self._take(prepared.at), parts)
             return
         due, commands = self._take(until), list[MoverCommand]()

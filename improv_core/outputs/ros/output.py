@@ -269,17 +269,19 @@ class RosSink(Sink):
         if command.robot in self._elsewhere or (base := self._robots[command.robot]).is_simulated:
             return
         stands = base.is_held or command.twist == STILL
-        yield _Serialized(command, base, stands, base.message_of(STILL if stands else command.twist))
+        message = base.message_of(STILL if stands else command.twist)
+        yield _Serialized(command, base, stands, base.topic.ready(message, self._clock, base.part.frame))
 
     def _publish(self, commands: Sequence[_Serialized]) -> None:
         """Publish commands, with nothing in between, so that the last of a hundred robots doesn't wait for long."""
-        for each in commands:
-            if not each.stands:
-                self.pending_zeros.note_velocity(each.base.topic, each.base.part.frame)
-        clock, problems = self._clock, dict[str, Exception]()
-        for command, base, _, message in commands:
+        for _, base, stands, _ in commands:
+            if not stands and self._standby.moving.get(base.topic.name) != base.part.frame:
+                self.pending_zeros.note_velocity(base.topic, base.part.frame)
+        problems = dict[str, Exception]()
+        for command, _, _, sends in commands:
             try:
-                base.topic.publish(message, clock, base.part.frame)
+                for send in sends:
+                    send()
             except Exception as problem:  # rclpy may raise anything
                 problems[command.robot] = problem
         now = self._now()
@@ -380,12 +382,12 @@ class RosSink(Sink):
 
 
 class _Serialized(NamedTuple):
-    """A command to a base, and its message. One that `stands` is a zero."""
+    """A command to a base, and functions that send its message. One that `stands` is a zero."""
 
     command: BaseCommand
     base: RosBase
     stands: bool
-    message: bytes
+    sends: Sequence[Callable[[], None]]
 
 
 def _here(score: Score) -> dict[str, Part]:

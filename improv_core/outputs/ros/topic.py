@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -167,8 +168,12 @@ class RosTopic:
 
     def publish(self, message: bytes, clock: Any, frame: str) -> None:
         """Send a serialized message to all listeners. `clock` stamps a TwistStamped, in this frame."""
-        for publisher in self._publishers.values():
-            publisher.publish(message, clock, frame)
+        for send in self.ready(message, clock, frame):
+            send()
+
+    def ready(self, message: bytes, clock: Any, frame: str) -> list[Callable[[], None]]:
+        """Return functions that do what `publish` does, in as little time as possible."""
+        return [publisher.ready(message, clock, frame) for publisher in self._publishers.values()]
 
     def _confirms(self, kinds: Collection[str]) -> bool:
         return confirms(self._node, self.name, kinds)
@@ -229,11 +234,13 @@ class _Publisher:
 
     def ask(self, now: float, message: bytes, clock: Any, frame: str) -> None:
         for _ in range(zeros_to_send(self.hearing, now)):
-            self.publish(message, clock, frame)
+            self.ready(message, clock, frame)()
             self.hearing = replace(self.hearing, asked=now)
 
     def has_confirmed(self) -> bool:
         return has_confirmed(self._publisher)
 
-    def publish(self, message: bytes, clock: Any, frame: str) -> None:
-        self._publisher.publish(stamped(message, clock.now().nanoseconds, frame) if self._is_stamped else message)
+    def ready(self, message: bytes, clock: Any, frame: str) -> Callable[[], None]:
+        if self._is_stamped:
+            return lambda: self._publisher.publish(stamped(message, clock.now().nanoseconds, frame))
+        return partial(self._publisher.publish, message)

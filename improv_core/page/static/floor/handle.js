@@ -15,7 +15,7 @@ import { robotList } from "../score/robot-list.js"
 /** @typedef {{ number: number | null, offset: number }} Cursor the number of the text, once the server has it, and an offset in code points */
 
 const SIZE = 9 // pixels: the handle's radius,
-const GHOST_SIZE = 5 // and that of the places where the same words end
+const DOT_SIZE = 3 // and that of the places where the same words end, which can't be dragged
 const GRAB_RADIUS = 24 // pixels
 const STEPS = /** @type {Record<string, number>} */ ({ ArrowUp: 1, ArrowDown: -1 })
 
@@ -92,8 +92,15 @@ export class Handle {
     this.#isDrawn = !this.#draws && this.#place(camera) !== null
     if (!this.#isDrawn || !this.shown?.place) return
     const color = robotList.colorOf(this.shown.robot)
-    for (const ends of this.shown.others) drawEnd(pen, camera, ends, GHOST_SIZE, mix(colors().ground, color, 0.5), 1.5)
-    drawEnd(pen, camera, this.shown.place, SIZE, color, this.#held ? 5 : 3)
+    const faint = mix(colors().ground, color, 0.5)
+    for (const [x, y] of this.shown.others) {
+      const place = camera.toScreen({ x, y })
+      pen.fillStyle = faint
+      pen.beginPath()
+      pen.arc(place.x, place.y, DOT_SIZE, 0, 2 * Math.PI)
+      pen.fill()
+    }
+    drawEnd(pen, camera, this.shown.place, color, this.#held ? 5 : 3)
   }
 
   /** The handle's place on the canvas, if it is shown. @param {Camera} camera */
@@ -128,11 +135,10 @@ function drawing(handle) {
  * @param {Pen} pen
  * @param {Camera} camera
  * @param {number[]} ends
- * @param {number} size
  * @param {string} color
  * @param {number} width
  */
-function drawEnd(pen, camera, [x, y, robotX, robotY], size, color, width) {
+function drawEnd(pen, camera, [x, y, robotX, robotY], color, width) {
   const [place, robot] = [camera.toScreen({ x, y }), camera.toScreen({ x: robotX, y: robotY })]
   for (const [ink, wide] of /** @type {[string, number][]} */ ([[colors().ground, width + 4], [color, width]])) {
     pen.strokeStyle = ink
@@ -142,7 +148,7 @@ function drawEnd(pen, camera, [x, y, robotX, robotY], size, color, width) {
     pen.lineTo(place.x, place.y)
     pen.stroke()
     pen.beginPath()
-    pen.arc(place.x, place.y, size, 0, 2 * Math.PI)
+    pen.arc(place.x, place.y, SIZE, 0, 2 * Math.PI)
     pen.fillStyle = colors().ground
     pen.fill()
     pen.stroke()

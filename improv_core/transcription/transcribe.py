@@ -61,12 +61,22 @@ _NATS = 4.0
 """Natural units of information that a misfit costs for each word."""
 
 
+_MAX_TURN = math.radians(60)
+"""The most that a robot's heading may be off in a drawing, however large the tolerance is."""
+
+
 class Tolerance(NamedTuple):
     """The distance that a program may be from what it transcribes: meters, radians, and seconds."""
 
     meters: float = 0.03
     radians: float = math.radians(5)
     seconds: float = 0.05
+
+    @property
+    def for_drawings(self) -> Tolerance:
+        """The same, with an angle that grows with the distance: a drawing has no headings but those of its lines."""
+        usual = Tolerance()
+        return self._replace(radians=min(max(self.radians, usual.radians * self.meters / usual.meters), _MAX_TURN))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +103,8 @@ def transcribe(
     counts. A program that isn't `is_whole`, but is put beside other robots, says where each of its own starts. The ways
     of robots that are `drawn` have no rhythm of their own: their movements get whole beats.
     """
+    if recorded.keys() <= set(drawn):
+        tolerance = tolerance.for_drawings
     tracks = {robot: track_of(places) for robot, places in recorded.items()}
     begin = min(track[0].time for track in tracks.values())
     tracks = {robot: _from(track, begin) for robot, track in tracks.items()}

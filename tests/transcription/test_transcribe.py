@@ -227,6 +227,16 @@ def test_waypoints_are_reached_on_straight_lines() -> None:
     assert made.text == "a $ slow 2 forward 1m repeat 3 (fast 2 left slow 3/2 forward 1m)\n"
 
 
+def test_a_larger_tolerance_makes_a_drawing_fewer_and_rounder_movements() -> None:
+    curve = [TimedPlace(number / 20, number / 50, 0.5 * math.sin(number / 20)) for number in range(200)]
+    words = []
+    for meters in (0.03, 0.1, 0.2):
+        made = transcribe({"a": curve}, tolerance=Tolerance(meters), drawn={"a"})
+        assert all(far <= meters for far, _ in made.deviations.values())
+        words.append(len(made.text))
+    assert words[0] > 1.5 * words[1] > 1.5 * words[2]
+
+
 def test_uneven_samples_and_a_gap_change_nothing() -> None:
     places = path_of("a $ repeat 4 (forward left) rest", rate=100)["a"]
     kept = [place for number, place in enumerate(places) if number % 7 in (0, 3) and not 210 < number < 250]

@@ -271,3 +271,21 @@ def test_enter_writes_what_was_performed_also_after_a_click_on_a_button(edit: Ca
     generation = page.evaluate("improv.transport.restarted")
     page.keyboard.press("Enter")  # somebody has moved the focus there by keyboard
     wait(page, f"improv.transport.restarted !== {generation}")
+
+
+@pytest.mark.slow("draws in a browser")
+def test_fit_is_off_while_draw_shows_a_part_of_the_floor_and_shows_all_if_pressed(edit: Callable[[str], Edit]) -> None:
+    page = edit("ada at -2 0\nbo at 2 0\nada bo $ forward left forward 3m\n").page()
+    page.set_viewport_size(PHONE)
+    page.locator("#write").click()
+    wait(page, "improv.transport.state === 'ended'")
+    rest(page)
+    scale, fit = page.evaluate("improv.view.scale"), page.locator("#fit")
+    for begins, pressed in ((True, "false"), (False, "true")):
+        page.locator("#draw").click()
+        assert not begins or page.evaluate("improv.view.scale") > scale
+        expect(fit).to_have_attribute("aria-pressed", pressed)
+    page.locator("#draw").click()
+    fit.click()
+    expect(fit).to_have_attribute("aria-pressed", "true")
+    wait(page, "improv.view.scale < 80")

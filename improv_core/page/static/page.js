@@ -76,7 +76,7 @@ const score = new Score()
 const playingWords = new PlayingWords((lights) => (editor.open ? editor : score).light(lights))
 const panels = new Panels(floor.camera)
 const { preview, handle } = editor
-const gesturing = new Gesturing(editor, floor, (transport) => sound.clickFor(transport))
+const gesturing = new Gesturing(editor, floor, (transport) => sound.clickFor(transport), () => panels.showFit())
 const parts = { preview, handle, gesturing, figures, motion, trails, bumps, floor, panels, startPoses, senses, meetings, misplaced, wall }
 /** @typedef {typeof parts} Parts */
 const view = new View(parts)

@@ -47,6 +47,7 @@ export class Gesturing {
   #editor
   #floor
   #click
+  #moveView
   /** @type {Mode | null} */
   #mode = null
   #begun = 0 // milliseconds
@@ -71,11 +72,13 @@ export class Gesturing {
    * @param {Editor} editor
    * @param {Floor} floor
    * @param {(transport: Transport | null) => void} click clicks on each beat while somebody performs
+   * @param {() => void} moveView called when the view has changed
    */
-  constructor(editor, floor, click) {
+  constructor(editor, floor, click, moveView) {
     this.#editor = editor
     this.#floor = floor
     this.#click = click
+    this.#moveView = moveView
     for (const mode of /** @type {Mode[]} */ (["draw", "perform"])) {
       find(mode).addEventListener("click", () => (this.#mode === mode ? this.finish() : this.#begin(mode)))
     }
@@ -225,9 +228,9 @@ export class Gesturing {
     const pose = this.#pen ?? left ?? start
     this.#restart(pose)
     this.#floor.camera.look(pose, FINE)
+    this.#moveView()
     const [before, line, keys] = LINES[this.#pen ? "draw on" : (this.#mode ?? "draw")]
     find("gesture-line").replaceChildren(span("before", `${before} `), line, span("by-key", ` ${keys}`))
-    redraw()
   }
 
   /** The place where the robot comes to the cursor, if it does. @returns {Pose | null} */
@@ -240,6 +243,7 @@ export class Gesturing {
     this.#mode = null
     this.#bar.className = ""
     this.#floor.camera.stays = false
+    this.#moveView()
     this.#click(null)
     this.#restart(null)
     this.#held.clear()

@@ -73,7 +73,7 @@ export class Panels {
 
   /** The view has changed. */
   showFit() {
-    find("fit").setAttribute("aria-pressed", String(this.#camera.fits))
+    find("fit").setAttribute("aria-pressed", String(this.#camera.showsAll))
     redraw()
   }
 

@@ -26,10 +26,16 @@ export class Camera {
   held = false // whether it stays where it is: something is under a hand,
   stays = false // or somebody draws
   fits = true // whether it follows the robots and paths
+  #isNear = false // whether it shows a point larger while somebody draws
 
   /** The shorter side of the stage, in pixels. */
   get shorter() {
     return Math.min(this.size.width, this.size.height)
+  }
+
+  /** True if all robots and paths are in view. */
+  get showsAll() {
+    return this.fits && !(this.stays && this.#isNear)
   }
 
   /** The view, once there is one. */
@@ -45,6 +51,7 @@ export class Camera {
    * @param {number} seconds
    */
   follow(used, radius, seconds) {
+    this.#isNear &&= this.stays
     const room = bounds([this.#room ?? used, used])
     const isUsed = room.every(({ x, y }, corner) => x === used[corner].x && y === used[corner].y)
     const isFresh = this.#fresh > 0
@@ -97,7 +104,9 @@ export class Camera {
   /** Shows a point at least this large, if it stays there and nobody has moved the view. @param {Point} point @param {number} scale */
   look({ x, y }, scale) {
     if (!this.view || !this.stays || !this.fits || this.held) return
-    if (this.view.scale < scale || !this.#shows({ x, y }, { x, y })) this.view = { x, y, scale: Math.max(this.view.scale, scale) }
+    const isFar = this.view.scale < scale || !this.#shows({ x, y }, { x, y })
+    this.#isNear ||= isFar
+    if (isFar) this.view = { x, y, scale: Math.max(this.view.scale, scale) }
   }
 
   /** Zooms around a point of the screen. @param {number} factor @param {Point} [at] the middle, if nothing is given */

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import groupby
 
@@ -16,6 +17,7 @@ from improv_core.transcription.wording import (
     Node,
     NodeSeries,
     Shaped,
+    WordedVoice,
     around,
     cost,
     cost_of_text,
@@ -33,6 +35,11 @@ _WORTH_A_NAME = 3.5
 """The cost that a single movement must have to get a name: `slow 2 forward` has less."""
 _NAME_COST = 2.3
 """The cost of a definition besides its body: its name and the equals sign, and the line."""
+_HALVES: Mapping[Node, Node] = {
+    Move(Fraction(1), (WordedVoice(f"half{turn}"),)): Move(Fraction(2), (WordedVoice(turn),))
+    for turn in ("left", "right")
+}
+"""Halves of turns, and what two of them make."""
 NAMES = ("phrase", "figure", "answer", "theme", "motif", "turn", "step", "coda")
 
 
@@ -108,6 +115,19 @@ def with_names(lines: Sequence[Node], taken: Sequence[str]) -> tuple[dict[str, N
         names = dict(bodies)
         found = [replaced(line) for line in found]
     return names, found
+
+
+def with_whole_turns(node: Node) -> Node:
+    """Return a node with `slow 2 left` for each `halfleft halfleft` that no phrase or repetition shares."""
+    if isinstance(node, Shaped) and node.by not in ("slow", "fast"):
+        return replace(node, body=with_whole_turns(node.body))
+    if not isinstance(node, NodeSeries):
+        return node
+    found: list[Node] = []
+    for each, run in groupby(node.items):
+        same = list(run)
+        found += [_HALVES[each]] if each in _HALVES and len(same) == 2 else map(with_whole_turns, same)
+    return series(found)
 
 
 Window = tuple[Node, ...]

@@ -15,7 +15,7 @@ from improv_core.robots.start_poses import start_poses
 from improv_core.score.motion import Pose
 from improv_core.transcription.ensemble import SharedLine, formation_of, lines_of
 from improv_core.transcription.fits import VelocityFits
-from improv_core.transcription.folding import bracketed, folded, with_names
+from improv_core.transcription.folding import bracketed, folded, with_names, with_whole_turns
 from improv_core.transcription.pacing import on_whole_beats
 from improv_core.transcription.performing import deviations_of
 from improv_core.transcription.rhythm import TimedItem, TrackedRobot, items_of, near_items_of
@@ -281,8 +281,8 @@ def _program(draft: _Draft, tempo: int, robots: Robots, is_whole: bool) -> str:
     if not is_whole or not _start_there(starts, order, robots):
         text += _opening(starts, min(part.rounding for part in draft.values()))
     text += [""] if text else []
-    text += [*(f"{name} = {series_text(body)}" for name, body in names.items()), ""] if names else []
-    used = iter(named)
+    text += [*(f"{name} = {series_text(with_whole_turns(body))}" for name, body in names.items()), ""] if names else []
+    used = iter(map(with_whole_turns, named))
     for line, each in zip(lines, bodies, strict=True):
         text.append(f"{' '.join(line.robots)} $ {_line_text(line, [next(used) for _ in each])}")
     return "\n".join(text) + "\n"

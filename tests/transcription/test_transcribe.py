@@ -246,6 +246,8 @@ def test_uneven_samples_and_a_gap_change_nothing() -> None:
 def test_a_tempo_that_was_given_is_kept() -> None:
     made = transcribe(path_of("a $ forward left"), tolerance=CLEAN, tempo=30)
     assert made.text == "beat 30\n\na $ [forward left]\n"
+    made = transcribe(path_of("a $ forward left"), tolerance=CLEAN, tempo=120)
+    assert made.text == "beat 120\n\na $ slow 2 forward slow 2 left\n"
 
 
 WORDS = st.sampled_from(

@@ -36,6 +36,7 @@ def draw(page: Page) -> None:
 
 def perform(page: Page) -> None:
     page.locator("#perform").click()
+    wait(page, "improv.drawn.ada.x === 0")  # at its start again, after a frame
     page.keyboard.down("ArrowUp")
     wait(page, "improv.drawn.ada.x > 1")
     page.keyboard.up("ArrowUp")
@@ -70,6 +71,22 @@ def test_an_undo_puts_the_cursor_where_it_was_before_a_movement_by_hand(
             expect(text).to_have_value(written)
             start, end = cursor(page)
             assert start == end
+
+
+@pytest.mark.slow("draws in a browser")
+def test_the_same_stroke_gives_the_same_words_after_each_undo(edit: Callable[[str], Edit]) -> None:
+    page = edit(PROGRAM).page()
+    put_cursor(page, "bo $ left\n")
+    written = set[str]()
+    for _ in range(3):
+        draw(page)
+        expect(page.locator("#text")).not_to_have_value(PROGRAM)
+        written.add(page.locator("#text").input_value())
+        page.locator("#draw").click()
+        page.locator("#text").focus()
+        page.keyboard.press("Control+z")
+        expect(page.locator("#text")).to_have_value(PROGRAM)
+    assert len(written) == 1
 
 
 @pytest.mark.slow("edits in a browser")

@@ -170,6 +170,23 @@ def test_movements_by_hand_become_words_and_each_is_undone_at_once(edit: Callabl
     expect(text).to_have_value(re.compile(rf"{kept} .*forward"))
 
 
+@pytest.mark.slow("drags in a browser")
+def test_a_hand_bends_nothing_while_somebody_performs(edit: Callable[[str], Edit]) -> None:
+    page = edit(SQUARE).page()
+    page.locator("#write").click()
+    wait(page, "improv.transport.state === 'playing' && improv.drawn.ada?.x > 0.5")
+    page.locator("#stop").click()
+    put_cursor(page, "forwa")
+    wait(page, "improv.handle?.place?.[0] === 2")
+    page.locator("#perform").click()
+    rest(page)
+    for performs in (True, False):
+        drag(page, [(2, 0), (2.4, 0), (3, 0)])
+        expect(page.locator("#text")).to_have_value(SQUARE if performs else SQUARE.replace("forward", "forward 3m"))
+        page.keyboard.press("Escape")
+        page.locator("#text").focus()
+
+
 @pytest.mark.slow("writes in a browser")
 def test_a_page_asks_for_the_handle_once_nobody_types(edit: Callable[[str], Edit]) -> None:
     page = edit(SQUARE).page()

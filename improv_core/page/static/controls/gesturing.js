@@ -253,7 +253,7 @@ export class Gesturing {
   }
 
   #show() {
-    this.#editor.handle.draws = this.#mode === "draw"
+    this.#editor.handle.gesture = this.#mode
     for (const mode of ["draw", "perform"]) find(mode).setAttribute("aria-pressed", String(this.#mode === mode))
     this.#bar.hidden = !this.#mode
     redraw()

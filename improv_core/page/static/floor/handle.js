@@ -26,7 +26,8 @@ export class Handle {
   /** @type {Messages["handle"] | null} */
   shown = null
   #asked = "" // the latest question
-  #draws = false
+  /** @type {"draw" | "perform" | null} */
+  #gesture = null // in progress: then the handle is in the way
   #isDrawn = false
   #held = false
   #changed = false // by a hand or a key, so that the new words are read out
@@ -43,16 +44,17 @@ export class Handle {
   look() {
     const { number, offset } = this.#cursor()
     if (this.#isDrawn && offset !== this.shown?.offset) redraw() // it is of another word
-    const asked = JSON.stringify([number, offset, this.#draws])
-    if (!(this.#isWanted || this.#draws) || number === null || asked === this.#asked) return
+    const draws = this.#gesture === "draw"
+    const asked = JSON.stringify([number, offset, draws])
+    if (!(this.#isWanted || draws) || number === null || asked === this.#asked) return
     this.#asked = asked
-    send({ type: "handle", number, offset, draws: this.#draws })
+    send({ type: "handle", number, offset, draws })
   }
 
-  /** Whether somebody draws, who needs to know where robots come to the cursor. */
-  set draws(/** @type {boolean} */ draws) {
-    if (draws && !this.#draws) this.#asked = "" // the answer was for somebody who has drawn another robot
-    this.#draws = draws
+  /** What somebody does by hand. Who draws needs to know where robots come to the cursor. */
+  set gesture(/** @type {"draw" | "perform" | null} */ gesture) {
+    if (gesture !== this.#gesture) this.#asked = "" // the answer was for somebody who has drawn another robot
+    this.#gesture = gesture
     this.look()
   }
 
@@ -89,7 +91,7 @@ export class Handle {
 
   /** @param {Pen} pen @param {Camera} camera */
   draw(pen, camera) {
-    this.#isDrawn = !this.#draws && this.#place(camera) !== null
+    this.#isDrawn = this.#place(camera) !== null
     if (!this.#isDrawn || !this.shown?.place) return
     const color = robotList.colorOf(this.shown.robot)
     const faint = mix(colors().ground, color, 0.5)
@@ -112,6 +114,7 @@ export class Handle {
 
   /** True while somebody writes, or holds the handle of what is written. */
   get #isWanted() {
+    if (this.#gesture) return false
     return this.#held || document.activeElement === this.#control || document.activeElement?.id === "stage"
   }
 

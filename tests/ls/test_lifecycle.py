@@ -46,7 +46,7 @@ def test_a_document_is_removed_with_its_file(tmp_path: Path) -> None:
         assert client.codes_of(new) == ["unknown-robot"]
         end = span(2, 7, 11)
         client.change(new.as_uri(), 2, {"range": end, "text": "wav"})
-        assert client.codes_of(new) == ["unused-name", "unknown-robot", "unknown-name"]
+        assert client.codes_of(new) == ["unknown-robot", "unknown-name"]
         assert names(client) == [("wave", "ne%20w.improv"), ("anna", "ne%20w.improv")]
 
 

@@ -183,6 +183,10 @@ class JointCommands:
         self._gathers = False
         self._held: _Command | None = None
 
+    def move(self, robot: str, track: LimbTrack, velocity: setpoint_queue.Velocity, at: float) -> None:
+        """Have a body part of a robot move from performance time `at` on."""
+        self.tell(robot, track.tell(velocity, at), at)
+
     def tell(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
         """Have some of a robot's joints move from performance time `at` on."""
         before, self._held = self._held, _Command(robot, joints, at)

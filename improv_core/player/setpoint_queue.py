@@ -161,9 +161,9 @@ class SetpointQueue:
                 prepared.send()  # before anything else
             finally:
                 self._wanted.update((mover, velocity) for mover, velocity, _ in prepared.commands)
-                self._follow(self._take(prepared.at), parts)
+                self._follow(_taken(self._queue, prepared.at), parts)
             return
-        due, commands = self._take(until), list[MoverCommand]()
+        due, commands = _taken(self._queue, until), list[MoverCommand]()
         try:
             for each in due:
                 if each.velocity is not None:
@@ -229,13 +229,6 @@ class SetpointQueue:
                 for mover in self.movers([robot]):
                     self.add(mover, zeros(0.0, 1 / part.profile.command_rate), performed)
 
-    def _take(self, until: float) -> list[_Due]:
-        """Take the changes until then from the queue."""
-        due = []
-        while self._queue and self._queue[0].at <= until:
-            due.append(heappop(self._queue))
-        return due
-
     def _follow(self, due: Iterable[_Due], parts: Mapping[str, Part]) -> None:
         """Schedule what follows changes, also if a robot couldn't be reached: it must not come first again and hold up
         the zeros of the others."""
@@ -291,6 +284,14 @@ class _Due(NamedTuple):
     held: bool
     rest: Iterator[Setpoint]
     offset: float
+
+
+def _taken(queue: list[_Due], until: float) -> list[_Due]:
+    """Take the changes until then from a queue."""
+    due = []
+    while queue and queue[0].at <= until:
+        due.append(heappop(queue))
+    return due
 
 
 def setpoints(profile: Profile, movement: Movement, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:

@@ -19,13 +19,13 @@ from improv_core.player.returning import Returns
 from improv_core.player.run import EMPTY, Run
 from improv_core.player.sensing import Sensing
 from improv_core.player.separation_monitor import SeparationMonitor
-from improv_core.player.setpoint_queue import MoverCommand, SetpointQueue, Velocity, zeros
+from improv_core.player.setpoint_queue import MoverCommand, SetpointQueue, zeros
 from improv_core.player.subscribers import Listeners
 from improv_core.protocol.messages import SIMULATED, FromStage, Play
 from improv_core.protocol.output import BaseCommand, RawPose, Sink, try_all
 from improv_core.safety.fault_monitor import FaultMonitor
 from improv_core.safety.odometry import Odometry
-from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.path import Paths
 from improv_core.score.performance import Mover
@@ -271,41 +271,33 @@ class Tracks:
 
     def _ready(self, commands: Sequence[MoverCommand]) -> Callable[[], None]:
         """Get commands ready, and return a function that sends them: those to bases first, and then notes these."""
-        limbs = [partial(self._send_limb, *command) for command in commands if command.mover.part]
-        bases = [command for command in commands if not command.mover.part] if limbs else commands
-        told = [self._corrected(*base) for base in bases]
-        pace = self.run.simulated_pace
+        bases, limbs = list[tuple[str, Twist, float]](), list[Callable[[], None]]()
+        for mover, velocity, performed in commands:
+            if mover.part:
+                limbs.append(partial(self.joints.move, mover.robot, self.limbs.track[mover], velocity, performed))
+            else:
+                assert isinstance(velocity, Twist)
+                bases.append((mover.robot, velocity, performed))
+        clock, pace = self.run.transport.clock, self.run.simulated_pace
+        earliest = self.reached if self.sink.real else -math.inf
+        told = [self.odometry.corrected(robot, twist, max(clock(at), earliest)) for robot, twist, at in bases]
         sends = self.sink.ready(
             [
-                BaseCommand(mover.robot, twist if pace == 1 else twist.times(1 / pace), at)
-                for (mover, _, at), twist in zip(bases, told, strict=True)
+                BaseCommand(robot, twist if pace == 1 else twist.times(1 / pace), at)
+                for (robot, _, at), twist in zip(bases, told, strict=True)
             ]
         )
 
         def send() -> None:
             try_all([sends, *limbs])
-            for (mover, velocity, performed), sent in zip(bases, told, strict=True):
-                assert isinstance(velocity, Twist)
-                at = self.run.transport.clock(performed)
-                self.odometry.tell(mover.robot, velocity, at)
+            for (robot, wanted, performed), sent in zip(bases, told, strict=True):
+                at = clock(performed)
+                self.odometry.tell(robot, wanted, at)
                 if self.sink.real:
-                    self.faults.tell(mover.robot, velocity, at)
-                    self.separation.tell(self.run, mover.robot, sent, max(at, self.reached))
+                    self.faults.tell(robot, wanted, at)
+                    self.separation.tell(self.run, robot, sent, max(at, self.reached))
 
         return send
-
-    def _send_limb(self, mover: Mover, velocity: Velocity, performed: float) -> None:
-        self.joints.tell(mover.robot, self.limbs.track[mover].tell(velocity, performed), performed)
-
-    def _corrected(self, mover: Mover, velocity: Velocity, performed: float) -> Twist:
-        """Return a base's velocity, corrected by its odometry."""
-        assert isinstance(velocity, Twist)
-        if velocity == STILL:
-            return velocity
-        at = self.run.transport.clock(performed)
-        at = max(at, self.reached) if self.sink.real else at
-        correction = self.odometry.correction(mover.robot, velocity, at)
-        return velocity if correction == STILL else velocity.plus(correction)
 
     def _stands(self, robot: str) -> bool:
         return self.run.mode == "playing" and self.run.stands(robot, self.listeners.standing)

@@ -122,6 +122,11 @@ class Odometry:
         track = self._tracks.get(robot)
         return track.correction(twist, at) if track and robot not in self.strays else STILL
 
+    def corrected(self, robot: str, twist: Twist, at: float) -> Twist:
+        """Return a velocity that is sent to a robot at this time, with its correction."""
+        correction = STILL if twist == STILL else self.correction(robot, twist, at)
+        return twist if correction == STILL else twist.plus(correction)
+
     def is_doubtful(self, robot: str, at: float) -> bool:
         """Return whether the poses of a robot have jumped lately, so that they may be those of another robot."""
         track = self._tracks.get(robot)

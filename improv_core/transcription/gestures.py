@@ -80,14 +80,14 @@ class _Curve(NamedTuple):
 
 
 def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
-    """Return the pose at which a stroke begins and the words that draw it; none if it is shorter than `MIN_LENGTH`.
+    """Return the pose at which a stroke begins, and the words that draw it: none for one shorter than `MIN_LENGTH`.
 
     The robot first turns to it from its `heading` (radians), or begins that way if it has none, at a place that is
     rounded like a length: the whole stroke moves along. Each line or arc takes the time in which it was drawn, to an
     nth of a beat (`parts`), or with 0 parts, one beat. Until it begins, the robot rests.
     """
     if heading is None:
-        stroke = _put_in_round_numbers(stroke)
+        stroke = _from_round_place(stroke)
     curves = _curves(stroke)
     if not curves:
         return Pose(), ""
@@ -119,8 +119,8 @@ def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, prof
     return _text(moves)
 
 
-def _put_in_round_numbers(stroke: Sequence[DrawnPoint]) -> list[DrawnPoint]:
-    """Return a stroke moved so that its first point is as round as the lengths of a path of its size."""
+def _from_round_place(stroke: Sequence[DrawnPoint]) -> list[DrawnPoint]:
+    """Return a stroke that is moved a little, so that it begins at a place as round as its lengths."""
     near = _rounding(max((math.dist(each[1:], stroke[0][1:]) for each in stroke), default=0.0)).meters
     x, y = (place_near(each, near) - each for each in stroke[0][1:]) if stroke else (0.0, 0.0)
     return [DrawnPoint(each.beat, each.x + x, each.y + y) for each in stroke]

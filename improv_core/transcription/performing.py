@@ -18,7 +18,7 @@ SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 
 
 class ItemTiming:
-    """When a robot performs which of its motions."""
+    """The times at which a robot performs its motions."""
 
     def __init__(self, items: Sequence[TimedItem]) -> None:
         self._lengths = [float(each.beats) for each in motions_of(items)] or [1.0]

@@ -268,7 +268,7 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
 
 
 @pytest.mark.slow("performs in a browser")
-def test_enter_writes_what_was_performed_also_after_a_click_on_a_button(edit: Callable[[str], Edit]) -> None:
+def test_enter_writes_what_was_performed_even_after_a_click_on_a_button(edit: Callable[[str], Edit]) -> None:
     page = edit(SQUARE).page()
     page.locator("#write").click()
     wait(page, "improv.transport.state === 'playing'")

@@ -8,10 +8,10 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from improv_core.ipc.arrivals import End
-from improv_core.outputs.ros.base import RosBase
+from improv_core.outputs.ros.base import RosBase, publish_all
 from improv_core.outputs.ros.buttons import Buttons
 from improv_core.outputs.ros.clock import CLOCK, ClockListener, NodeTime
 from improv_core.outputs.ros.discovery import described
@@ -98,7 +98,6 @@ class RosSink(Sink):
         self._unprepared: set[str] = set()  # topics whose robots aren't prepared yet
         self._current: list[str] = []
         self._elsewhere: Collection[str] = ()  # robots that other stages move
-        self._late: dict[str, float] = {}
         self._other_publishers: dict[str, Collection[str]] = {}
         self._standby.wait()
 
@@ -262,40 +261,27 @@ class RosSink(Sink):
     def ready(self, commands: Sequence[BaseCommand]) -> Callable[[], None]:
         """Serialize commands. Raises ValueError if a number isn't finite. The function that publishes them raises what
         rclpy raises. The stage then stops all robots."""
-        return partial(self._publish, [each for command in commands for each in self._serialized(command)])
+        ours = [(command, self._robots[command.robot]) for command in commands if command.robot not in self._elsewhere]
+        ready = [base.serialized(command, self._clock) for command, base in ours if not base.is_simulated]
 
-    def _serialized(self, command: BaseCommand) -> Iterator[_Serialized]:
-        """Yield a command with its message, unless its robot isn't one that this stage moves."""
-        if command.robot in self._elsewhere or (base := self._robots[command.robot]).is_simulated:
-            return
-        stands = base.is_held or command.twist == STILL
-        message = base.message_of(STILL if stands else command.twist)
-        yield _Serialized(command, base, stands, base.topic.ready(message, self._clock, base.part.frame))
+        def send() -> None:
+            for _, base, stands, _ in ready:
+                if not stands and self._standby.moving.get(base.topic.name) != base.part.frame:
+                    self.pending_zeros.note_velocity(base.topic, base.part.frame)
+            problems = publish_all(ready)
+            now = self._now()
+            for (robot, _, at), base, stands, _ in ready:
+                base.moves_since = None if stands else base.moves_since or now
+                if robot in problems:
+                    continue
+                if stands:
+                    self._controllers.halt(robot)
+                    self.pending_zeros.note_zero(robot, base.topic, base.part.frame)
+                self._publisher.health.sent(robot, at, now, base.is_clipped)
+            for problem in problems.values():
+                raise problem
 
-    def _publish(self, commands: Sequence[_Serialized]) -> None:
-        """Publish commands, with nothing in between, so that the last of a hundred robots doesn't wait for long."""
-        for _, base, stands, _ in commands:
-            if not stands and self._standby.moving.get(base.topic.name) != base.part.frame:
-                self.pending_zeros.note_velocity(base.topic, base.part.frame)
-        problems = dict[str, Exception]()
-        for command, _, _, sends in commands:
-            try:
-                for send in sends:
-                    send()
-            except Exception as problem:  # rclpy may raise anything
-                problems[command.robot] = problem
-        now = self._now()
-        for (robot, _, at), base, stands, _ in commands:
-            base.moves_since = None if stands else base.moves_since or now
-            if robot in problems:
-                continue
-            if stands:
-                self._controllers.halt(robot)
-                self.pending_zeros.note_zero(robot, base.topic, base.part.frame)
-            if (late := self._publisher.health.sent(robot, at, now, base.is_clipped)) > 0:
-                self._late[robot] = max(self._late.get(robot, 0.0), late)
-        if problems:
-            raise next(iter(problems.values()))
+        return send
 
     def sent_as(self, robot: str) -> SentAs:
         if robot not in self._robots:
@@ -313,8 +299,7 @@ class RosSink(Sink):
         zero = self._publisher.health.zero
         late = 0.0 if zero is None else max(self._now() - zero - at, 0.0)
         self._controllers.send(robot, joints, at, pace, until, late)
-        if (late := self._publisher.health.sent(robot, at, self._now(), False)) > 0:
-            self._late[robot] = max(self._late.get(robot, 0.0), late)
+        self._publisher.health.sent(robot, at, self._now(), False)
 
     def advance(self, to: float, asked: Collection[RobotSense] = ()) -> list[Edge]:
         """Send the standby a sign of life, and the publisher a report of how well commands reach robots."""
@@ -323,8 +308,8 @@ class RosSink(Sink):
         return []
 
     def noticed(self) -> Noticed:
-        late, self._late = self._late, {}
-        unfollowed, frozen = self._controllers.unfollowed(), self._time.is_frozen(self._now())
+        late, unfollowed = self._publisher.health.take_late(), self._controllers.unfollowed()
+        frozen = self._time.is_frozen(self._now())
         return Noticed(self._reader.alive, late, self._reader.batteries, unfollowed, frozen)
 
     def close(self) -> None:
@@ -379,15 +364,6 @@ class RosSink(Sink):
     def _ours(self, robots: Collection[str] | None) -> Collection[str]:
         """The robots of these that this stage moves; if None, those of the latest `prepare`."""
         return self._current if robots is None else [robot for robot in robots if robot not in self._elsewhere]
-
-
-class _Serialized(NamedTuple):
-    """A command to a base, and functions that send its message. One that `stands` is a zero."""
-
-    command: BaseCommand
-    base: RosBase
-    stands: bool
-    sends: Sequence[Callable[[], None]]
 
 
 def _here(score: Score) -> dict[str, Part]:

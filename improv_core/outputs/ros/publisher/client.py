@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from improv_core.ipc.child import Policy
@@ -92,15 +92,22 @@ class _CommandStats:
     zero: float | None = None
     """The clock's time at performance time 0, while a score plays."""
     _late: float = 0.0
+    _late_robots: dict[str, float] = field(default_factory=dict)
     _missing: dict[str, str] = field(default_factory=dict)
     _clipped: set[str] = field(default_factory=set)
 
-    def sent(self, robot: str, at: float, now: float, clipped: bool) -> float:
-        """Note that a velocity was sent that was due at a performance time. Returns by how many seconds it was late."""
+    def sent(self, robot: str, at: float, now: float, clipped: bool) -> None:
+        """Note that a velocity was sent that was due at a performance time."""
         if clipped:
             self._clipped.add(robot)
         late = 0.0 if self.zero is None else now - self.zero - at
         self._late = max(self._late, late)
+        if late > 0:
+            self._late_robots[robot] = max(self._late_robots.get(robot, 0.0), late)
+
+    def take_late(self) -> Mapping[str, float]:
+        """Return by how many seconds commands to robots were late since the last call, at most, if they were."""
+        late, self._late_robots = self._late_robots, {}
         return late
 
     def asked(self, robots: Collection[str], missing: dict[str, str]) -> None:

@@ -50,7 +50,8 @@ export class Gesturing {
   #moveView
   /** @type {Mode | null} */
   #mode = null
-  #begun = 0 // milliseconds
+  #begun = 0 // the time of its beat 0, in milliseconds
+  #tempo = 60 // in which its beats count, whatever the dance does after the first movement
   #seen = 0 // the time of the latest frame, in seconds
   /** @type {Pose | null} */
   #pose = null // of the robot that performs, or of the pen
@@ -272,7 +273,10 @@ export class Gesturing {
   /** Beats count from the first movement or, if the dance plays, from where the robot left it. */
   #startClock() {
     if (this.#begun) return
-    this.#begun = performance.now()
+    const along = this.performs && clock.playing
+    this.#tempo = along ? clock.transport.tempo : (program.current?.score.tempo ?? 60)
+    const gone = along ? Math.max(clock.beat() - this.#from, 0) : 0
+    this.#begun = performance.now() - (gone / this.#tempo) * 60_000
     if (!this.performs) return
     if (this.#pose) this.#points = [[this.#beat(), this.#pose.x, this.#pose.y]]
     if (!clock.playing) this.#click({ ...clock.transport, state: "playing", beat: 0, beats: null, tempo: this.#tempo, wall: clock.now(), behind: 0 })
@@ -280,12 +284,7 @@ export class Gesturing {
 
   /** @returns {number} */
   #beat() {
-    if (this.performs && clock.playing) return Math.max(clock.beat() - this.#from, 0)
     return this.#begun ? ((performance.now() - this.#begun) / 60_000) * this.#tempo : 0
-  }
-
-  get #tempo() {
-    return program.current?.score.tempo ?? 60
   }
 
   /** Keeps a place, unless it is close to the latest one. @param {Point} place */

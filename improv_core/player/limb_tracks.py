@@ -184,11 +184,11 @@ class JointCommands:
         self._held: _Command | None = None
 
     def move(self, robot: str, track: LimbTrack, velocity: setpoint_queue.Velocity, at: float) -> None:
-        """Have a body part of a robot move from performance time `at` on."""
+        """Move a body part of a robot from performance time `at` on."""
         self.tell(robot, track.tell(velocity, at), at)
 
     def tell(self, robot: str, joints: Mapping[str, JointMotion], at: float) -> None:
-        """Have some of a robot's joints move from performance time `at` on."""
+        """Move some of a robot's joints from performance time `at` on."""
         before, self._held = self._held, _Command(robot, joints, at)
         if before and (before.robot, before.at) == (robot, at):
             self._held = _Command(robot, {**before.joints, **joints}, at)

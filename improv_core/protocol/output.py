@@ -206,7 +206,7 @@ class Sink:
     def send_joints(
         self, robot: str, joints: Mapping[str, JointMotion], at: float, pace: float = 1.0, until: float = math.inf
     ) -> None:
-        """Have some of a robot's joints move from performance time `at` on. One that reaches its limit gets a new
+        """Move some of a robot's joints from performance time `at` on. One that reaches its limit gets a new
         command then. They move like that `until` a performance time, at which the next command comes. A stop lasts no
         time: they brake as hard as they may. Velocities are by a time of which `pace` passes in a second, as in a
         simulation."""

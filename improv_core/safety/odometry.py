@@ -123,7 +123,7 @@ class Odometry:
         return track.correction(twist, at) if track and robot not in self.strays else STILL
 
     def corrected(self, robot: str, twist: Twist, at: float) -> Twist:
-        """Return a velocity that is sent to a robot at this time, with its correction."""
+        """Return the velocity to send to a robot at this time: `twist` plus its correction."""
         correction = STILL if twist == STILL else self.correction(robot, twist, at)
         return twist if correction == STILL else twist.plus(correction)
 

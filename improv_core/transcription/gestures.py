@@ -80,7 +80,7 @@ class _Curve(NamedTuple):
 
 
 def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Profile, parts: int) -> tuple[Pose, str]:
-    """Return the pose at which a stroke begins, and the words that draw it: none for one shorter than `MIN_LENGTH`.
+    """Return the pose at which a stroke begins, and the words that draw it. Strokes below `MIN_LENGTH` have none.
 
     The robot first turns to it from its `heading` (radians), or begins that way if it has none, at a place that is
     rounded like a length: the whole stroke moves along. Each line or arc takes the time in which it was drawn, to an

@@ -111,7 +111,7 @@ def test_a_save_of_the_robots_plays_again(watch: Running, program: Path) -> None
     watch.wait("▶ r ∞")
 
 
-def test_once_improv_toml_is_gone_only_a_second_save_plays(
+def test_after_improv_toml_is_deleted_only_the_second_save_plays(
     watch: Running, program: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("improv_core.storage.saves.EMPTY_SETTLING", 0.5)

@@ -93,7 +93,7 @@ def test_robots_in_an_unreadable_file_do_not_move(tmp_path: Path, make: Callable
         assert client.wait_for_line("▶").startswith("▶ r ∞")
 
 
-def test_once_improv_toml_is_gone_only_a_second_save_plays(tmp_path: Path) -> None:
+def test_after_improv_toml_is_deleted_only_the_second_save_plays(tmp_path: Path) -> None:
     program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
     robots.write_text("[robots.r]\n")
     with Client(QUIET) as client:

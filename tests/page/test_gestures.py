@@ -268,9 +268,7 @@ def test_a_phone_draws_for_a_robot_of_the_text_finely_and_performs_as_the_robot_
 
 
 @pytest.mark.slow("performs in a browser")
-def test_enter_writes_what_was_performed_across_a_stop_even_after_a_click_on_a_button(
-    edit: Callable[[str], Edit],
-) -> None:
+def test_enter_writes_what_was_performed_despite_a_stop_and_a_click_on_a_button(edit: Callable[[str], Edit]) -> None:
     page = edit(SQUARE).page()
     page.locator("#write").click()
     wait(page, "improv.transport.state === 'playing'")
@@ -281,7 +279,7 @@ def test_enter_writes_what_was_performed_across_a_stop_even_after_a_click_on_a_b
     wait(page, "improv.beat > 2")
     page.evaluate("window.put = { ...improv.drawn.ada }")
     page.keyboard.down("ArrowUp")
-    page.locator("#stop").click()  # whose beats went back, and the movement ended before it had begun
+    page.locator("#stop").click()  # takes the dance back to its start, but no beat of the movement
     wait(page, "Math.hypot(improv.drawn.ada.x - put.x, improv.drawn.ada.y - put.y) > 1")
     page.keyboard.up("ArrowUp")
     page.keyboard.press("Enter")

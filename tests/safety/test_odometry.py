@@ -393,7 +393,7 @@ def turned_off(*, rolls: float = 1.0, late: float = 0.0, held: int = -1, step: f
         odometry.tell("r", twist, now)
         if count % 3 == 0 and len(seen) == 8:
             odometry.take(RawPose("r", LOCALIZATION, seen[0], now, "", now - 0.08))
-        sent.append(twist.plus(odometry.correction("r", twist, now)))
+        sent.append(odometry.corrected("r", twist, now))
         seen = deque([*seen, real], 8)
         is_held = turn == held and count % 400 in range(250, 340)
         real, ideal = real.after(sent.popleft().times(0 if is_held else rolls), step), ideal.after(twist, step)

@@ -97,7 +97,7 @@ class _CommandStats:
     _clipped: set[str] = field(default_factory=set)
 
     def sent(self, robot: str, at: float, now: float, clipped: bool) -> None:
-        """Note that a velocity was sent that was due at a performance time."""
+        """Note that a velocity due at the performance time `at` was sent."""
         if clipped:
             self._clipped.add(robot)
         late = 0.0 if self.zero is None else now - self.zero - at
@@ -106,7 +106,7 @@ class _CommandStats:
             self._late_robots[robot] = max(self._late_robots.get(robot, 0.0), late)
 
     def take_late(self) -> Mapping[str, float]:
-        """Return by how many seconds commands to robots were late since the last call, at most, if they were."""
+        """Return the largest lateness of each late robot's commands since the last call, in seconds."""
         late, self._late_robots = self._late_robots, {}
         return late
 

@@ -51,7 +51,7 @@ export class Gesturing {
   /** @type {Mode | null} */
   #mode = null
   #begun = 0 // the time of its beat 0, in milliseconds
-  #tempo = 60 // in which its beats count, whatever the dance does after the first movement
+  #tempo = 60 // in beats per minute, from the first movement on: a dance that stops then changes no beat of it
   #seen = 0 // the time of the latest frame, in seconds
   /** @type {Pose | null} */
   #pose = null // of the robot that performs, or of the pen
@@ -279,7 +279,7 @@ export class Gesturing {
     this.#begun = performance.now() - (gone / this.#tempo) * 60_000
     if (!this.performs) return
     if (this.#pose) this.#points = [[this.#beat(), this.#pose.x, this.#pose.y]]
-    if (!clock.playing) this.#click({ ...clock.transport, state: "playing", beat: 0, beats: null, tempo: this.#tempo, wall: clock.now(), behind: 0 })
+    if (!along) this.#click({ ...clock.transport, state: "playing", beat: 0, beats: null, tempo: this.#tempo, wall: clock.now(), behind: 0 })
   }
 
   /** @returns {number} */

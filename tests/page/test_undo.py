@@ -47,6 +47,7 @@ def bend(page: Page) -> None:
     wait(page, "improv.handle?.text === 'forward'")
     page.keyboard.press("Alt+ArrowUp")
     page.keyboard.press("Alt+ArrowUp")
+    expect(page.locator("#text")).to_have_value(PROGRAM.replace("forward", "forward 2.2m"))  # both have been written
 
 
 @pytest.mark.slow("edits in a browser")

@@ -99,6 +99,7 @@ def test_ones_own_dance_and_its_improv_toml_come_back_after_links_and_examples(
 
     open_site(page, address)
     play(page, own)
+    expect(page.locator("#file-state")).to_have_text("saved")  # or the page would keep it, as unsaved, before any link
     shared.click()
     page.locator("#toml-part summary").click()
     given.fill(toml)

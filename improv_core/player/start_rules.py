@@ -42,7 +42,7 @@ from improv_core.score.score import Score
 from improv_core.score.takeover import Takeover, joined
 from improv_core.score.transport import Transport
 
-FEW, LEAD = 10, 0.000_01
+FEW, LEAD = 10, 0.000_02
 """Beat 0 of more than a few real robots comes this many seconds later for each other one: so long it takes until their
 first commands are ready. Otherwise their first movement would be shorter than it should be."""
 OPENS = 0.05

@@ -427,7 +427,7 @@ def test_beat_0_waits_for_listeners() -> None:
     assert what == [StartMeasuring(), begun, Report(ZERO + 5.2), ReportSenses(0, 0.0), CheckSoon(OTHER.parts)]
 
 
-@pytest.mark.parametrize(("robots", "facts", "later"), [(10, real(5), 0), (110, real(5), 0.001), (110, at(5), 0)])
+@pytest.mark.parametrize(("robots", "facts", "later"), [(10, real(5), 0), (110, real(5), 0.002), (110, at(5), 0)])
 def test_beat_0_of_many_real_robots_comes_when_their_commands_are_ready(
     robots: int, facts: Facts, later: float
 ) -> None:

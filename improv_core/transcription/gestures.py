@@ -100,15 +100,20 @@ def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Pr
 
 
 def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, profile: Profile, parts: int) -> str:
-    """Return the words for keys that were held until the beat `end`, each change put on the nearest nth of a beat.
+    """Return the words for keys that were held until the beat `end`, each change put on the nearest nth of a beat. Keys
+    that were only tapped count as held for one.
 
     A held key moves a robot by `speeds`, in meters and radians per beat.
     """
     changes = [PressedKeys(0.0, 0, 0), *keys, PressedKeys(end, 0, 0)]
     moves: list[Move] = []
-    begun = Fraction(0)
+    begun = pressed = Fraction(0)
     for here, after in pairwise(changes):
         stop = Fraction(round(after.beat * parts), parts)
+        if not (here.ahead or here.turn):
+            pressed = stop
+        elif stop == pressed and not (after.ahead or after.turn):
+            stop += Fraction(1, parts)
         if stop > begun:
             beats = float(stop - begun)
             amounts = Amounts(here.ahead * speeds.x * beats, 0.0, 0.0, here.turn * speeds.yaw * beats)

@@ -184,5 +184,17 @@ def test_a_slow_robot_moves_less_than_its_words() -> None:
     assert words_performed([PressedKeys(0, 1, 0)], 1, Twist(x=0.5, yaw=1), DEFAULT, 1) == "forward 50cm"
 
 
-def test_keys_that_were_hardly_pressed_make_no_words() -> None:
-    assert words_performed([PressedKeys(0, 1, 0), PressedKeys(0.1, 0, 0)], 3, SPEEDS, DEFAULT, 2) == ""
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ([(0, 1, 0), (0.1, 0, 0)], "fast 2 forward 1m"),
+        (
+            [(0, 1, 0), (0.1, 0, 0), (0.2, 1, 0), (0.24, 0, 0), (2, 0, 1), (2.1, 0, 0)],
+            "fast 2 forward 1m slow 3/2 rest fast 2 halfleft",
+        ),
+        ([(1, 1, 0), (1.05, 1, 1), (2, 0, 1), (2.1, 0, 0)], "rest (forward || left)"),
+        ([(0, 0, 0)], ""),
+    ],
+)
+def test_a_key_that_is_only_tapped_is_held_for_one_part(keys: Sequence[tuple[float, int, int]], words: str) -> None:
+    assert words_performed([PressedKeys(*each) for each in keys], 3, SPEEDS, DEFAULT, 2) == words

@@ -19,10 +19,10 @@ class Amounts(NamedTuple):
     Over any part of the time, it moves that part of these.
     """
 
-    x: float
-    y: float
-    z: float
-    yaw: float
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
 
     @property
     def size(self) -> float:
@@ -50,6 +50,6 @@ def amounts_between(one: Pose, other: Pose, turn: float) -> Amounts:
     half = turn / 2
     shrink = 1.0 if abs(half) < 1e-9 else half / math.sin(half) if abs(math.sin(half)) > 1e-9 else math.inf
     if math.isinf(shrink):  # whole circles: the way is not in the displacement
-        return Amounts(0.0, 0.0, moved.z, turn)
+        return Amounts(z=moved.z, yaw=turn)
     way = complex(moved.x, moved.y) * complex(math.cos(half), -math.sin(half)) * shrink
     return Amounts(way.real, way.imag, moved.z, turn)

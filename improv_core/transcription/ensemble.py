@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import dropwhile
 
 from improv_core.robots.formation import Formation, on_circle
 from improv_core.score.motion import Pose
@@ -29,8 +30,8 @@ class SharedLine:
 
 
 def lines_of(parts: Mapping[str, Sequence[Node]]) -> list[SharedLine]:
-    """Return the lines of a program in which each robot performs its part."""
-    left = {robot: _without_end(part) for robot, part in parts.items()}
+    """Return the lines of a program in which each robot performs its part, without rests at its end: it stands then."""
+    left = {robot: tuple(dropwhile(is_rest, part[::-1]))[::-1] for robot, part in parts.items()}
     lines = []
     while left:
         line = _canon(left) or _unison(left)
@@ -38,14 +39,6 @@ def lines_of(parts: Mapping[str, Sequence[Node]]) -> list[SharedLine]:
         for robot in line.robots:
             del left[robot]
     return lines
-
-
-def _without_end(part: Sequence[Node]) -> tuple[Node, ...]:
-    """Return a part without the rests at its end: a robot whose part is over stands anyway."""
-    end = len(part)
-    while end and is_rest(part[end - 1]):
-        end -= 1
-    return tuple(part[:end])
 
 
 def _unison(parts: Mapping[str, tuple[Node, ...]]) -> SharedLine:

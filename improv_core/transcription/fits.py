@@ -102,36 +102,31 @@ class VelocityFits:
         self._height = _Sums(self.times, [each.z - track[0].z for each in track])
         self._place = _Sums(self.times, self._places)
 
-    def edges(
-        self, nodes: Sequence[float], parts: Sequence[float], others: Iterable[int] = ()
-    ) -> Iterator[list[TrackEdge[Amounts]]]:
-        """Yield the stretches that begin at each node but the last: nodes are times, and an end there costs `parts`.
-
-        None begin where none end, but at the first node and at `others`.
-        """
+    def edges(self, nodes: Sequence[float], parts: Sequence[float]) -> list[Iterable[TrackEdge[Amounts]]]:
+        """Return the stretches that begin at each node but the last, each found when it is asked for: nodes are times,
+        and an end there costs `parts`."""
         firsts = [bisect_left(self.times, time - 1e-9) for time in nodes]
         pasts = [bisect_right(self.times, time + 1e-9) for time in nodes]
-        reached = {0, *others}
-        for place, start in enumerate(nodes[:-1]):
-            begun: list[TrackEdge[Amounts]] = []
-            first, good = firsts[place], place + 1
-            if place in reached:
-                good = longest(good, len(nodes) - 1, lambda end, first=first: self._keeps(first, pasts[end]))  # type: ignore[misc]
-            for other in range(max(place + 1, good - _BACK), len(nodes)) if place in reached else ():
-                past, ends = pasts[other], other == len(nodes) - 1
+        last = len(nodes) - 1
+
+        def begun(place: int) -> Iterator[TrackEdge[Amounts]]:
+            first, fit = firsts[place], None
+            good = longest(place + 1, last, lambda end: self._keeps(first, pasts[end]))
+            for end in range(max(place + 1, good - _BACK), last + 1):
+                past = pasts[end]
                 if past - first < 2:
-                    if ends:  # nothing is left to describe
-                        begun.append(TrackEdge(other, 0.0, Amounts(0.0, 0.0, 0.0, 0.0)))
+                    if end == last:  # nothing is left to describe
+                        yield TrackEdge(end, 0.0, Amounts())
                     continue
-                fit = self._fit_within(first, past, _WORST * (past - first) + _HOPELESS if begun else math.inf)
+                fit = self._fit_within(first, past, _WORST * (past - first) + _HOPELESS if fit else math.inf)
                 if fit is None:
                     break
                 known = sum(map(bool, fit.velocity))
-                word = _STRETCH_COST + parts[other] if known or not ends else 0.0  # a robot stands at the end anyway
+                word = _STRETCH_COST + parts[end] if known or end < last else 0.0  # a robot stands at the end anyway
                 cost = fit.misfit / 2 + word + _AMOUNT_COST * known
-                begun.append(TrackEdge(other, cost, fit.velocity.times(nodes[other] - start)))
-            reached.update(edge.end for edge in begun)
-            yield begun
+                yield TrackEdge(end, cost, fit.velocity.times(nodes[end] - nodes[place]))
+
+        return [begun(place) for place in range(last)]
 
     def _keeps(self, first: int, past: int) -> bool:
         return past - first < 3 or self._fit_within(first, past, _USUAL * (past - first) + _GOOD) is not None

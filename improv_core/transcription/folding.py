@@ -22,7 +22,7 @@ from improv_core.transcription.wording import (
     cost,
     cost_of_text,
     series_text,
-    turned,
+    turned_items,
 )
 
 _LONGEST_PERIOD = 64
@@ -52,15 +52,15 @@ def bracketed(items: Sequence[Node]) -> list[Node]:
     found: list[Node] = []
     for beats, group in groupby(items, key=lambda each: each.beats if isinstance(each, Move) else Fraction(1)):
         moves = list(group)
+        plain = tuple(Move(Fraction(1), each.voices) for each in moves if isinstance(each, Move))
         if beats == 1 or len(moves) < 2:
-            found.extend(moves)
+            found += moves
         elif beats.numerator == 1:
             count = beats.denominator
             whole = len(moves) // count * count
-            found.extend(Bracketed(tuple(moves[first : first + count])) for first in range(0, whole, count))
-            found.extend(moves[whole:])
+            found += (Bracketed(plain[first : first + count]) for first in range(0, whole, count))
+            found += moves[whole:]
         else:
-            plain = tuple(Move(Fraction(1), each.voices) for each in moves if isinstance(each, Move))
             found.append(Shaped(pace_text(beats), (), folded(plain)))
     return found
 
@@ -138,7 +138,7 @@ def _best_phrase(nodes: Sequence[Node]) -> Window | None:
     kinds: dict[Node, int] = {}
     lists = [items for node in nodes for items in _lists(node)]
     forms = [
-        [[kinds.setdefault(each, len(kinds)) for each in _turned(turns, items)] for turns in range(len(TURNS))]
+        [[kinds.setdefault(each, len(kinds)) for each in turned_items(turns, items)] for turns in range(len(TURNS))]
         for items in lists
     ]
     best, saved = None, _MIN_SAVED
@@ -176,13 +176,6 @@ def _shortens(window: Window, uses: Sequence[int]) -> bool:
     return length + sum(len(f"{TURNS[each]} {NAMES[0]}") for each in (0, *uses)) + 4 < length * len(uses)
 
 
-def _turned(turns: int, window: Window) -> Window:
-    """Return the form in which a phrase comes back if it is turned so."""
-    made = turned(turns, NodeSeries(window))
-    assert isinstance(made, NodeSeries)
-    return made.items
-
-
 def _apart(found: Sequence[tuple[int, int, int]], size: int) -> list[tuple[int, int, int]]:
     """Return occurrences that don't overlap, from the first one on."""
     kept: list[tuple[int, int, int]] = []
@@ -209,7 +202,7 @@ def _lists(node: Node) -> Iterator[tuple[Node, ...]]:
 
 def _replacing(phrase: Window, name: str) -> Callable[[Node], Node]:
     """Return a function that puts a name in the place of a phrase, in each of its forms."""
-    forms = {_turned(turns, phrase): turns for turns in reversed(range(len(TURNS)))}
+    forms = {turned_items(turns, phrase): turns for turns in reversed(range(len(TURNS)))}
     size = len(phrase)
 
     def replaced(node: Node) -> Node:

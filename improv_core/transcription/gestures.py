@@ -91,11 +91,11 @@ def words_drawn(stroke: Sequence[DrawnPoint], heading: float | None, profile: Pr
     curves = _curves(stroke)
     if not curves:
         return Pose(), ""
-    start = Pose(stroke[0].x, stroke[0].y)
-    first = round(math.degrees(math.remainder(curves[0].direction, math.tau)) / 15) * 15
-    start = Pose(start.x, start.y, 0.0, math.radians(first) if heading is None else heading)
+    if heading is None:
+        heading = math.radians(round(math.degrees(math.remainder(curves[0].direction, math.tau)) / 15) * 15)
+    start = Pose(stroke[0].x, stroke[0].y, 0.0, heading)
     rest = Fraction(round(stroke[0].beat * parts), parts) if parts else Fraction(0)
-    before = moves_for(rest, Amounts(0.0, 0.0, 0.0, 0.0), profile, _KEYS_ROUNDING) if rest else []
+    before = moves_for(rest, Amounts(), profile, _KEYS_ROUNDING) if rest else []
     return start, _text([*before, *_moves(curves, start, profile, parts)])
 
 
@@ -116,7 +116,7 @@ def words_performed(keys: Sequence[PressedKeys], end: float, speeds: Twist, prof
             stop += Fraction(1, parts)
         if stop > begun:
             beats = float(stop - begun)
-            amounts = Amounts(here.ahead * speeds.x * beats, 0.0, 0.0, here.turn * speeds.yaw * beats)
+            amounts = Amounts(x=here.ahead * speeds.x * beats, yaw=here.turn * speeds.yaw * beats)
             moves += moves_for(stop - begun, amounts, profile, _KEYS_ROUNDING)
             begun = stop
     while moves and moves[-1].voices[0].word == "rest":
@@ -147,30 +147,22 @@ def _moves(curves: Sequence[_Curve], start: Pose, profile: Profile, parts: int) 
             direction = cmath.phase(way) - turn / 2
             length *= abs(way) / (abs(curve.end - curve.start) or abs(way))
         off = math.remainder(direction - pose.heading, math.tau)
-        if abs(off) > _KINK:
-            beats = Fraction(1, parts) if parts else Fraction(1)
-            late += beats if parts else 0
-            for move in moves_for(beats, Amounts(0.0, 0.0, 0.0, off), profile, _rounding(0.0)):
-                pose = _after(pose, move, profile)
-                yield move
-        elif turn:
+        least = beats = Fraction(1, parts or 1)
+        steps = [(least, Amounts(yaw=off))] if abs(off) > _KINK else []
+        if turn and not steps:
             turn += off
-        beats = Fraction(1)
         if parts:
-            drawn = Fraction(round(curve.beats * parts), parts) - late
-            beats = max(drawn, Fraction(1, parts))
-            late = max(beats - drawn, Fraction(0))
-        for move in moves_for(beats, Amounts(length, 0.0, 0.0, turn), profile, _rounding(length)):
-            pose = _after(pose, move, profile)
-            yield move
+            drawn = Fraction(round(curve.beats * parts), parts) - late - least * len(steps)
+            beats = max(drawn, least)
+            late = beats - drawn
+        for lasts, amounts in (*steps, (beats, Amounts(x=length, yaw=turn))):
+            for move in moves_for(lasts, amounts, profile, _rounding(amounts.x)):
+                pose = pose.then(amounts_of(move, profile).pose())
+                yield move
 
 
 def _rounding(length: float) -> Rounding:
     return Rounding(max(_ROUNDING * length, MIN_LENGTH / 2), _TURN_ROUNDING)
-
-
-def _after(pose: Pose, move: Move, profile: Profile) -> Pose:
-    return pose.after(Twist(*amounts_of(move, profile)), 1.0)
 
 
 def _curves(stroke: Sequence[DrawnPoint]) -> list[_Curve]:

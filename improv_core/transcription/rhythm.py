@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import accumulate, pairwise
+from itertools import accumulate, chain, pairwise
 from typing import Any, NamedTuple
 
 from improv_core.score.algebra import stand
@@ -144,8 +144,7 @@ def items_of(
     if not spans:
         return cost, [TimedItem((each,)) for each in placed]
     nodes = sorted({*nodes, *(beat for span in spans for beat in span[:2])})
-    ends = [bisect_left(nodes, end) for _, end, _ in spans]
-    edges: list[list[TrackEdge[Any]]] = [*_stretches(robot.fits, nodes, seconds, ends)]
+    edges: list[Iterable[TrackEdge[Any]]] = [*_stretches(robot.fits, nodes, seconds)]
     left = 0 if roughly else _MAX_TRIED
     for start, end, curve in sorted(spans, key=lambda span: span[0].denominator + span[1].denominator):
         if stops():
@@ -153,7 +152,8 @@ def items_of(
         price, gentle = _gentle(robot, start, end, curve, seconds, not (left and spans[start, end, curve]))
         left -= bool(left and spans[start, end, curve])
         if gentle:
-            edges[bisect_left(nodes, start)].append(TrackEdge(bisect_left(nodes, end), price, gentle))
+            begin = bisect_left(nodes, start)
+            edges[begin] = chain(edges[begin], [TrackEdge(bisect_left(nodes, end), price, gentle)])
     cost, steps = cheapest(edges)
     return cost, [
         content if isinstance(content, TimedItem) else TimedItem((TimedMotion(nodes[last] - nodes[first], content),))
@@ -181,11 +181,9 @@ def _simple_beats(last: float) -> list[Fraction]:
     return sorted({Fraction(place, parts) for parts in _GRID for place in range(math.floor(end * parts) + 1)})
 
 
-def _stretches(
-    fits: VelocityFits, nodes: Sequence[Fraction], seconds: float, others: Iterable[int] = ()
-) -> list[list[TrackEdge[Amounts]]]:
+def _stretches(fits: VelocityFits, nodes: Sequence[Fraction], seconds: float) -> list[Iterable[TrackEdge[Amounts]]]:
     costs = [_PART_COST.get(each.denominator, _FINE_COST) for each in nodes]
-    return list(fits.edges([float(each) * seconds for each in nodes], costs, others))
+    return fits.edges([float(each) * seconds for each in nodes], costs)
 
 
 def _gentle_spans(
@@ -280,7 +278,8 @@ def _gentle(
     nodes = [Fraction(0), beats]
     for samples in (track[:: math.ceil(len(track) / _FEW)], track):
         fits = VelocityFits(samples, robot.noise, [played(each) for each in samples])
-        is_one = _stretches(fits, nodes, seconds)[0][0].cost <= _BAD + 1.5 * len(samples)
+        cost, placed = _placed(fits, nodes, seconds)
+        is_one = cost <= _BAD + 1.5 * len(samples)
         if not is_one and (roughly or curve.rates or beats.denominator > 2):
             return math.inf, None
     if not is_one:
@@ -289,7 +288,7 @@ def _gentle(
         else:
             ends = (on_grid(each.end, 60 / seconds, robot.allowed) for each in stretches_of(fits))
             nodes = sorted({Fraction(0), *(each for each in ends if each < beats), beats})
-    cost, placed = _placed(fits, nodes, seconds)
+        cost, placed = _placed(fits, nodes, seconds)
     gentle = TimedItem(tuple(placed), curve)
     if gentle.beats != beats:
         return math.inf, None

@@ -60,7 +60,7 @@ def stretches_of(fits: VelocityFits) -> list[EvenStretch]:
 
 def _steps_between(fits: VelocityFits, nodes: Sequence[int]) -> list[tuple[int, int]]:
     """Return the samples, all among these, at which the stretches that describe a track best begin and end."""
-    _, steps = cheapest(list(fits.edges([fits.times[node] for node in nodes], [0.0] * len(nodes))))
+    _, steps = cheapest(fits.edges([fits.times[node] for node in nodes], [0.0] * len(nodes)))
     return [(nodes[first], nodes[last]) for first, last, _ in steps]
 
 

@@ -108,7 +108,7 @@ def term_text(node: Node) -> str:
         case Named(name):
             return name
         case Bracketed(items):
-            return f"[{' '.join(term_text(_in_bracket(each)) for each in items)}]"
+            return f"[{' '.join(map(term_text, items))}]"
         case NodeSeries():
             return f"({series_text(node)})"
         case Shaped(by, numbers, body):
@@ -117,10 +117,6 @@ def term_text(node: Node) -> str:
             together = " || ".join(voice.text for voice in voices)
             one = f"({together})" if len(voices) > 1 else together
             return one if beats == 1 else f"{pace_text(beats)} {one}"
-
-
-def _in_bracket(node: Node) -> Node:
-    return replace(node, beats=Fraction(1)) if isinstance(node, Move) else node
 
 
 def _decimal(number: Fraction) -> str:
@@ -265,20 +261,28 @@ def _amounts(voice: WordedVoice, profile: Profile) -> Amounts:
 
 def turned(turns: int, node: Node) -> Node:
     """Return what `around` makes of a node: the same, without these words."""
-    order = -1 if turns & (_RETROGRADE | _REVERSE) in (_RETROGRADE, _REVERSE) else 1
     match node:
         case Move():
             return _turned_move(node, turns)
         case NodeSeries(items):
-            return NodeSeries(tuple(turned(turns, each) for each in items[::order]))
+            return NodeSeries(turned_items(turns, items))
         case Bracketed(items):
-            return Bracketed(tuple(turned(turns, each) for each in items[::order]))
+            return Bracketed(turned_items(turns, items))
         case Shaped(by, numbers, body):
             if by in TURNS:
                 return around(TURNS.index(by) ^ turns, body)
-            return Shaped(by, numbers[::order], turned(turns, body))
+            return Shaped(by, numbers[:: _order(turns)], turned(turns, body))
         case Named():
             return around(turns, node)
+
+
+def turned_items(turns: int, items: Sequence[Node]) -> tuple[Node, ...]:
+    """Return the items of a series that is turned so."""
+    return tuple(turned(turns, each) for each in items[:: _order(turns)])
+
+
+def _order(turns: int) -> int:
+    return -1 if turns & (_RETROGRADE | _REVERSE) in (_RETROGRADE, _REVERSE) else 1
 
 
 @lru_cache(maxsize=20_000)

@@ -11,6 +11,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
 from improv_core.transcription.amounts import amounts_between
 from improv_core.transcription.folding import bracketed, folded
+from improv_core.transcription.performing import differences
 from improv_core.transcription.rhythm import TimedItem, TimedMotion
 from improv_core.transcription.track import Track
 from improv_core.transcription.wording import Node, Rounding, Shaped, amounts_of, moves_for
@@ -43,8 +44,8 @@ class Guide(NamedTuple):
             return item
         misses = []
         for sample in samples:
-            there = pose.then(motion.amounts.pose(((sample.time - origin) / seconds - beat) / float(motion.beats)))
-            misses.append((sample.x - there.x, sample.y - there.y, sample.z - there.z, sample.heading - there.heading))
+            share = ((sample.time - origin) / seconds - beat) / float(motion.beats)
+            misses.append(differences(pose.then(motion.amounts.pose(share)), sample.pose))
         x, y, z, turn = (math.fsum(each) / len(samples) for each in zip(*misses, strict=True))
         if math.hypot(x, y, z) <= self.near.meters and abs(turn) <= self.near.radians:
             return item

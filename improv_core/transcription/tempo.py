@@ -11,7 +11,7 @@ USUAL = 60
 SLOWEST, FASTEST = 30, 240
 PARTS = (1, 2, 3, 4, 6, 8)
 """A beat is divided by these, the simplest first."""
-FINEST_PART = 1000
+_FINEST_PART = 1000
 """The finest part of a beat that is ever written."""
 _MISS = 3.0
 """Bits that a change costs that falls on no part of a beat, besides those of its time."""
@@ -56,15 +56,8 @@ def _bits(time: float, tempo: int, allowed: float) -> float:
 def on_grid(seconds: float, tempo: float, allowed: float) -> Fraction:
     """Return the simplest number of beats within `allowed` seconds of this time."""
     beats, off = seconds * tempo / 60, allowed * tempo / 60
-    for parts in PARTS:
-        if abs(round(beats * parts) - beats * parts) <= off * parts:
-            return Fraction(round(beats * parts), parts)
-    return simplest(beats - off, beats + off)
-
-
-def simplest(low: float, high: float) -> Fraction:
-    """Return the fraction with the smallest denominator from `low` to `high`."""
-    for parts in range(1, FINEST_PART):
-        if (above := math.ceil(low * parts)) <= high * parts:
-            return Fraction(above, parts)
-    return Fraction(round((low + high) / 2 * FINEST_PART), FINEST_PART)
+    for parts in (*PARTS, *range(5, _FINEST_PART + 1)):
+        count = round(beats * parts)
+        if abs(count - beats * parts) <= off * parts:
+            break
+    return Fraction(count, parts)
